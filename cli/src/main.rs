@@ -1,0 +1,3 @@
+//! The `mollis` command.
+
+fn main() {}

@@ -1,0 +1,1 @@
+//! Adaptive Euler-Maruyama sub-steps (Zhelezov & Fatkullin (3.4), (3.5)).

@@ -1,0 +1,1 @@
+//! Mesh fields: deposit, Poisson solve, interpolation (Zhelezov & Fatkullin, Section 3.4).

@@ -1,0 +1,1 @@
+//! Coalescing particles for the Patlak-Keller-Segel model (Zhelezov & Fatkullin, Sections 2 to 5).

@@ -1,0 +1,1 @@
+//! Any generator to normals; a ready counter-based Philox4x32-10.

@@ -1,0 +1,277 @@
+//! The scalar: f32 or f64, with what `core` lacks without `std` taken from libm.
+//!
+//! The trait is sealed. Functions that have a hardware instruction everywhere (`sqrt`) compile to it; the others are
+//! libm's, whose results do not depend on the machine.
+
+use core::fmt::{Debug, Display};
+use core::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
+
+use crate::isa::root::{sqrt_f32, sqrt_f64};
+
+mod sealed {
+    pub trait Sealed {}
+    impl Sealed for f32 {}
+    impl Sealed for f64 {}
+}
+
+/// f32 or f64.
+pub trait Real:
+    sealed::Sealed
+    + Copy
+    + Default
+    + Debug
+    + Display
+    + PartialEq
+    + PartialOrd
+    + Send
+    + Sync
+    + 'static
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + AddAssign
+    + SubAssign
+    + MulAssign
+    + DivAssign
+    + crate::space::Plain
+{
+    /// 0.
+    const ZERO: Self;
+    /// 1.
+    const ONE: Self;
+    /// 2.
+    const TWO: Self;
+    /// 1/2.
+    const HALF: Self;
+    /// pi, correctly rounded.
+    const PI: Self;
+    /// The distance from 1 to the next larger number, 2u.
+    const EPSILON: Self;
+    /// The smallest positive normal number.
+    const MIN_POSITIVE: Self;
+    /// The largest finite number.
+    const MAX: Self;
+    /// +infinity.
+    const INFINITY: Self;
+    /// A quiet NaN.
+    const NAN: Self;
+    /// Bits of the significand, the hidden one included: 24 or 53.
+    const DIGITS: u32;
+    /// The largest exponent e of a finite number m 2^e with 1 <= m < 2: 127 or 1023.
+    const MAX_EXPONENT: i32;
+    /// 4 or 8: what a prepared object records of its scalar.
+    const BYTES: u32;
+
+    /// The nearest value to `x`.
+    fn from_f64(x: f64) -> Self;
+    /// Exact.
+    fn to_f64(self) -> f64;
+    /// The nearest value to `n`.
+    fn from_usize(n: usize) -> Self;
+    /// The nearest value to `n`.
+    fn from_i32(n: i32) -> Self;
+
+    /// Neither infinite nor NaN.
+    fn is_finite(self) -> bool;
+    /// NaN.
+    fn is_nan(self) -> bool;
+    /// |x|.
+    fn abs(self) -> Self;
+    /// The magnitude of `self` with the sign of `sign`.
+    fn copysign(self, sign: Self) -> Self;
+    /// The smaller; the other one if one is NaN.
+    fn min(self, other: Self) -> Self;
+    /// The larger; the other one if one is NaN.
+    fn max(self, other: Self) -> Self;
+    /// Correctly rounded square root.
+    fn sqrt(self) -> Self;
+    /// The largest integer not above.
+    fn floor(self) -> Self;
+    /// The smallest integer not below.
+    fn ceil(self) -> Self;
+    /// The nearest integer, halves away from zero.
+    fn round(self) -> Self;
+    /// `self * 2^n`, rounded once.
+    fn ldexp(self, n: i32) -> Self;
+    /// `(m, e)` with `self = m 2^e` and 0.5 <= |m| < 1; `(self, 0)` for zero, infinity, NaN.
+    fn frexp(self) -> (Self, i32);
+    /// e^x.
+    fn exp(self) -> Self;
+    /// e^x - 1, accurate near zero.
+    fn expm1(self) -> Self;
+    /// Natural logarithm.
+    fn log(self) -> Self;
+    /// log(1 + x), accurate near zero.
+    fn log1p(self) -> Self;
+    /// x^y.
+    fn pow(self, y: Self) -> Self;
+    /// sin x.
+    fn sin(self) -> Self;
+    /// cos x.
+    fn cos(self) -> Self;
+    /// The error function.
+    fn erf(self) -> Self;
+    /// 1 - erf(x), accurate for large x.
+    fn erfc(self) -> Self;
+    /// Gamma(x).
+    fn gamma(self) -> Self;
+    /// log |Gamma(x)|.
+    fn log_gamma(self) -> Self;
+    /// The bits, an f32's in the low half.
+    fn bits(self) -> u64;
+
+    /// `self` to a small non-negative power, by repeated squaring.
+    #[inline(always)]
+    fn powi(self, n: u32) -> Self {
+        let (mut base, mut left, mut result) = (self, n, Self::ONE);
+        while left > 0 {
+            if left & 1 == 1 {
+                result *= base;
+            }
+            base *= base;
+            left >>= 1;
+        }
+        result
+    }
+}
+
+macro_rules! real {
+    ($t:ident, $bytes:literal, $digits:literal, $max_exponent:literal, $sqrt:path,
+     $floor:ident $ceil:ident $round:ident $ldexp:ident $frexp:ident $exp:ident $expm1:ident $log:ident $log1p:ident
+     $pow:ident $sin:ident $cos:ident $erf:ident $erfc:ident $gamma:ident $log_gamma:ident) => {
+        impl Real for $t {
+            const ZERO: Self = 0.0;
+            const ONE: Self = 1.0;
+            const TWO: Self = 2.0;
+            const HALF: Self = 0.5;
+            const PI: Self = core::$t::consts::PI;
+            const EPSILON: Self = $t::EPSILON;
+            const MIN_POSITIVE: Self = $t::MIN_POSITIVE;
+            const MAX: Self = $t::MAX;
+            const INFINITY: Self = $t::INFINITY;
+            const NAN: Self = $t::NAN;
+            const DIGITS: u32 = $digits;
+            const MAX_EXPONENT: i32 = $max_exponent;
+            const BYTES: u32 = $bytes;
+
+            #[inline(always)]
+            fn from_f64(x: f64) -> Self {
+                x as $t
+            }
+            #[inline(always)]
+            fn to_f64(self) -> f64 {
+                f64::from(self)
+            }
+            #[inline(always)]
+            fn from_usize(n: usize) -> Self {
+                n as $t
+            }
+            #[inline(always)]
+            fn from_i32(n: i32) -> Self {
+                n as $t
+            }
+            #[inline(always)]
+            fn is_finite(self) -> bool {
+                $t::is_finite(self)
+            }
+            #[inline(always)]
+            fn is_nan(self) -> bool {
+                $t::is_nan(self)
+            }
+            #[inline(always)]
+            fn abs(self) -> Self {
+                $t::abs(self)
+            }
+            #[inline(always)]
+            fn copysign(self, sign: Self) -> Self {
+                $t::copysign(self, sign)
+            }
+            #[inline(always)]
+            fn min(self, other: Self) -> Self {
+                $t::min(self, other)
+            }
+            #[inline(always)]
+            fn max(self, other: Self) -> Self {
+                $t::max(self, other)
+            }
+            #[inline(always)]
+            fn sqrt(self) -> Self {
+                $sqrt(self)
+            }
+            #[inline]
+            fn floor(self) -> Self {
+                libm::$floor(self)
+            }
+            #[inline]
+            fn ceil(self) -> Self {
+                libm::$ceil(self)
+            }
+            #[inline]
+            fn round(self) -> Self {
+                libm::$round(self)
+            }
+            #[inline]
+            fn ldexp(self, n: i32) -> Self {
+                libm::$ldexp(self, n)
+            }
+            #[inline]
+            fn frexp(self) -> (Self, i32) {
+                if self == 0.0 || !$t::is_finite(self) { (self, 0) } else { libm::$frexp(self) }
+            }
+            #[inline]
+            fn exp(self) -> Self {
+                libm::$exp(self)
+            }
+            #[inline]
+            fn expm1(self) -> Self {
+                libm::$expm1(self)
+            }
+            #[inline]
+            fn log(self) -> Self {
+                libm::$log(self)
+            }
+            #[inline]
+            fn log1p(self) -> Self {
+                libm::$log1p(self)
+            }
+            #[inline]
+            fn pow(self, y: Self) -> Self {
+                libm::$pow(self, y)
+            }
+            #[inline]
+            fn sin(self) -> Self {
+                libm::$sin(self)
+            }
+            #[inline]
+            fn cos(self) -> Self {
+                libm::$cos(self)
+            }
+            #[inline]
+            fn erf(self) -> Self {
+                libm::$erf(self)
+            }
+            #[inline]
+            fn erfc(self) -> Self {
+                libm::$erfc(self)
+            }
+            #[inline]
+            fn gamma(self) -> Self {
+                libm::$gamma(self)
+            }
+            #[inline]
+            fn log_gamma(self) -> Self {
+                libm::$log_gamma(self)
+            }
+            #[inline(always)]
+            fn bits(self) -> u64 {
+                self.to_bits().into()
+            }
+        }
+    };
+}
+
+real!(f32, 4, 24, 127, sqrt_f32, floorf ceilf roundf ldexpf frexpf expf expm1f logf log1pf powf sinf cosf erff erfcf
+      tgammaf lgammaf);
+real!(f64, 8, 53, 1023, sqrt_f64, floor ceil round ldexp frexp exp expm1 log log1p pow sin cos erf erfc tgamma lgamma);

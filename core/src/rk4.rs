@@ -1,0 +1,1 @@
+//! Classical fixed-step Runge-Kutta of order 4 on caller-owned buffers.

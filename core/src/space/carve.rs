@@ -1,0 +1,215 @@
+//! Workspace arithmetic: measure, carve, reopen.
+
+use core::marker::PhantomData;
+use core::mem::MaybeUninit;
+
+use crate::error::{Error, Result};
+
+/// The alignment of every workspace and of every array in it, in bytes: a cache line, and a register of AVX-512.
+pub const ALIGN: usize = 64;
+
+/// Types that any bytes are a valid value of, and that own nothing.
+///
+/// # Safety
+/// Every bit pattern must be a valid value; the type must have no padding, no pointers and no destructor, and its
+/// alignment must not exceed [`ALIGN`].
+#[expect(unsafe_code, reason = "implementors promise that all bytes are valid")]
+pub unsafe trait Plain: Copy + Send + Sync + 'static {}
+
+macro_rules! plain {
+    ($($t:ty)*) => { $(
+        // SAFETY: a primitive number.
+        #[expect(unsafe_code, reason = "primitive numbers")]
+        unsafe impl Plain for $t {}
+    )* };
+}
+plain!(u8 u16 u32 u64 usize i8 i16 i32 i64 isize f32 f64);
+// SAFETY: an array has no padding between its elements.
+#[expect(unsafe_code, reason = "arrays of plain elements")]
+unsafe impl<T: Plain, const N: usize> Plain for [T; N] {}
+
+/// Where a layout takes its arrays from.
+pub trait Space<'w> {
+    /// The next `n` elements, zeroed (fresh carving) or as they were left (reopened), aligned to [`ALIGN`].
+    ///
+    /// # Errors
+    /// [`Error::TooLarge`]: the size overflows. [`Error::WorkspaceTooSmall`]: not enough bytes are left.
+    fn array<T: Plain>(&mut self, n: usize) -> Result<&'w mut [T]>;
+}
+
+/// Bytes that `n` elements occupy, rounded up to whole lines of [`ALIGN`] bytes.
+fn padded_bytes<T>(n: usize) -> Result<usize> {
+    let bytes = size_of::<T>().checked_mul(n).ok_or(Error::TooLarge)?;
+    let padded = bytes.checked_next_multiple_of(ALIGN).ok_or(Error::TooLarge)?;
+    // Allocations above isize::MAX do not exist; refusing them here keeps later pointer arithmetic sound.
+    if padded > isize::MAX as usize { Err(Error::TooLarge) } else { Ok(padded) }
+}
+
+/// Counts the bytes of a layout.
+#[derive(Debug, Default)]
+pub struct Measure {
+    bytes: usize,
+}
+
+impl Measure {
+    /// The exact size of what `lay` lays out.
+    ///
+    /// # Errors
+    /// [`Error::TooLarge`], and whatever `lay` returns.
+    pub fn of(lay: impl FnOnce(&mut Self) -> Result<()>) -> Result<usize> {
+        let mut measure = Self::default();
+        lay(&mut measure)?;
+        Ok(measure.bytes)
+    }
+
+    /// Bytes counted so far.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        self.bytes
+    }
+}
+
+impl<'w> Space<'w> for Measure {
+    fn array<T: Plain>(&mut self, n: usize) -> Result<&'w mut [T]> {
+        self.bytes = self.bytes.checked_add(padded_bytes::<T>(n)?).ok_or(Error::TooLarge)?;
+        if self.bytes > isize::MAX as usize {
+            return Err(Error::TooLarge);
+        }
+        Ok(&mut [])
+    }
+}
+
+/// Hands out arrays of a caller's buffer, one after the other.
+#[derive(Debug)]
+pub struct Carve<'w> {
+    next: *mut u8,
+    left: usize,
+    fresh: bool,
+    owner: PhantomData<&'w mut [MaybeUninit<u8>]>,
+}
+
+impl<'w> Carve<'w> {
+    /// Starts carving zeroed arrays out of `memory`, whose content before the call does not matter.
+    ///
+    /// # Errors
+    /// [`Error::Misaligned`]: `memory` does not start at a multiple of [`ALIGN`].
+    pub fn new(memory: &'w mut [u8]) -> Result<Self> {
+        Self::start(memory.as_mut_ptr(), memory.len(), true)
+    }
+
+    /// As [`Carve::new`], over memory that may be uninitialised.
+    ///
+    /// # Errors
+    /// As [`Carve::new`].
+    pub fn new_uninit(memory: &'w mut [MaybeUninit<u8>]) -> Result<Self> {
+        Self::start(memory.as_mut_ptr().cast(), memory.len(), true)
+    }
+
+    /// Finds the arrays again as they were left: nothing is zeroed. `memory` is initialised, as its type says.
+    ///
+    /// # Errors
+    /// As [`Carve::new`].
+    pub fn reopen(memory: &'w mut [u8]) -> Result<Self> {
+        Self::start(memory.as_mut_ptr(), memory.len(), false)
+    }
+
+    fn start(next: *mut u8, left: usize, fresh: bool) -> Result<Self> {
+        // An empty layout needs no memory, so no pointer worth aligning.
+        if left > 0 && !next.addr().is_multiple_of(ALIGN) {
+            return Err(Error::Misaligned);
+        }
+        Ok(Self { next, left, fresh, owner: PhantomData })
+    }
+
+    /// Bytes not handed out yet.
+    #[must_use]
+    pub fn left(&self) -> usize {
+        self.left
+    }
+}
+
+impl<'w> Space<'w> for Carve<'w> {
+    #[expect(unsafe_code, reason = "turns a checked part of the buffer into an array")]
+    fn array<T: Plain>(&mut self, n: usize) -> Result<&'w mut [T]> {
+        const { assert!(align_of::<T>() <= ALIGN) }
+        let bytes = padded_bytes::<T>(n)?;
+        if bytes > self.left {
+            return Err(Error::WorkspaceTooSmall);
+        }
+        if bytes == 0 {
+            return Ok(&mut []);
+        }
+        let start = self.next;
+        if self.fresh {
+            // SAFETY: `bytes` bytes from `start` lie in the buffer that `self` borrows mutably for 'w.
+            unsafe { start.write_bytes(0, bytes) };
+        }
+        // SAFETY: as above; `next` stays inside the buffer or one past its end.
+        self.next = unsafe { start.add(bytes) };
+        self.left -= bytes;
+        // SAFETY: the range is in the buffer, aligned to ALIGN (the start is, and all steps are multiples), initialised
+        // (zeroed above, or initialised by `reopen`'s type), valid as `T: Plain`, and handed out once.
+        Ok(unsafe { core::slice::from_raw_parts_mut(start.cast::<T>(), n) })
+    }
+}
+
+// SAFETY: `Carve` is the mutable borrow of the buffer, which may move between threads.
+#[expect(unsafe_code, reason = "an exclusive borrow of bytes")]
+unsafe impl Send for Carve<'_> {}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::vec;
+
+    fn aligned(memory: &mut [u8], bytes: usize) -> &mut [u8] {
+        let start = memory.as_ptr().align_offset(ALIGN);
+        &mut memory[start..start + bytes]
+    }
+
+    #[test]
+    fn measure_and_carve_agree_to_the_byte() {
+        for n in [0, 1, 7, 8, 9, 63, 64, 65] {
+            let lay = |space: &mut dyn FnMut(usize) -> Result<()>| space(n);
+            let mut measure = Measure::default();
+            lay(&mut |n| {
+                measure.array::<f64>(n)?;
+                measure.array::<[f32; 3]>(n)?;
+                measure.array::<u8>(n).map(|_| ())
+            })
+            .unwrap();
+            let bytes = measure.bytes();
+            for short in [0, 1] {
+                let mut memory = vec![0xAA_u8; bytes + ALIGN];
+                let Some(given) = bytes.checked_sub(short) else { continue };
+                let mut carve = Carve::new(aligned(&mut memory, given)).unwrap();
+                let mut run = || {
+                    let a = carve.array::<f64>(n)?;
+                    let b = carve.array::<[f32; 3]>(n)?;
+                    let c = carve.array::<u8>(n)?;
+                    assert!(a.iter().all(|&v| v == 0.0) && b.len() == n && c.iter().all(|&v| v == 0));
+                    Ok(())
+                };
+                assert_eq!(run(), if short == 0 { Ok(()) } else { Err(Error::WorkspaceTooSmall) });
+            }
+        }
+    }
+
+    #[test]
+    fn refuses_misaligned_and_overflowing() {
+        let mut memory = vec![0_u8; 256];
+        let whole = aligned(&mut memory, 128);
+        assert_eq!(Carve::new(&mut whole[1..]).err(), Some(Error::Misaligned));
+        assert_eq!(Measure::default().array::<f64>(usize::MAX / 4).err(), Some(Error::TooLarge));
+        assert_eq!(Measure::default().array::<u8>(usize::MAX).err(), Some(Error::TooLarge));
+    }
+
+    #[test]
+    fn reopening_finds_what_was_left() {
+        let mut memory = vec![0xAA_u8; 256 + ALIGN];
+        let whole = aligned(&mut memory, 256);
+        Carve::new(whole).unwrap().array::<u32>(5).unwrap().fill(7);
+        let mut again = Carve::reopen(whole).unwrap();
+        assert_eq!(again.array::<u32>(5).unwrap(), &[7; 5]);
+    }
+}

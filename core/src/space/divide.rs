@@ -1,0 +1,247 @@
+//! Dividing outputs and scratch among tasks.
+//!
+//! [`each_piece`] gives every task the piece of the outputs with its index, and a piece of the scratch that no other
+//! running task holds. Both are claimed through atomics, so exclusive access does not rest on the host's executor.
+
+use core::marker::PhantomData;
+use core::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+
+use crate::error::{Error, Result};
+use crate::parallel::Executor;
+
+/// What can be divided into disjoint pieces, by index.
+///
+/// # Safety
+/// Pieces with different indices must not overlap.
+#[expect(unsafe_code, reason = "implementors promise disjoint pieces")]
+pub unsafe trait Divide: Sync {
+    /// One piece.
+    type Piece;
+
+    /// The piece with this index; empty beyond the end.
+    ///
+    /// # Safety
+    /// No two pieces of the same index may be alive at a time.
+    unsafe fn piece(&self, index: usize) -> Self::Piece;
+}
+
+/// A slice, divided into chunks of a fixed length (the last may be shorter).
+#[derive(Debug)]
+pub struct Chunks<'a, T> {
+    start: *mut T,
+    len: usize,
+    each: usize,
+    owner: PhantomData<&'a mut [T]>,
+}
+
+impl<'a, T> Chunks<'a, T> {
+    /// Divides `slice` into chunks of `each` elements.
+    pub fn new(slice: &'a mut [T], each: usize) -> Self {
+        Self { start: slice.as_mut_ptr(), len: slice.len(), each, owner: PhantomData }
+    }
+}
+
+// SAFETY: a `Chunks` is the mutable borrow of a slice; pieces reach other threads, so `T: Send`.
+#[expect(unsafe_code, reason = "an exclusive borrow, handed out in disjoint pieces")]
+unsafe impl<T: Send> Sync for Chunks<'_, T> {}
+// SAFETY: as above.
+#[expect(unsafe_code, reason = "an exclusive borrow, handed out in disjoint pieces")]
+unsafe impl<T: Send> Send for Chunks<'_, T> {}
+
+// SAFETY: chunks of different index are disjoint ranges of one slice.
+#[expect(unsafe_code, reason = "disjoint ranges of one slice")]
+unsafe impl<'a, T: Send> Divide for Chunks<'a, T> {
+    type Piece = &'a mut [T];
+
+    unsafe fn piece(&self, index: usize) -> &'a mut [T] {
+        let from = index.saturating_mul(self.each).min(self.len);
+        let len = self.each.min(self.len - from);
+        // SAFETY: from + len <= self.len, in the slice borrowed for 'a; the caller takes each index once at a time.
+        unsafe { core::slice::from_raw_parts_mut(self.start.add(from), len) }
+    }
+}
+
+// SAFETY: as the inner one.
+#[expect(unsafe_code, reason = "passes on the inner promise")]
+unsafe impl<D: Divide> Divide for Option<D> {
+    type Piece = Option<D::Piece>;
+
+    unsafe fn piece(&self, index: usize) -> Self::Piece {
+        // SAFETY: passed on to the caller.
+        self.as_ref().map(|d| unsafe { d.piece(index) })
+    }
+}
+
+macro_rules! divide_tuple {
+    ($($name:ident)*) => {
+        // SAFETY: each part keeps its promise, and parts are different borrows.
+        #[expect(unsafe_code, reason = "passes on the parts' promises")]
+        unsafe impl<$($name: Divide),*> Divide for ($($name,)*) {
+            type Piece = ($($name::Piece,)*);
+
+            #[expect(non_snake_case, reason = "a tuple's parts are named by their types")]
+            #[allow(clippy::unused_unit, reason = "the empty tuple is the empty piece")]
+            unsafe fn piece(&self, _index: usize) -> Self::Piece {
+                let ($($name,)*) = self;
+                // SAFETY: passed on to the caller.
+                ($(unsafe { $name.piece(_index) },)*)
+            }
+        }
+    };
+}
+divide_tuple!(A);
+divide_tuple!(A B);
+divide_tuple!(A B C);
+divide_tuple!(A B C D);
+divide_tuple!(A B C D E);
+divide_tuple!(A B C D E F);
+
+/// No outputs, or no scratch.
+// SAFETY: nothing overlaps nothing.
+#[expect(unsafe_code, reason = "empty pieces")]
+unsafe impl Divide for () {
+    type Piece = ();
+
+    unsafe fn piece(&self, _index: usize) {}
+}
+
+/// The most workers that are used, whatever an executor states: their flags live on the stack, in one cache line.
+pub const MAX_WORKERS: usize = 64;
+
+/// Runs `body(task, outputs' piece, scratch piece)` for every task in `0..tasks`, through the executor.
+///
+/// `scratch` must hold one piece for each of the executor's workers. When several tasks fail, the error of the lowest
+/// task index is returned; which of the later tasks still ran is then not defined, so outputs are not either.
+///
+/// # Errors
+/// The first error by task index; [`Error::Executor`] when the executor skipped tasks or ran more at a time than it
+/// stated; the executor's own error.
+#[expect(unsafe_code, reason = "hands each claimed piece to one task")]
+pub fn each_piece<O: Divide, S: Divide>(
+    executor: &dyn Executor,
+    tasks: usize,
+    outputs: &O,
+    scratch: &S,
+    body: &(dyn Fn(usize, O::Piece, S::Piece) -> Result<()> + Sync),
+) -> Result<()> {
+    let next = AtomicUsize::new(0);
+    let done = AtomicUsize::new(0);
+    let broken = AtomicBool::new(false);
+    // The failed task of lowest index and its code, in one word, so that "first by index" needs no lock: an error of
+    // task t is (t, code), and the minimum over the tasks is kept. Codes fit in 8 bits.
+    let first_error = AtomicUsize::new(usize::MAX);
+    let workers = executor.workers().clamp(1, MAX_WORKERS);
+    let busy: [AtomicBool; MAX_WORKERS] = [const { AtomicBool::new(false) }; MAX_WORKERS];
+
+    executor.run(tasks, &|worker: usize| {
+        let task = next.fetch_add(1, Ordering::Relaxed);
+        if task >= tasks {
+            return;
+        }
+        let Some(slot) = busy.get(worker).filter(|_| worker < workers) else {
+            broken.store(true, Ordering::Relaxed);
+            return;
+        };
+        if slot.swap(true, Ordering::Acquire) {
+            broken.store(true, Ordering::Relaxed);
+            return;
+        }
+        // SAFETY: `next` gives each task index once; `slot` gives the worker's scratch to one running task.
+        let (output, scratch) = unsafe { (outputs.piece(task), scratch.piece(worker)) };
+        if let Err(error) = body(task, output, scratch) {
+            let word = task.saturating_mul(256).saturating_add(error as usize);
+            first_error.fetch_min(word, Ordering::Relaxed);
+        }
+        slot.store(false, Ordering::Release);
+        done.fetch_add(1, Ordering::Release);
+    })?;
+
+    let word = first_error.load(Ordering::Relaxed);
+    if word != usize::MAX {
+        return Err(Error::from_code((word % 256) as i32).unwrap_or(Error::Executor));
+    }
+    if broken.load(Ordering::Relaxed) || done.load(Ordering::Acquire) != tasks {
+        return Err(Error::Executor);
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::parallel::Serial;
+    use std::vec;
+
+    /// Runs tasks on two threads, or misbehaves on purpose.
+    struct Threads {
+        repeat: usize,
+        same_worker: bool,
+    }
+
+    impl Executor for Threads {
+        fn workers(&self) -> usize {
+            2
+        }
+        fn run(&self, tasks: usize, task: &(dyn Fn(usize) + Sync)) -> Result<()> {
+            std::thread::scope(|scope| {
+                for worker in 0..2 {
+                    scope.spawn(move || {
+                        for _ in 0..(tasks * self.repeat).div_ceil(2) {
+                            task(if self.same_worker { 0 } else { worker });
+                        }
+                    });
+                }
+            });
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn every_piece_once_whatever_the_executor_does() {
+        for n in [0, 1, 7, 8, 9, 100] {
+            for executor in [Threads { repeat: 1, same_worker: false }, Threads { repeat: 3, same_worker: false }] {
+                let mut out = vec![0_u32; n];
+                let tasks = n.div_ceil(8);
+                each_piece(&executor, tasks, &Chunks::new(&mut out, 8), &(), &|task, piece, ()| {
+                    piece.iter_mut().for_each(|v| *v += 1 + task as u32);
+                    Ok(())
+                })
+                .unwrap();
+                assert!(out.iter().enumerate().all(|(i, &v)| v == 1 + (i / 8) as u32));
+            }
+        }
+    }
+
+    #[test]
+    fn the_first_error_by_index_wins_and_skipped_tasks_are_reported() {
+        let fail = |task: usize, (): (), (): ()| match task {
+            3 => Err(Error::Delta),
+            5 => Err(Error::Order),
+            _ => Ok(()),
+        };
+        assert_eq!(each_piece(&Serial, 9, &(), &(), &fail), Err(Error::Delta));
+        struct Lazy;
+        impl Executor for Lazy {
+            fn workers(&self) -> usize {
+                1
+            }
+            fn run(&self, _: usize, _: &(dyn Fn(usize) + Sync)) -> Result<()> {
+                Ok(())
+            }
+        }
+        assert_eq!(each_piece(&Lazy, 1, &(), &(), &|_, (), ()| Ok(())), Err(Error::Executor));
+    }
+
+    #[test]
+    fn a_worker_index_used_twice_at_a_time_never_shares_scratch() {
+        let mut scratch = vec![0_u64; 2];
+        let executor = Threads { repeat: 1, same_worker: true };
+        let result = each_piece(&executor, 64, &(), &Chunks::new(&mut scratch, 1), &|_, (), mine: &mut [u64]| {
+            let before = mine[0];
+            std::thread::yield_now();
+            mine[0] = before + 1;
+            Ok(())
+        });
+        assert!(result == Ok(()) && scratch[0] == 64 || result == Err(Error::Executor));
+    }
+}

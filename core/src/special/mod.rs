@@ -1,0 +1,1 @@
+//! Special functions that libm lacks, stated once over the scalar.

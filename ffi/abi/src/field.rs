@@ -1,0 +1,1 @@
+//! Field sums, their plan, executors and counters.

@@ -1,0 +1,1 @@
+//! Kernel sums: prepare into a caller's buffer.

@@ -1,0 +1,40 @@
+//! The C ABI of mollis: each function validates its arguments, converts them and calls `mollis-core`.
+//!
+//! No mathematics stands here. The header `include/mollis.h` is generated from this crate, so doc comments on `extern`
+//! functions are written for readers of C.
+//!
+//! # Safety
+//! One contract holds for every function. A pointer with a length must be null (only with length 0) or point to that
+//! many initialised elements, aligned for their type; an output must be writable and overlap nothing else of the call.
+//! What can be checked (null, alignment, overlap, sizes) is checked before the first write.
+#![cfg_attr(not(test), no_std)]
+#![deny(clippy::indexing_slicing, clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+#![expect(unsafe_code, reason = "the C boundary")]
+
+mod blob;
+mod buffers;
+mod field;
+mod grid;
+mod kernel;
+mod mollifier;
+mod pks;
+mod random;
+mod status;
+
+pub use status::*;
+
+/// Ends the program without unwinding, printing or returning.
+pub fn trap() -> ! {
+    #[cfg(target_arch = "x86_64")]
+    // SAFETY: `ud2` stops the program; nothing runs after it.
+    unsafe {
+        core::arch::asm!("ud2", options(noreturn, nomem, nostack))
+    }
+    #[cfg(target_arch = "aarch64")]
+    // SAFETY: as above.
+    unsafe {
+        core::arch::asm!("brk #1", options(noreturn, nomem, nostack))
+    }
+    #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
+    loop {}
+}

@@ -1,0 +1,1 @@
+//! Mollifiers: scalar functions of r, and fields at points.

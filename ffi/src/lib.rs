@@ -1,0 +1,10 @@
+//! The C library: everything in `mollis-abi`, linked without std, with the panic handler that such a library must have.
+#![no_std]
+
+pub use mollis_abi::*;
+
+/// Unreachable: `cargo xtask symbols` proves that no panic is linked. Were it reached, looping would hide it.
+#[panic_handler]
+fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
+    mollis_abi::trap()
+}
