@@ -1,3 +1,34 @@
-//! The `mollis` command.
+//! The `mollis` command: a user of `mollis-core` like any other.
+//!
+//! Every subcommand is a module with `Args` (what clap parses) and `main(Args) -> anyhow::Result<ExitCode>`; this file only
+//! dispatches. An error is printed to standard error and ends with status 1; what clap refuses ends with status 2.
 
-fn main() {}
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+mod scene;
+
+/// Particles with softened potentials: run a scene, see it move, check it against an oracle.
+#[derive(Parser)]
+#[command(name = "mollis", version, arg_required_else_help = true)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Print the schema of scene files, or check scene files without running them.
+    Scene(scene::Args),
+}
+
+fn main() -> ExitCode {
+    let result = match Cli::parse().command {
+        Command::Scene(args) => scene::main(args),
+    };
+    result.unwrap_or_else(|error| {
+        eprintln!("mollis: {error:#}");
+        ExitCode::FAILURE
+    })
+}
