@@ -1,1 +1,178 @@
-//! Sums over sources of K_delta, its gradient and its Laplacian; the plan that picks a method; the methods.
+//! Sums over sources: `u(x_i) = sum_j m_j K_delta(x_i - x_j)`, its gradient and its Laplacian.
+//!
+//! One front door: [`plan`] picks the method and says why, what is skipped and how many workspace bytes it takes;
+//! [`evaluate`] runs it. Masses may have either sign; targets may or may not be the sources. A mollified kernel counts
+//! every pair, a target on a source included; without a mollifier coincident pairs contribute nothing, and coincidence
+//! is by position, so no index map is needed.
+
+mod direct;
+mod plan;
+
+pub use plan::{Accumulation, Method, Options, Plan, Reason, plan};
+
+use crate::error::{Error, Result};
+use crate::isa::Level;
+use crate::parallel::{Executor, Serial};
+use crate::real::Real;
+
+/// What a sum asks of its kernel.
+pub trait Interaction<T: Real, const D: usize>: Sync {
+    /// K_delta(r).
+    fn value(&self, r: T) -> T;
+    /// K_delta'(r) / r, so that the gradient is this times x.
+    fn gradient_factor(&self, r: T) -> T;
+    /// The Laplacian of K_delta at distance r.
+    fn laplacian(&self, r: T) -> T;
+    /// Whether the kernel has no mollifier, so that coincident pairs contribute nothing.
+    fn is_singular(&self) -> bool;
+}
+
+/// What attracts: positions `[n][D]` and masses `[n]` of any sign. A mass is the density times the cell volume h^D.
+#[derive(Clone, Copy, Debug)]
+pub struct Sources<'a, T, const D: usize> {
+    /// Where the sources are.
+    pub positions: &'a [[T; D]],
+    /// Their masses; those that are zero are dropped before the sum starts.
+    pub masses: &'a [T],
+}
+
+/// Where results go, each `[n_targets]`. All are overwritten; `None` is not computed.
+#[derive(Debug)]
+pub struct Outputs<'a, T, const D: usize> {
+    /// `sum_j m_j K_delta(x_i - x_j)`.
+    pub potential: Option<&'a mut [T]>,
+    /// `sum_j m_j grad K_delta(x_i - x_j)`, or what [`Options::combination`] makes of it.
+    pub gradient: Option<&'a mut [[T; D]]>,
+    /// `sum_j m_j Laplacian K_delta(x_i - x_j)`.
+    pub laplacian: Option<&'a mut [T]>,
+}
+
+impl<T, const D: usize> Default for Outputs<'_, T, D> {
+    fn default() -> Self {
+        Self { potential: None, gradient: None, laplacian: None }
+    }
+}
+
+impl<T, const D: usize> Outputs<'_, T, D> {
+    /// Which outputs are there.
+    #[must_use]
+    pub fn wanted(&self) -> Wanted {
+        Wanted {
+            potential: self.potential.is_some(),
+            gradient: self.gradient.is_some(),
+            laplacian: self.laplacian.is_some(),
+        }
+    }
+
+    /// Whether every output there has this length.
+    fn have_length(&self, n: usize) -> bool {
+        self.potential.as_ref().is_none_or(|p| p.len() == n)
+            && self.gradient.as_ref().is_none_or(|g| g.len() == n)
+            && self.laplacian.as_ref().is_none_or(|l| l.len() == n)
+    }
+}
+
+/// Which outputs a plan is for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct Wanted {
+    /// The potential.
+    pub potential: bool,
+    /// The gradient.
+    pub gradient: bool,
+    /// The Laplacian.
+    pub laplacian: bool,
+}
+
+/// How a call runs: on which instruction set, through which executor. Nothing of it is ever stored.
+pub struct Run<'a> {
+    /// The instruction set.
+    pub level: Level,
+    /// Who runs the tasks.
+    pub executor: &'a dyn Executor,
+    /// Asked between tasks; `true` ends the call with [`Error::Stopped`].
+    pub should_stop: Option<&'a (dyn Fn() -> bool + Sync)>,
+    /// Added to, when the call succeeds.
+    pub counters: Option<&'a mut Counters>,
+}
+
+impl Default for Run<'_> {
+    fn default() -> Self {
+        Self { level: Level::best(), executor: &Serial, should_stop: None, counters: None }
+    }
+}
+
+impl core::fmt::Debug for Run<'_> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("Run").field("level", &self.level).field("workers", &self.executor.workers()).finish()
+    }
+}
+
+/// What a sum did: skipped work is a tested count, not a guess from a clock.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(C)]
+pub struct Counters {
+    /// Pairs of a target and a source with mass whose distance was computed.
+    pub pairs: u64,
+    /// Of these, pairs closer than delta.
+    pub near_pairs: u64,
+    /// Blocks (one source against one register block of targets) that evaluated the mollifier's polynomial.
+    pub polynomial_blocks: u64,
+    /// Blocks in which every lane was near, so that nothing was divided.
+    pub all_near_blocks: u64,
+    /// Pairs that took the scaled path, because r^2 or r^D leaves the normal range.
+    pub scaled_pairs: u64,
+    /// Sources without mass that were dropped.
+    pub massless_sources: u64,
+}
+
+impl Counters {
+    /// Adds another count.
+    pub fn add(&mut self, other: &Counters) {
+        let Counters { pairs, near_pairs, polynomial_blocks, all_near_blocks, scaled_pairs, massless_sources } = other;
+        self.pairs = self.pairs.saturating_add(*pairs);
+        self.near_pairs = self.near_pairs.saturating_add(*near_pairs);
+        self.polynomial_blocks = self.polynomial_blocks.saturating_add(*polynomial_blocks);
+        self.all_near_blocks = self.all_near_blocks.saturating_add(*all_near_blocks);
+        self.scaled_pairs = self.scaled_pairs.saturating_add(*scaled_pairs);
+        self.massless_sources = self.massless_sources.saturating_add(*massless_sources);
+    }
+}
+
+/// Overwrites `outputs` with the sums over `sources` at `targets`.
+///
+/// `workspace` needs [`Plan::workspace_bytes`] for the executor's number of workers, aligned to [`crate::space::ALIGN`];
+/// it is garbage afterwards. The same call gives the same bits for any executor.
+///
+/// # Errors
+/// [`Error::LengthMismatch`]: a length is not the plan's. [`Error::Unsupported`]: an output that the plan is not for, or
+/// a level that this machine lacks. [`Error::NotFinite`]: a coordinate or mass. [`Error::WorkspaceTooSmall`],
+/// [`Error::Misaligned`]: the workspace. All of these leave the outputs as they were. [`Error::Stopped`],
+/// [`Error::Executor`], or the executor's own error: the outputs are then partly written.
+pub fn evaluate<T: Real, const D: usize>(
+    plan: &Plan,
+    kernel: &dyn Interaction<T, D>,
+    sources: Sources<'_, T, D>,
+    targets: &[[T; D]],
+    outputs: Outputs<'_, T, D>,
+    workspace: &mut [u8],
+    run: &mut Run<'_>,
+) -> Result<()> {
+    if sources.positions.len() != plan.n_sources()
+        || sources.masses.len() != plan.n_sources()
+        || targets.len() != plan.n_targets()
+        || !outputs.have_length(targets.len())
+    {
+        return Err(Error::LengthMismatch);
+    }
+    if !plan.covers(outputs.wanted()) || !run.level.is_available() {
+        return Err(Error::Unsupported);
+    }
+    let finite = |points: &[[T; D]]| points.iter().flatten().all(|x| x.is_finite());
+    if !(finite(sources.positions) && finite(targets) && sources.masses.iter().all(|m| m.is_finite())) {
+        return Err(Error::NotFinite);
+    }
+    if workspace.len() < plan.workspace_bytes(run.executor.workers())? {
+        return Err(Error::WorkspaceTooSmall);
+    }
+    direct::evaluate(kernel, sources, targets, outputs, run)
+}

@@ -1,3 +1,6 @@
 //! The machine: lanes, instruction sets and the one dispatch. The only place, with `space`, that holds `unsafe` in core.
 
+mod level;
 pub(crate) mod root;
+
+pub use level::Level;

@@ -1,0 +1,120 @@
+//! Which method runs, why, what it skips and what it needs.
+
+use super::{Interaction, Wanted};
+use crate::error::Result;
+use crate::real::Real;
+
+/// How terms are added up.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Accumulation {
+    /// In blocks of sources: the error grows with the block length and the number of blocks, not with their product.
+    #[default]
+    Blocked,
+    /// Each addition's error is carried along: for diagnostics, at about twice the cost.
+    Compensated,
+}
+
+/// What a caller asks for beyond the outputs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Options {
+    /// How terms are added up.
+    pub accumulation: Accumulation,
+    /// In two dimensions the gradient output is `a grad u + b (grad u rotated by +90 degrees)`: `(1, 0)` is the
+    /// gradient, `(0, 1)` its rotation (vortex flow). Other dimensions take `(1, 0)` only.
+    pub combination: (f64, f64),
+    /// The relative error that may be spent for speed, in the l2 norm over targets; 0 asks for rounding alone.
+    pub tolerance: f64,
+    /// Forces a method; `None` lets the plan choose.
+    pub method: Option<Method>,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { accumulation: Accumulation::Blocked, combination: (1.0, 0.0), tolerance: 0.0, method: None }
+    }
+}
+
+/// How the sum is computed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Method {
+    /// All pairs.
+    Direct,
+}
+
+/// Why a method was chosen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Reason {
+    /// The caller forced it.
+    Forced,
+    /// No faster method serves this kernel, size and tolerance.
+    NothingFaster,
+}
+
+/// What will run. A small value, made from sizes alone.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Plan {
+    n_sources: usize,
+    n_targets: usize,
+    wanted: Wanted,
+    options: Options,
+    method: Method,
+    reason: Reason,
+}
+
+/// Chooses the method for sums of `kernel` over `n_sources` at `n_targets`.
+///
+/// # Errors
+/// [`crate::Error::Unsupported`]: the forced method cannot do this. [`crate::Error::TooLarge`]: the workspace's size overflows.
+pub fn plan<T: Real, const D: usize>(
+    _kernel: &dyn Interaction<T, D>,
+    n_sources: usize,
+    n_targets: usize,
+    wanted: Wanted,
+    options: &Options,
+) -> Result<Plan> {
+    let reason = if options.method.is_some() { Reason::Forced } else { Reason::NothingFaster };
+    Ok(Plan { n_sources, n_targets, wanted, options: *options, method: Method::Direct, reason })
+}
+
+impl Plan {
+    /// The number of sources it is for.
+    #[must_use]
+    pub fn n_sources(&self) -> usize {
+        self.n_sources
+    }
+
+    /// The number of targets it is for.
+    #[must_use]
+    pub fn n_targets(&self) -> usize {
+        self.n_targets
+    }
+
+    /// The method that will run.
+    #[must_use]
+    pub fn method(&self) -> Method {
+        self.method
+    }
+
+    /// Why.
+    #[must_use]
+    pub fn reason(&self) -> Reason {
+        self.reason
+    }
+
+    /// Bytes that [`super::evaluate`] needs for an executor of so many workers.
+    ///
+    /// # Errors
+    /// [`crate::Error::TooLarge`].
+    pub fn workspace_bytes(&self, _workers: usize) -> Result<usize> {
+        Ok(0)
+    }
+
+    /// Whether the plan is for these outputs.
+    pub(super) fn covers(&self, outputs: Wanted) -> bool {
+        (self.wanted.potential || !outputs.potential)
+            && (self.wanted.gradient || !outputs.gradient)
+            && (self.wanted.laplacian || !outputs.laplacian)
+    }
+}
