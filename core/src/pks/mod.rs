@@ -1,1 +1,3 @@
 //! Coalescing particles for the Patlak-Keller-Segel model (Zhelezov & Fatkullin, Sections 2 to 5).
+
+pub mod theory;

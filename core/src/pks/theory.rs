@@ -1,0 +1,247 @@
+//! What the theory predicts: critical mass, indices, rates of the second moment.
+//!
+//! Throughout, V is `gamma log |x - y|` near the diagonal: gamma = 1 / (2 pi) for the logarithmic and the screened potential of
+//! Zhelezov & Fatkullin (1.4), which [`GAMMA`] stands for. Units: masses in mass, `mu` in length^2 / time, `chi` in
+//! length^2 / (time mass), `noise` (the paper's mu with a tilde) in mass length^2 / time.
+
+use crate::real::Real;
+
+/// The strength of the logarithm in V of (1.4a) and (1.4b): 1 / (2 pi).
+pub const GAMMA: f64 = 0.5 * core::f64::consts::FRAC_1_PI;
+
+/// The critical mass `8 pi mu / chi`: above it a solution blows up in finite time (1.6), below it never does (1.7).
+#[must_use]
+pub fn critical_mass<T: Real>(mu: T, chi: T) -> T {
+    T::from_i32(8) * T::PI * mu / chi
+}
+
+/// The bound `T < 2 pi F(0) / ((chi M - 8 pi mu) M)` on the time of blow-up (1.8); infinite for a subcritical mass.
+///
+/// `second_moment` is F(0), the integral of |x|^2 rho about the centre of mass (not divided by M).
+#[must_use]
+pub fn blow_up_bound<T: Real>(mass: T, mu: T, chi: T, second_moment: T) -> T {
+    let excess = chi * mass - T::from_i32(8) * T::PI * mu;
+    if excess > T::ZERO { T::TWO * T::PI * second_moment / (excess * mass) } else { T::INFINITY }
+}
+
+/// Number, mass and sum of squared masses of a group of particles: all that its index depends on.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Group<T> {
+    /// Number of particles.
+    pub count: T,
+    /// Sum of the masses.
+    pub mass: T,
+    /// `sum_{i != j} m_i m_j = M^2 - sum m_i^2`, kept as such because the difference would cancel for one heavy particle.
+    pub pairs: T,
+}
+
+impl<T: Real> Group<T> {
+    /// The group of these masses.
+    #[must_use]
+    pub fn of(masses: &[T]) -> Self {
+        masses.iter().fold(Self::default(), |group, &mass| group.with(Self { count: T::ONE, mass, pairs: T::ZERO }))
+    }
+
+    /// The union with another group.
+    #[inline]
+    #[must_use]
+    pub fn with(self, other: Self) -> Self {
+        Self {
+            count: self.count + other.count,
+            mass: self.mass + other.mass,
+            pairs: self.pairs + other.pairs + T::TWO * self.mass * other.mass,
+        }
+    }
+}
+
+/// The constants that an index depends on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Law<T> {
+    /// chi, the chemosensitivity.
+    pub chi: T,
+    /// mu with a tilde of (1.3): a particle of mass m diffuses with `mu~ / m`.
+    pub noise: T,
+    /// gamma: V is `gamma log r` at small distance.
+    pub gamma: T,
+}
+
+impl<T: Real> Law<T> {
+    /// The law of the logarithmic or the screened potential.
+    #[must_use]
+    pub fn new(chi: T, noise: T) -> Self {
+        Self { chi, noise, gamma: T::from_f64(GAMMA) }
+    }
+
+    /// The index nu of the squared Bessel process that a group's second moment follows, (2.7), in general (4.30):
+    /// `N - 2 - gamma chi (M^2 - sum m^2) / (4 mu~)`. A group may collide if nu < 0, and must if nu <= -1.
+    ///
+    /// Without noise: -inf if the group attracts itself, else N - 2 (nothing makes it move).
+    #[inline]
+    #[must_use]
+    pub fn index(&self, group: &Group<T>) -> T {
+        let pull = self.gamma * self.chi * group.pairs;
+        if pull == T::ZERO {
+            return group.count - T::TWO;
+        }
+        group.count - T::TWO - pull / (T::from_i32(4) * self.noise)
+    }
+
+    /// alpha of (2.4): the drift of the second moment Y of (2.2).
+    #[must_use]
+    pub fn alpha(&self, group: &Group<T>) -> T {
+        (T::from_i32(4) * self.noise * (group.count - T::ONE) - self.gamma * self.chi * group.pairs) / group.mass
+    }
+
+    /// beta of (2.4), squared: `2 mu~ / M`.
+    #[inline]
+    #[must_use]
+    pub fn beta_squared(&self, group: &Group<T>) -> T {
+        T::TWO * self.noise / group.mass
+    }
+}
+
+/// The rate of change of the normalised second moment `(1/M) int |x|^2 rho`, with heavy point masses beside the regular part (4.12):
+/// `4 mu Mreg / M - chi M / (2 pi) (1 - sum (M_i / M)^2)`.
+#[must_use]
+pub fn second_moment_rate<T: Real>(mass: T, mu: T, chi: T, heavy: &[T]) -> T {
+    let (points, squares) =
+        heavy.iter().fold((T::ZERO, T::ZERO), |(sum, squares), &m| (sum + m, squares + (m / mass) * (m / mass)));
+    T::from_i32(4) * mu * (mass - points) / mass - chi * mass / (T::TWO * T::PI) * (T::ONE - squares)
+}
+
+/// One species of the multi-species model (4.24).
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
+pub struct Species<T> {
+    /// Total mass of the species.
+    pub mass: T,
+    /// Its diffusivity mu_i.
+    pub mu: T,
+}
+
+/// The rate of change of the second moment `int |x|^2 sum rho_i` (not divided by M) of many species (4.28):
+/// `sum (4 mu_i - chi M / (2 pi)) M_i`.
+#[must_use]
+pub fn second_moment_rate_of_species<T: Real>(species: &[Species<T>], chi: T) -> T {
+    let mass = species.iter().fold(T::ZERO, |sum, s| sum + s.mass);
+    species.iter().fold(T::ZERO, |sum, s| sum + (T::from_i32(4) * s.mu - chi * mass / (T::TWO * T::PI)) * s.mass)
+}
+
+/// The auxiliary diffusivity of many species: `mu = sum M_i mu_i / M`.
+///
+/// From (4.25), `mu_i = M eta_i mu / M_i`, with shares eta_i that add up to one. (The print of (5.3) and (5.4) has the masses
+/// upside down; its own numbers (5.8), mu = 5 and shares 1/2, are those of (4.25).)
+#[must_use]
+pub fn species_mu<T: Real>(species: &[Species<T>]) -> T {
+    let (mass, weighted) =
+        species.iter().fold((T::ZERO, T::ZERO), |(mass, sum), s| (mass + s.mass, sum + s.mass * s.mu));
+    weighted / mass
+}
+
+/// The share eta_i of the particles that the species gets: `M_i mu_i / (M mu)`, [`species_mu`] being mu.
+#[must_use]
+pub fn species_share<T: Real>(species: &[Species<T>], one: &Species<T>) -> T {
+    let weighted = species.iter().fold(T::ZERO, |sum, s| sum + s.mass * s.mu);
+    one.mass * one.mu / weighted
+}
+
+/// `mu~ = mu M / N` (4.6), (5.5) of a system of `particles` particles.
+#[must_use]
+pub fn noise<T: Real>(mass: T, mu: T, particles: usize) -> T {
+    mu * mass / T::from_usize(particles)
+}
+
+/// The point (M1, M2) with the largest M2 on the curve where the second moment of two species neither grows nor shrinks, (5.6):
+/// `2 pi (mu_1 - 2 mu_2) mu_1 / (chi (mu_1 - mu_2))` and `2 pi mu_1^2 / (chi (mu_1 - mu_2))`. It needs mu_1 > 2 mu_2.
+#[must_use]
+pub fn largest_masses<T: Real>(mu: [T; 2], chi: T) -> [T; 2] {
+    let [first, second] = mu;
+    let factor = T::TWO * T::PI * first / (chi * (first - second));
+    [factor * (first - T::TWO * second), factor * first]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_of_the_paper() {
+        // (5.7), (5.8).
+        let species = [Species { mass: 4.0, mu: 17.5 }, Species { mass: 24.0, mu: 35.0 / 12.0 }];
+        assert!((species_mu(&species) - 5.0).abs() < 1e-14);
+        assert!(species.iter().all(|s| (species_share(&species, s) - 0.5).abs() < 1e-15));
+        // Section 5.2.1: slopes -20 and -12.
+        let mass = 48.0 * core::f64::consts::PI;
+        assert!((second_moment_rate(mass, 1.0, 1.0, &[]) + 20.0).abs() < 1e-13);
+        assert!((second_moment_rate(mass, 1.0, 1.0, &[mass * 2.0 / 3.0]) + 12.0).abs() < 1e-13);
+        // Section 5.2.2 in units of 8 pi (critical mass for chi = mu = 1).
+        let critical = critical_mass(1.0, 1.0);
+        let slope = second_moment_rate(8.0 * critical, 1.0, 1.0, &[2.4 * critical, 5.6 * critical]);
+        assert!((slope + 13.44).abs() < 1e-13);
+        // One species: F' of (4.28) is M times (4.12).
+        let one = [Species { mass, mu: 1.0 }];
+        assert!((second_moment_rate_of_species(&one, 1.0) + 20.0 * mass).abs() < 1e-10);
+        // On the curve the rate is zero, and largest in M2.
+        let [first, second] = largest_masses([10.0, 1.0], 100.0);
+        let rate = |first: f64, second: f64| {
+            second_moment_rate_of_species(
+                &[Species { mass: first, mu: 10.0 }, Species { mass: second, mu: 1.0 }],
+                100.0,
+            )
+        };
+        assert!(rate(first, second).abs() < 1e-13);
+        assert!(rate(first * 1.01, second) < 0.0 && rate(first * 0.99, second) < 0.0);
+        // (1.8): F(0) / |F'| for the moment's line.
+        let bound: f64 = blow_up_bound(mass, 1.0, 1.0, 7.0);
+        assert!((bound - 7.0 / (20.0 * mass)).abs() < 1e-15);
+        assert_eq!(blow_up_bound(1.0, 1.0, 1.0, 7.0), f64::INFINITY);
+    }
+
+    #[test]
+    fn blow_up_and_total_collision_agree() {
+        // (4.9): nu = (N - 1)(1 - chi M / (8 pi mu)) - 1.
+        for (mass, n) in [(10.0, 1000), (30.0, 1000), (8.0 * core::f64::consts::PI, 7)] {
+            let masses = std::vec![mass / n as f64; n];
+            let law = Law::new(1.0, noise(mass, 1.0, n));
+            let want = (n as f64 - 1.0) * (1.0 - mass / critical_mass(1.0, 1.0)) - 1.0;
+            // N additions of the running sums.
+            assert!((law.index(&Group::of(&masses)) - want).abs() < 1e-12 * n as f64);
+        }
+    }
+
+    #[test]
+    fn indices_subtract() {
+        // (2.9): merging a cluster changes the whole system's index by -(nu + 1), to rounding.
+        let mut seed = 1_u64;
+        let mut random = || {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (seed >> 11) as f64 / (1_u64 << 53) as f64
+        };
+        for trial in 0..200 {
+            let n = 3 + (random() * 60.0) as usize;
+            let k = 2 + (random() * (n - 2) as f64) as usize;
+            let heavy = 10_f64.powf(6.0 * random());
+            let masses: std::vec::Vec<f64> = (0..n).map(|i| if i == 0 { heavy } else { 0.1 + random() }).collect();
+            let law = Law::new(10.0_f64.powf(4.0 * random() - 2.0), 1.0);
+            let cluster = law.index(&Group::of(&masses[..k]));
+            let merged: std::vec::Vec<f64> =
+                core::iter::once(masses[..k].iter().sum()).chain(masses[k..].iter().copied()).collect();
+            let (before, after) = (law.index(&Group::of(&masses)), law.index(&Group::of(&merged)));
+            // Rounding of the index itself: 3 n additions of terms of one sign.
+            let scale = before.abs().max(after.abs()).max(n as f64);
+            let error = after - before + (cluster + 1.0);
+            assert!(error.abs() <= 3.0 * n as f64 * f64::EPSILON * scale, "{trial}: {error:e} {scale:e}");
+        }
+    }
+
+    #[test]
+    fn alpha_beta_and_the_index_agree() {
+        // nu = alpha / (2 beta^2) - 1.
+        let law = Law::new(3.0, 0.7);
+        let group = Group::of(&[1.0, 2.5, 0.3]);
+        let nu: f64 = law.alpha(&group) / (2.0 * law.beta_squared(&group)) - 1.0;
+        assert!((nu - law.index(&group)).abs() < 1e-13);
+        assert_eq!(Law::new(1.0, 0.0).index(&group), f64::NEG_INFINITY);
+        assert_eq!(Law::new(0.0, 0.0).index(&group), 1.0);
+    }
+}
