@@ -8,6 +8,10 @@ use core::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAss
 
 use crate::isa::root::{sqrt_f32, sqrt_f64};
 
+mod double_word;
+
+pub use double_word::DoubleWord;
+
 mod sealed {
     pub trait Sealed {}
     impl Sealed for f32 {}
