@@ -82,7 +82,7 @@ pub(super) const fn weight(dimension: u32, exponent: u32, half_order: u32, i: u3
     let mut sum = Rational::ZERO;
     let mut j = i;
     while j < k {
-        let mut term = Rational::new(if (k - 1 + j) % 2 == 0 { 1 } else { -1 }, 1);
+        let mut term = Rational::new(if (k - 1 + j).is_multiple_of(2) { 1 } else { -1 }, 1);
         // C(K-1, j) / (K-1)! = 1 / (j! (K-1-j)!)
         let mut f = 2;
         while f <= j {

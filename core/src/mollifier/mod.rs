@@ -1,1 +1,89 @@
-//! The softening: compact polynomial and Gaussian mollifiers psi (Anderson; Craig & Bertozzi), with their Newtonian fields.
+//! The softening: compact polynomial and Gaussian mollifiers psi, with their Newtonian fields.
+//!
+//! Sources: C. R. Anderson, "Compact Polynomial Mollifiers For Poisson's Equation", UCLA CAM 14-43 (2015), and the Gaussians of
+//! K. Craig, A. L. Bertozzi, "A blob method for the aggregation equation", (3.1), (4.1), (4.2).
+//!
+//! A [`Mollifier`] names one; a [`Blob`] is one prepared with its length delta, in a scalar type and a dimension. For
+//! psi_delta(x) = delta^-N psi(x/delta) and the Newtonian K (Laplacian K = +Dirac: |x|/2, log|x|/(2 pi), -1/(4 pi |x|)) with
+//! phi = K * psi_delta it gives
+//!
+//! | function | value | unit |
+//! |---|---|---|
+//! | [`Blob::density`] | B = psi_delta(r) | length^-N |
+//! | [`Blob::density_slope`] | B'(r)/r | length^-(N+2) |
+//! | [`Blob::potential`] | phi(r), Laplacian phi = B | length^(2-N) |
+//! | [`Blob::gradient_factor`] | g = phi'(r)/r, grad phi = g x | length^-N |
+//! | [`Blob::hessian_factor`] | h = g'(r)/r, Hess phi = g I + h x x^T | length^-(N+2) |
+//! | [`Blob::enclosed_mass`] | the integral of psi_delta over a ball of radius r | 1 |
+//!
+//! and the fields at points. Outside the support of a compact mollifier the field is exactly Newtonian.
+//!
+//! These functions are for accuracy: they carry all numbers as sums of two ([`DoubleWord`](crate::real::DoubleWord))
+//! together with a separate exponent, use +, -, *, / and sqrt alone (and one libm logarithm for the potential in 2D), and
+//! round once at the end. So they overflow or underflow only where the true value does and give no NaN for finite
+//! arguments; their errors are listed in `docs/accuracy.md`. Sums over many particles use [`Polynomials`].
+
+mod blob;
+mod compact;
+mod distance;
+mod law;
+mod points;
+mod scaled;
+mod series;
+
+#[cfg(test)]
+mod tests;
+
+pub use blob::Blob;
+pub use law::{MAX_EXPONENT, MAX_ORDER, MAX_TERMS};
+pub use series::{Polynomials, Series};
+
+use crate::error::{Error, Result};
+
+/// Which mollifier, without its length.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Mollifier {
+    /// None: the singular kernel of the particle method. Its value at zero distance counts as zero.
+    None,
+    /// The compact polynomial of Anderson (3), (12): support radius delta, M - 1 times continuously differentiable.
+    Compact {
+        /// 2, 4, 6 or 8: moments 1 to order - 1 vanish.
+        order: u32,
+        /// M = 1..9.
+        exponent: u32,
+    },
+    /// The sums of Gaussians of Craig & Bertozzi: order 4 or 6 in 1D (4.1), order 4 in 2D (4.2); delta is a width.
+    Gaussian {
+        /// 4 or 6.
+        order: u32,
+    },
+}
+
+impl Mollifier {
+    /// Refuses a mollifier that does not exist in this dimension.
+    ///
+    /// # Errors
+    /// [`Error::Dimension`], [`Error::Order`], [`Error::Exponent`].
+    pub fn check(self, dimension: usize) -> Result<()> {
+        if !(1..=3).contains(&dimension) {
+            return Err(Error::Dimension);
+        }
+        match self {
+            Self::None => Ok(()),
+            Self::Compact { order: 2 | 4 | 6 | 8, exponent } if (1..=MAX_EXPONENT).contains(&exponent) => Ok(()),
+            Self::Compact { order: 2 | 4 | 6 | 8, .. } => Err(Error::Exponent),
+            Self::Gaussian { order: 4 } if dimension <= 2 => Ok(()),
+            Self::Gaussian { order: 6 } if dimension == 1 => Ok(()),
+            Self::Compact { .. } | Self::Gaussian { .. } => Err(Error::Order),
+        }
+    }
+
+    /// The mollifier's order p: mollifying a smooth function changes it by O(delta^p). 0 for none.
+    #[must_use]
+    pub fn order(self) -> u32 {
+        match self {
+            Self::None => 0,
+            Self::Compact { order, .. } | Self::Gaussian { order } => order,
+        }
+    }
+}

@@ -1,0 +1,93 @@
+//! Compact polynomial mollifiers inside their support, with t carried as a sum of two numbers.
+
+use super::distance::{Distance, sphere};
+use super::scaled::Scaled;
+use super::series::{Exact, Series};
+use crate::real::{DoubleWord, Real};
+
+/// A compact mollifier's shape: its coefficients, without a length.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Compact<T> {
+    exponent: u32,
+    pub series: Exact<T>,
+}
+
+/// A place inside the support.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Inside<'a, T> {
+    shape: &'a Compact<T>,
+    dimension: usize,
+    delta: Distance<T>,
+    r: Distance<T>,
+    /// (delta^2 - r^2)/delta^2, whose relative error stays O(u^2) up to the edge, as both squares are exact.
+    t: DoubleWord<T>,
+}
+
+impl<T: Real> Compact<T> {
+    pub fn new(dimension: usize, order: u32, exponent: u32) -> Self {
+        Self { exponent, series: Exact::new(dimension, order, exponent) }
+    }
+
+    /// The place at distance `r` <= `delta`.
+    pub fn inside(&self, dimension: usize, delta: Distance<T>, r: Distance<T>) -> Inside<'_, T> {
+        let t = (delta.square - r.square_in(delta.exponent)) / delta.square;
+        Inside { shape: self, dimension, delta, r, t }
+    }
+}
+
+impl<T: Real> Inside<'_, T> {
+    /// `polynomial / (S_N delta^power)`.
+    fn over_power(&self, value: Scaled<T>, power: u32) -> Scaled<T> {
+        value.over(sphere(self.dimension).times(self.delta.power(power)))
+    }
+
+    fn polynomial(&self, series: &Series<DoubleWord<T>>) -> Scaled<T> {
+        Scaled::new(self.t.polynomial(series.coefficients()), 0)
+    }
+
+    /// t^low times a polynomial whose coefficients below `low` are zero: t^9 may underflow where the density does not.
+    fn high_polynomial(&self, series: &Series<DoubleWord<T>>, low: u32) -> Scaled<T> {
+        let rest = series.coefficients().get(low as usize..).unwrap_or(&[]);
+        Scaled::new(self.t, 0).powi(low).times(Scaled::new(self.t.polynomial(rest), 0))
+    }
+
+    pub fn density(&self) -> Scaled<T> {
+        let b = self.high_polynomial(&self.shape.series.density, self.shape.exponent);
+        self.over_power(b, self.dimension as u32)
+    }
+
+    pub fn density_slope(&self) -> Scaled<T> {
+        let q = self.high_polynomial(&self.shape.series.density_slope, self.shape.exponent - 1);
+        self.over_power(q, self.dimension as u32 + 2)
+    }
+
+    pub fn gradient(&self) -> Scaled<T> {
+        self.over_power(self.polynomial(&self.shape.series.gradient), self.dimension as u32)
+    }
+
+    pub fn hessian(&self) -> Scaled<T> {
+        self.over_power(self.polynomial(&self.shape.series.hessian), self.dimension as u32 + 2)
+    }
+
+    pub fn potential(&self) -> Scaled<T> {
+        match self.dimension {
+            1 => {
+                // (delta/2) (c + (s/2) R(t)): in powers of t alone the terms cancel.
+                let s = self.r.square_in(self.delta.exponent) / self.delta.square;
+                let rise = s * self.t.polynomial(self.shape.series.rise.coefficients()) * T::HALF;
+                self.delta.length().scale((self.shape.series.centre + rise) * T::HALF)
+            }
+            2 => {
+                let p = self.t.polynomial(self.shape.series.potential.coefficients());
+                Scaled::new(p + self.delta.log(), 0).over(sphere(2))
+            }
+            _ => self.over_power(self.polynomial(&self.shape.series.potential), 1),
+        }
+    }
+
+    /// (r/delta)^N G(t).
+    pub fn enclosed_mass(&self) -> Scaled<T> {
+        let n = self.dimension as u32;
+        self.polynomial(&self.shape.series.gradient).times(self.r.power(n)).over(self.delta.power(n))
+    }
+}

@@ -1,0 +1,81 @@
+//! Lengths as a squared fraction and an exponent: exact for a radius, good to a few u^2 for a point.
+
+use super::scaled::Scaled;
+use crate::real::{DoubleWord, Real};
+
+/// A length L >= 0 with L^2 = `square` * 4^`exponent`, 1/4 <= `square` < 3; or zero.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Distance<T> {
+    pub square: DoubleWord<T>,
+    pub exponent: i32,
+}
+
+impl<T: Real> Distance<T> {
+    /// |r|, finite; its square is exact.
+    pub fn new(r: T) -> Self {
+        let (fraction, exponent) = r.frexp();
+        Self { square: DoubleWord::product(fraction, fraction), exponent }
+    }
+
+    /// |x|, with x finite.
+    pub fn of_point<const D: usize>(x: &[T; D]) -> Self {
+        let (_, exponent) = x.iter().fold(T::ZERO, |largest, c| largest.max(c.abs())).frexp();
+        // A coordinate so much smaller than the largest that its square underflows adds nothing.
+        let square =
+            x.iter().map(|c| c.ldexp(-exponent)).fold(DoubleWord::ZERO, |sum, c| sum + DoubleWord::product(c, c));
+        Self { square, exponent }
+    }
+
+    pub fn is_zero(&self) -> bool {
+        self.square.hi == T::ZERO
+    }
+
+    /// L^2.
+    pub fn squared(&self) -> Scaled<T> {
+        Scaled::new(self.square, self.exponent.saturating_mul(2))
+    }
+
+    /// L.
+    pub fn length(&self) -> Scaled<T> {
+        Scaled::new(self.square.sqrt(), self.exponent)
+    }
+
+    /// L^n.
+    pub fn power(&self, n: u32) -> Scaled<T> {
+        let even = self.squared().powi(n / 2);
+        if n % 2 == 1 { even.times(self.length()) } else { even }
+    }
+
+    /// L^2 in units of `4^exponent`; may underflow, where it is negligible beside 1.
+    pub fn square_in(&self, exponent: i32) -> DoubleWord<T> {
+        self.square.ldexp(self.exponent.saturating_sub(exponent).saturating_mul(2))
+    }
+
+    /// `self > other`, exactly as the squares are held.
+    pub fn exceeds(&self, other: &Self) -> bool {
+        // Squares lie in [1/4, 3), a factor below 4^2 apart.
+        let apart = self.exponent - other.exponent;
+        apart >= 2 || (apart >= -2 && self.square_in(other.exponent) > other.square)
+    }
+
+    /// Natural logarithm of L > 0: to 1.5 ulp or so, near L = 1 too.
+    pub fn log(&self) -> DoubleWord<T> {
+        let length = self.length();
+        let value = length.double_word();
+        if value.hi > T::MIN_POSITIVE && value.hi < T::MAX {
+            return DoubleWord::sum(value.hi.log(), value.lo / value.hi);
+        }
+        // Beyond the normal range the exponent dominates.
+        let fraction = self.square.sqrt().hi.log();
+        DoubleWord::from_parts(core::f64::consts::LN_2, 0.0) * T::from_i32(self.exponent) + DoubleWord::from(fraction)
+    }
+}
+
+/// The measure of the unit sphere in dimension N: 2, 2 pi, 4 pi. (Anderson's omega_1 is half of the first.)
+pub(super) fn sphere<T: Real>(dimension: usize) -> Scaled<T> {
+    match dimension {
+        1 => Scaled::from(T::TWO),
+        2 => Scaled::new(DoubleWord::pi(), 1),
+        _ => Scaled::new(DoubleWord::pi(), 2),
+    }
+}

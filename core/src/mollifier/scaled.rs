@@ -1,0 +1,75 @@
+//! Numbers with their own exponent, so that nothing on the way to a result overflows or underflows.
+
+use crate::real::{DoubleWord, Real};
+
+/// `value * 2^exponent`. Operations keep `value` near 1, so the exponent carries the size.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Scaled<T> {
+    value: DoubleWord<T>,
+    exponent: i32,
+}
+
+impl<T: Real> Scaled<T> {
+    pub const ZERO: Self = Self { value: DoubleWord::ZERO, exponent: 0 };
+
+    /// `value * 2^exponent`.
+    pub fn new(value: DoubleWord<T>, exponent: i32) -> Self {
+        let (hi, shift) = value.hi.frexp();
+        Self { value: DoubleWord { hi, lo: value.lo.ldexp(-shift) }, exponent: exponent.saturating_add(shift) }
+    }
+
+    pub fn is_zero(self) -> bool {
+        self.value.hi == T::ZERO
+    }
+
+    pub fn times(self, other: Self) -> Self {
+        Self::new(self.value * other.value, self.exponent.saturating_add(other.exponent))
+    }
+
+    pub fn over(self, other: Self) -> Self {
+        Self::new(self.value / other.value, self.exponent.saturating_sub(other.exponent))
+    }
+
+    pub fn scale(self, factor: DoubleWord<T>) -> Self {
+        Self::new(self.value * factor, self.exponent)
+    }
+
+    /// `self * 2^n`.
+    pub fn shift(self, n: i32) -> Self {
+        Self { value: self.value, exponent: self.exponent.saturating_add(n) }
+    }
+
+    pub fn plus(self, other: Self) -> Self {
+        if self.is_zero() {
+            return other;
+        }
+        if other.is_zero() {
+            return self;
+        }
+        let (large, small) = if self.exponent >= other.exponent { (self, other) } else { (other, self) };
+        // What is 2^-200 of the larger term changes nothing, so the shift may underflow.
+        let small = small.value.ldexp(small.exponent.saturating_sub(large.exponent));
+        Self::new(large.value + small, large.exponent)
+    }
+
+    pub fn powi(self, n: u32) -> Self {
+        (0..n).fold(Self::new(DoubleWord::ONE, 0), |power, _| power.times(self))
+    }
+
+    /// The value with its exponent folded in: it may overflow or underflow as the number itself does.
+    pub fn double_word(self) -> DoubleWord<T> {
+        self.value.ldexp(self.exponent)
+    }
+
+    /// Rounded to `T`.
+    pub fn round(self) -> T {
+        self.value.hi.ldexp(self.exponent)
+    }
+}
+
+impl<T: Real> From<T> for Scaled<T> {
+    /// `x`, finite.
+    fn from(x: T) -> Self {
+        Self::new(DoubleWord::from(x), 0)
+    }
+}

@@ -1,0 +1,216 @@
+use std::string::{String, ToString};
+use std::vec::Vec;
+
+use serde_json::Value;
+
+use super::law::{Rational, gradient, taylor};
+use super::series::{Exact, Series};
+use super::*;
+use crate::real::{DoubleWord, Real};
+
+fn rational(text: &Value) -> Rational {
+    let text = text.as_str().unwrap();
+    let (numerator, denominator) = text.split_once('/').unwrap_or((text, "1"));
+    Rational::new(numerator.parse().unwrap(), denominator.parse().unwrap())
+}
+
+fn rationals(list: &Value) -> Vec<Rational> {
+    let mut all: Vec<_> = list.as_array().unwrap().iter().map(rational).collect();
+    while all.last() == Some(&Rational::ZERO) {
+        all.pop();
+    }
+    all
+}
+
+/// (N, order, M, the reference's entry) of all 3 x 4 x 9 mollifiers.
+fn reference() -> Vec<(u32, u32, u32, Value)> {
+    let text = include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/data/coeffs.json"));
+    let all: Value = serde_json::from_str(text).unwrap();
+    let mut entries = Vec::new();
+    for n in 1..=3 {
+        for order in [2, 4, 6, 8] {
+            for m in 1..=9 {
+                let entry = all[["N", &n.to_string(), "_o", &order.to_string(), "_M", &m.to_string()].concat()].clone();
+                assert!(entry.is_object());
+                entries.push((n, order, m, entry));
+            }
+        }
+    }
+    entries
+}
+
+/// The law in exact arithmetic: (b, B'/r, G, H, P, 1D's R and centre).
+struct Law {
+    density: Vec<Rational>,
+    density_slope: Vec<Rational>,
+    gradient: Vec<Rational>,
+    hessian: Vec<Rational>,
+    potential: Vec<Rational>,
+    rise: Vec<Rational>,
+    centre: Rational,
+}
+
+fn law(n: u32, order: u32, m: u32) -> Law {
+    let degree = m + order / 2 - 1;
+    let g = |k| gradient(n, m, order / 2, k);
+    let b = |k: u32| g(k).times((n + 2 * k).into(), 1).plus(g(k + 1).times(-2 * i128::from(k + 1), 1));
+    assert!((0..m).all(|k| b(k) == Rational::ZERO));
+    let mut potential = std::vec![Rational::new(i128::from(2 - n as i32), 1)];
+    potential.extend((0..=degree).map(|k| g(k).times(-1, 2 * i128::from(k + 1))));
+    let rise: Vec<_> = (0..=degree)
+        .map(|j| (j..=degree).map(|k| g(k).times(1, i128::from(k + 1))).fold(Rational::ZERO, Rational::plus))
+        .collect();
+    Law {
+        density: (0..=degree).map(b).collect(),
+        density_slope: (1..=degree).map(|k| b(k).times(-2 * i128::from(k), 1)).collect(),
+        gradient: (0..=degree).map(g).collect(),
+        hessian: (1..=degree).map(|k| g(k).times(-2 * i128::from(k), 1)).collect(),
+        potential,
+        centre: Rational::ONE.plus(rise[0].times(-1, 2)),
+        rise,
+    }
+}
+
+#[test]
+fn the_law_gives_every_reference_coefficient_exactly() {
+    for (n, order, m, entry) in reference() {
+        let ours = law(n, order, m);
+        let name = [n, order, m];
+        assert_eq!(ours.density, rationals(&entry["B"]["t"]), "{name:?}");
+        assert_eq!(ours.gradient, rationals(&entry["g"]["t"]), "{name:?}");
+        assert_eq!(ours.hessian, rationals(&entry["h"]["t"]), "{name:?}");
+        assert_eq!(ours.potential, rationals(&entry["phi"]["t"]), "{name:?}");
+        assert_eq!(ours.density_slope, rationals(&entry["Bp"]["t"]), "{name:?}");
+        // The reference lists the positive form up to order 6; beyond, it follows from the gradient as everywhere.
+        if n == 1 && order <= 6 {
+            assert_eq!(ours.rise, rationals(&entry["phi_pos"]["P"]), "{name:?}");
+            assert_eq!(ours.centre, rational(&entry["phi_pos"]["c"]), "{name:?}");
+        }
+    }
+}
+
+#[test]
+fn only_the_top_coefficients_leave_the_taylor_series() {
+    assert_eq!(taylor(3, 2), Rational::new(15, 8));
+    assert_eq!(gradient(2, 4, 2, 5), Rational::new(7, 1));
+    assert_eq!(gradient(3, 4, 3, 5), Rational::new(-129_591, 2048));
+    assert_eq!(gradient(3, 4, 3, 7), Rational::ZERO);
+}
+
+/// |prepared - exact| <= 2^-digits |exact|, all in integers: prepared = a / 2^p.
+fn agree<T: Real>(got: &Series<DoubleWord<T>>, want: &[Rational], digits: u32, what: &str) {
+    assert_eq!(got.coefficients().len(), want.len(), "{what}");
+    for (c, exact) in got.coefficients().iter().zip(want) {
+        let fixed = |x: f64| -> i128 {
+            // Parts below 2^-98 are cut off; the coefficients stay below 2^28.
+            let scaled = libm::ldexp(x, 98);
+            assert!(scaled.abs() < 1.7e38);
+            scaled as i128
+        };
+        let got = fixed(c.hi.to_f64()) + fixed(c.lo.to_f64());
+        // exact * 2^98, bit by bit so that nothing overflows
+        let quotient = exact.numerator / exact.denominator;
+        let rest = exact.numerator % exact.denominator;
+        let mut want = quotient;
+        let mut left = rest;
+        for _ in 0..98 {
+            left *= 2;
+            want = want * 2 + left / exact.denominator;
+            left %= exact.denominator;
+        }
+        let error = (got - want).abs();
+        assert!(error <= (want.abs() >> digits) + 2, "{what}: {c:?} against {exact:?}");
+    }
+}
+
+fn prepared_series_hold_both_words<T: Real>(digits: u32) {
+    for (n, order, m, _) in reference() {
+        let (law, exact) = (law(n, order, m), Exact::<T>::new(n as usize, order, m));
+        let what: String = std::format!("N{n} order {order} M{m} {}", core::any::type_name::<T>());
+        agree(&exact.density, &law.density, digits, &what);
+        agree(&exact.density_slope, &law.density_slope, digits, &what);
+        agree(&exact.gradient, &law.gradient, digits, &what);
+        agree(&exact.hessian, &law.hessian, digits, &what);
+        agree(&exact.potential, &law.potential, digits, &what);
+        if n == 1 {
+            agree(&exact.rise, &law.rise, digits, &what);
+            assert!(
+                (exact.centre.hi.to_f64() * law.centre.denominator as f64 / law.centre.numerator as f64 - 1.0).abs()
+                    < 1e-6
+            );
+        }
+    }
+}
+
+#[test]
+fn prepared_coefficients_are_the_exact_ones_to_twice_the_digits() {
+    // A rounding error of each stored word pair is 2^-106 (2^-48); the density's recurrence cancels up to 2^10.
+    prepared_series_hold_both_words::<f64>(94);
+    prepared_series_hold_both_words::<f32>(36);
+}
+
+#[test]
+fn mollifiers_that_do_not_exist_are_refused() {
+    let compact = |order, exponent| Mollifier::Compact { order, exponent };
+    assert_eq!(compact(4, 9).check(3), Ok(()));
+    for (mollifier, dimension, error) in [
+        (Mollifier::None, 0, Error::Dimension),
+        (compact(2, 1), 4, Error::Dimension),
+        (compact(3, 1), 2, Error::Order),
+        (compact(0, 1), 2, Error::Order),
+        (compact(10, 1), 2, Error::Order),
+        (compact(2, 0), 2, Error::Exponent),
+        (compact(2, 10), 2, Error::Exponent),
+        (Mollifier::Gaussian { order: 6 }, 2, Error::Order),
+        (Mollifier::Gaussian { order: 2 }, 1, Error::Order),
+        (Mollifier::Gaussian { order: 4 }, 3, Error::Order),
+    ] {
+        assert_eq!(mollifier.check(dimension), Err(error), "{mollifier:?} {dimension}");
+    }
+    for delta in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        assert_eq!(Blob::<f64, 2>::new(compact(2, 1), delta).err(), Some(Error::Delta));
+        assert!(Blob::<f64, 2>::new(Mollifier::None, delta).is_ok());
+    }
+}
+
+#[test]
+fn plain_polynomials_agree_with_the_accurate_functions() {
+    fn check<T: Real, const D: usize>() {
+        for order in [2, 4, 6, 8] {
+            for exponent in 1..=9 {
+                let delta = T::from_f64(0.37);
+                let blob = Blob::<T, D>::new(Mollifier::Compact { order, exponent }, delta).unwrap();
+                let p = blob.polynomials().unwrap();
+                let scale = p.density.at(T::ONE).abs() * p.scale;
+                for i in 0..=64 {
+                    let r = delta * T::from_i32(i) / T::from_i32(64);
+                    let t = (delta - r) / delta * (T::ONE + r / delta);
+                    // Plain Horner: 12 ulp at condition one; conditions up to 5 (gradient), 70 (Hessian), 50 (potential in 1D).
+                    let close = |a: T, b: T, size: T, bound: f64| {
+                        let error = (a - b).abs().to_f64();
+                        assert!(
+                            error <= bound * T::EPSILON.to_f64() * size.abs().to_f64(),
+                            "D{D} {order} {exponent} {i}: {a} {b}"
+                        );
+                    };
+                    close(p.scale * p.gradient.at(t), blob.gradient_factor(r), blob.gradient_factor(r), 60.0);
+                    close(
+                        p.hessian_scale * p.hessian.at(t),
+                        blob.hessian_factor(r),
+                        blob.hessian_factor(T::ZERO),
+                        200.0,
+                    );
+                    close(p.scale * p.density.at(t), blob.density(r), scale, 12.0 * 150.0);
+                    let potential = p.potential_scale * p.potential.at(t) + p.potential_offset;
+                    close(potential, blob.potential(r), blob.potential(delta).abs() + p.potential_scale, 60.0);
+                }
+            }
+        }
+    }
+    check::<f64, 1>();
+    check::<f64, 2>();
+    check::<f64, 3>();
+    check::<f32, 1>();
+    check::<f32, 2>();
+    check::<f32, 3>();
+}
