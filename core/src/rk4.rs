@@ -34,6 +34,11 @@ impl<'w, T: Real> Scratch<'w, T> {
     pub fn lay(space: &mut impl Space<'w>, n: usize) -> Result<Self> {
         Ok(Self { stage: space.array(n)?, slope: space.array(n)?, sum: space.array(n)? })
     }
+
+    /// A slice of the state's length, free between steps.
+    pub fn spare(&mut self) -> &mut [T] {
+        self.slope
+    }
 }
 
 /// Which of the four evaluations of a step is asked for. The first is at the state itself.

@@ -1,10 +1,19 @@
 //! The blob method for the aggregation equation (Craig & Bertozzi, Definitions 2.2 and 2.3).
 //!
-//! * [`moments()`]: what a run conserves or dissipates, from positions and masses alone
+//! * [`plan()`], [`step`]: positions, densities, velocities and divergences along trajectories, k steps in one call
+//! * [`stable_step`], [`stable_step_anywhere`]: how long a step may be
+//! * [`moments()`], [`energy_of`], [`smallest_overlap`]: what a run conserves or dissipates, and how well its blobs overlap
+//! * [`norm`], [`distance`]: discrete norms
 //! * [`radial`]: exact solutions for the Newtonian kernel, to compare with
 //! * [`steady`]: steady states known in closed form
 mod moments;
+mod norms;
 pub mod radial;
+mod run;
+mod stability;
 pub mod steady;
 
 pub use moments::{Moments, Sum, moments, smallest_overlap};
+pub use norms::{distance, norm};
+pub use run::{Advance, AfterStep, Plan, Progress, Report, State, Trajectories, Wanted, energy_of, plan, step};
+pub use stability::{stable_step, stable_step_anywhere};

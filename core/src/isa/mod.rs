@@ -2,7 +2,5 @@
 
 mod level;
 pub(crate) mod root;
-mod widest;
 
 pub use level::Level;
-pub(crate) use widest::{Plain, widest};

@@ -1,0 +1,434 @@
+//! Definitions 2.2 and 2.3 in one call: k fixed steps of RK4 on the caller's buffers.
+//!
+//! Particles carry mass and move each other; tracers are carried along (the blob method "off the grid"). The right-hand
+//! side is one call of [`field::evaluate`], whatever the kernel and the method behind it:
+//!
+//! `x' = -grad u(x)`, `rho' = -(div v) rho = Laplacian(u) rho`, `u(x) = sum_j m_j K_delta(x - x_j)`.
+//!
+//! Without a mollifier the same call is the particle method.
+
+use crate::blob::moments::{Sum, moments};
+use crate::error::{Error, Result};
+use crate::field::{self, Interaction, Options, Outputs, Run, Sources, Wanted as FieldWanted};
+use crate::real::Real;
+use crate::rk4::{self, Stage};
+use crate::space::{Carve, Measure, Space};
+
+/// What a run computes beside positions. What is not wanted is not computed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Wanted {
+    /// Advance densities along the trajectories: one Laplacian sum an evaluation.
+    pub density: bool,
+    /// The velocity at the end: one more evaluation after the last step.
+    pub velocity: bool,
+    /// The velocity's divergence at the end: as above.
+    pub divergence: bool,
+    /// Watch the regularised energy (2.4): one potential sum a step, and one after the last; a rise beyond rounding
+    /// stops the run.
+    pub energy: bool,
+}
+
+/// How a run is done: made by [`plan()`], of sizes and options only.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    particles: usize,
+    tracers: usize,
+    total: usize,
+    wanted: Wanted,
+    /// The relative error that the field sums are allowed: 0 means rounding alone.
+    tolerance: f64,
+    /// k1, with the potential if the energy is watched; k2 to k4; what is wanted at the end, if anything.
+    first: field::Plan,
+    later: field::Plan,
+    last: Option<field::Plan>,
+}
+
+/// Plans runs of `particles` massive particles and `tracers` massless ones.
+///
+/// # Errors
+/// [`Error::TooLarge`]: a size overflows; those of [`field::plan`].
+pub fn plan<T: Real, const D: usize>(
+    kernel: &dyn Interaction<T, D>,
+    particles: usize,
+    tracers: usize,
+    wanted: Wanted,
+    options: &Options,
+) -> Result<Plan> {
+    let total = particles.checked_add(tracers).ok_or(Error::TooLarge)?;
+    let each = |potential, gradient, laplacian| {
+        let outputs = FieldWanted { potential, gradient, laplacian };
+        field::plan(kernel, particles, total, outputs, options)
+    };
+    let Wanted { density, velocity, divergence, energy } = wanted;
+    let at_end = velocity || divergence || energy;
+    Ok(Plan {
+        particles,
+        tracers,
+        total,
+        wanted,
+        tolerance: options.tolerance,
+        first: each(energy, true, density)?,
+        later: each(false, true, density)?,
+        last: if at_end { Some(each(energy, velocity, divergence)?) } else { None },
+    })
+}
+
+impl Plan {
+    /// Bytes of workspace that [`step`] needs with an executor of this many workers.
+    ///
+    /// # Errors
+    /// [`Error::TooLarge`].
+    pub fn workspace_bytes<T: Real, const D: usize>(&self, workers: usize) -> Result<usize> {
+        Measure::of(|space| Arrays::<T>::lay::<D>(space, self, workers).map(|_| ()))
+    }
+
+    /// How the velocity is evaluated: the method, why, and what it skips.
+    #[must_use]
+    pub fn field(&self) -> &field::Plan {
+        &self.later
+    }
+
+    /// What the run computes.
+    #[must_use]
+    pub fn wanted(&self) -> Wanted {
+        self.wanted
+    }
+
+    fn field_bytes(&self, workers: usize) -> Result<usize> {
+        let first = self.first.workspace_bytes(workers)?;
+        let later = self.later.workspace_bytes(workers)?;
+        let last = self.last.as_ref().map_or(Ok(0), |plan| plan.workspace_bytes(workers))?;
+        Ok(first.max(later).max(last))
+    }
+}
+
+/// The workspace: the state as one flat slice (positions, then densities; particles before tracers), the stepper's
+/// scratch, a scalar for each point for what the watch and the end want, and the field's own scratch.
+struct Arrays<'w, T> {
+    state: &'w mut [T],
+    scratch: rk4::Scratch<'w, T>,
+    potential: &'w mut [T],
+    divergence: &'w mut [T],
+    field: &'w mut [u8],
+}
+
+impl<'w, T: Real> Arrays<'w, T> {
+    fn lay<const D: usize>(space: &mut impl Space<'w>, plan: &Plan, workers: usize) -> Result<Self> {
+        let each = D + usize::from(plan.wanted.density);
+        let flat = plan.total.checked_mul(each).ok_or(Error::TooLarge)?;
+        Ok(Self {
+            state: space.array(flat)?,
+            scratch: rk4::Scratch::lay(space, flat)?,
+            potential: space.array(if plan.wanted.energy { plan.total } else { 0 })?,
+            divergence: space.array(if plan.wanted.divergence { plan.total } else { 0 })?,
+            field: space.array(plan.field_bytes(workers)?)?,
+        })
+    }
+}
+
+/// Points that follow the flow, with what is known along their trajectories.
+#[derive(Debug)]
+pub struct Trajectories<'a, T, const D: usize> {
+    /// Length units; advanced in place.
+    pub positions: &'a mut [[T; D]],
+    /// Mass over volume; advanced in place. Present if and only if the plan wants densities.
+    pub density: Option<&'a mut [T]>,
+    /// Length over time, at the end of the run; overwritten.
+    pub velocity: Option<&'a mut [[T; D]]>,
+    /// One over time, at the end of the run; overwritten.
+    pub divergence: Option<&'a mut [T]>,
+}
+
+impl<T, const D: usize> Trajectories<'_, T, D> {
+    /// No points.
+    #[must_use]
+    pub fn none() -> Self {
+        Self { positions: &mut [], density: None, velocity: None, divergence: None }
+    }
+
+    fn check(&self, n: usize, wanted: Wanted) -> Result<()> {
+        let fits = |len: Option<usize>, allowed: bool| len.is_none_or(|len| allowed && len == n);
+        let density = self.density.as_ref().map(|d| d.len());
+        let velocity = self.velocity.as_ref().map(|v| v.len());
+        let divergence = self.divergence.as_ref().map(|d| d.len());
+        let complete = density.is_some() || !wanted.density || n == 0;
+        let same = self.positions.len() == n
+            && fits(density, wanted.density)
+            && fits(velocity, wanted.velocity)
+            && fits(divergence, wanted.divergence);
+        if complete && same { Ok(()) } else { Err(Error::LengthMismatch) }
+    }
+}
+
+/// What a run works on.
+#[derive(Debug)]
+pub struct State<'a, T, const D: usize> {
+    /// Mass of each particle (density times h^d in the blob method), any sign; never written.
+    pub masses: &'a [T],
+    /// The particles.
+    pub particles: Trajectories<'a, T, D>,
+    /// The tracers (Definition 2.3); may be none.
+    pub tracers: Trajectories<'a, T, D>,
+}
+
+/// A state as a callback between steps sees it.
+#[derive(Clone, Copy, Debug)]
+pub struct Progress<'a, T, const D: usize> {
+    /// Steps completed in this call.
+    pub steps: usize,
+    /// The particles' positions.
+    pub positions: &'a [[T; D]],
+    /// The particles' densities, if advanced.
+    pub density: Option<&'a [T]>,
+}
+
+/// What to call after each step: `false` stops the run.
+pub type AfterStep<'a, T, const D: usize> = &'a mut dyn FnMut(Progress<'_, T, D>) -> bool;
+
+/// How far a run goes.
+pub struct Advance<'a, T, const D: usize> {
+    /// Length of a step; not looked at if there is none.
+    pub dt: T,
+    /// Number of steps; 0 computes the outputs of the state as it is.
+    pub steps: usize,
+    /// Called after each step.
+    pub after_step: Option<AfterStep<'a, T, D>>,
+}
+
+/// What a run says about itself, also when it fails.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Report {
+    /// Steps completed; the state in the caller's buffers is the one after them.
+    pub steps: usize,
+    /// With [`Error::NotFinite`]: the index of the first particle with a value that is not finite, tracers counted
+    /// after the particles.
+    pub first_bad: Option<usize>,
+    /// The energy at the start and the last one computed, if watched.
+    pub energy: Option<(f64, f64)>,
+}
+
+/// Advances the state by `advance.steps` steps and writes the outputs wanted at the end.
+///
+/// The caller's buffers hold the state after the last completed step at any time: during `after_step`, and after an
+/// error. Masses are not touched. Cost: four field evaluations a step, one more if the plan wants outputs at the end.
+/// Scratch: [`Plan::workspace_bytes`], garbage after the call. Same bits for any executor.
+///
+/// # Errors
+/// Refused, with nothing but `report` written: [`Error::LengthMismatch`], [`Error::TimeStep`], [`Error::NotFinite`],
+/// [`Error::WorkspaceTooSmall`], [`Error::Misaligned`]. Stopped, with the state of the last completed step and no
+/// output written: [`Error::BecameNotFinite`]; [`Error::Stopped`] by `after_step` or by `run.should_stop`;
+/// [`Error::EnergyRose`], with the state after the step that raised it; what [`field::evaluate`] returns.
+///
+/// # Source
+/// Craig & Bertozzi, Definitions 2.2 and 2.3, equation (2.4).
+pub fn step<T: Real, const D: usize>(
+    plan: &Plan,
+    kernel: &dyn Interaction<T, D>,
+    state: State<'_, T, D>,
+    mut advance: Advance<'_, T, D>,
+    workspace: &mut [u8],
+    run: &mut Run<'_>,
+    report: &mut Report,
+) -> Result<()> {
+    *report = Report::default();
+    let State { masses, mut particles, mut tracers } = state;
+    let wanted = plan.wanted;
+    particles.check(plan.particles, wanted)?;
+    tracers.check(plan.tracers, wanted)?;
+    if masses.len() != plan.particles {
+        return Err(Error::LengthMismatch);
+    }
+    if advance.steps > 0 && !(advance.dt.is_finite() && advance.dt > T::ZERO) {
+        return Err(Error::TimeStep);
+    }
+    report.first_bad = first_bad(masses, &particles, &tracers);
+    if report.first_bad.is_some() {
+        return Err(Error::NotFinite);
+    }
+    let mut arrays = Arrays::<T>::lay::<D>(&mut Carve::new(workspace)?, plan, run.executor.workers())?;
+    load::<T, D>(arrays.state, &particles, &tracers);
+
+    let mut watch = Watch::new(plan, kernel, particles.positions, masses)?;
+    let count = plan.particles;
+    while report.steps < advance.steps {
+        let Arrays { state, scratch, potential, field: memory, .. } = &mut arrays;
+        let result = rk4::step(state, scratch, advance.dt, |stage, y, dy| {
+            let watched = wanted.energy && stage == Stage::First;
+            let (points, densities) = split::<T, D>(y, plan.total)?;
+            let (flow, growth) = split_mut::<T, D>(dy, plan.total)?;
+            let outputs = Outputs {
+                potential: if watched { Some(&mut **potential) } else { None },
+                gradient: Some(&mut *flow),
+                laplacian: if wanted.density { Some(&mut *growth) } else { None },
+            };
+            let sources = Sources { positions: points.get(..count).unwrap_or(points), masses };
+            let how = if stage == Stage::First { &plan.first } else { &plan.later };
+            field::evaluate(how, kernel, sources, points, outputs, memory, run)?;
+            if watched {
+                watch.see(masses, potential)?;
+            }
+            flow.as_flattened_mut().iter_mut().for_each(|v| *v = -*v);
+            for (rate, &density) in growth.iter_mut().zip(densities) {
+                *rate *= density;
+            }
+            Ok(())
+        });
+        report.energy = watch.energies();
+        result.map_err(in_run)?;
+        store::<T, D>(arrays.state, &mut particles, &mut tracers);
+        report.steps += 1;
+        if let Some(after_step) = &mut advance.after_step {
+            let density = particles.density.as_deref();
+            if !after_step(Progress { steps: report.steps, positions: particles.positions, density }) {
+                return Err(Error::Stopped);
+            }
+        }
+    }
+
+    let Some(last) = &plan.last else { return Ok(()) };
+    let Arrays { state, scratch, potential, divergence, field: memory } = &mut arrays;
+    let (points, _) = split::<T, D>(state, plan.total)?;
+    let (flow, _) = split_mut::<T, D>(scratch.spare(), plan.total)?;
+    let outputs = Outputs {
+        potential: wanted.energy.then_some(&mut **potential),
+        gradient: wanted.velocity.then_some(&mut *flow),
+        laplacian: wanted.divergence.then_some(&mut **divergence),
+    };
+    let sources = Sources { positions: points.get(..count).unwrap_or(points), masses };
+    field::evaluate(last, kernel, sources, points, outputs, memory, run).map_err(in_run)?;
+    if wanted.energy {
+        let seen = watch.see(masses, potential);
+        report.energy = watch.energies();
+        seen?;
+    }
+    let (of_particles, of_tracers) = flow.split_at_checked(count).unwrap_or_default();
+    negate_into(particles.velocity, of_particles, |v| v.map(|c| -c));
+    negate_into(tracers.velocity, of_tracers, |v| v.map(|c| -c));
+    let (of_particles, of_tracers) = divergence.split_at_checked(count).unwrap_or_default();
+    negate_into(particles.divergence, of_particles, |c| -c);
+    negate_into(tracers.divergence, of_tracers, |c| -c);
+    Ok(())
+}
+
+fn negate_into<V: Copy>(to: Option<&mut [V]>, from: &[V], negative: impl Fn(V) -> V) {
+    for (to, &from) in to.unwrap_or_default().iter_mut().zip(from) {
+        *to = negative(from);
+    }
+}
+
+/// The inputs were finite, so what the field sum finds otherwise has become so.
+fn in_run(error: Error) -> Error {
+    if error == Error::NotFinite { Error::BecameNotFinite } else { error }
+}
+
+/// Positions and densities of a flat state.
+fn split<T: Real, const D: usize>(flat: &[T], total: usize) -> Result<(&[[T; D]], &[T])> {
+    let (positions, densities) = flat.split_at_checked(total.saturating_mul(D)).ok_or(Error::LengthMismatch)?;
+    Ok((positions.as_chunks().0, densities))
+}
+
+/// As [`split`], to write.
+fn split_mut<T: Real, const D: usize>(flat: &mut [T], total: usize) -> Result<(&mut [[T; D]], &mut [T])> {
+    let (positions, densities) = flat.split_at_mut_checked(total.saturating_mul(D)).ok_or(Error::LengthMismatch)?;
+    Ok((positions.as_chunks_mut().0, densities))
+}
+
+/// The first particle, then tracer, with a value that is not finite.
+fn first_bad<T: Real, const D: usize>(
+    masses: &[T],
+    particles: &Trajectories<'_, T, D>,
+    tracers: &Trajectories<'_, T, D>,
+) -> Option<usize> {
+    let scalar = |values: &[T]| values.iter().position(|v| !v.is_finite());
+    let point = |values: &[[T; D]]| values.iter().position(|x| x.iter().any(|c| !c.is_finite()));
+    let first = |points: &Trajectories<'_, T, D>, also: Option<usize>| {
+        let of_density = points.density.as_deref().and_then(scalar);
+        [point(points.positions), of_density, also].into_iter().flatten().min()
+    };
+    let of_tracers = || first(tracers, None).map(|k| masses.len().saturating_add(k));
+    first(particles, scalar(masses)).or_else(of_tracers)
+}
+
+/// Copies the caller's state into the flat one.
+fn load<T: Real, const D: usize>(flat: &mut [T], particles: &Trajectories<'_, T, D>, tracers: &Trajectories<'_, T, D>) {
+    let positions = particles.positions.as_flattened().iter().chain(tracers.positions.as_flattened());
+    let densities = particles.density.iter().chain(&tracers.density).flat_map(|d| d.iter());
+    for (to, &from) in flat.iter_mut().zip(positions.chain(densities)) {
+        *to = from;
+    }
+}
+
+/// Copies the flat state back into the caller's.
+fn store<T: Real, const D: usize>(
+    flat: &[T],
+    particles: &mut Trajectories<'_, T, D>,
+    tracers: &mut Trajectories<'_, T, D>,
+) {
+    let Trajectories { positions: x, density: rho, .. } = particles;
+    let Trajectories { positions: x_tracers, density: rho_tracers, .. } = tracers;
+    let positions = x.as_flattened_mut().iter_mut().chain(x_tracers.as_flattened_mut());
+    let (rho, rho_tracers) = (rho.as_deref_mut().unwrap_or_default(), rho_tracers.as_deref_mut().unwrap_or_default());
+    let densities = rho.iter_mut().chain(rho_tracers);
+    for (to, &from) in positions.chain(densities).zip(flat) {
+        *to = from;
+    }
+}
+
+/// The energy along a run, and how far it may rise by rounding.
+struct Watch {
+    tolerance: f64,
+    first: Option<f64>,
+    last: f64,
+}
+
+impl Watch {
+    /// The energy's rounding error is that of the potentials: c u sqrt(n) sum_i |m_i| sum_j |m_j| |K_ij| on other than
+    /// contrived cases, or the tolerance allowed to the field in place of c u sqrt(n). |K_ij| is replaced by its largest value
+    /// at a few distances up to the set's diameter, and twice that to leave room for growth.
+    fn new<T: Real, const D: usize>(
+        plan: &Plan,
+        kernel: &dyn Interaction<T, D>,
+        positions: &[[T; D]],
+        masses: &[T],
+    ) -> Result<Self> {
+        let mut watch = Self { tolerance: 0.0, first: None, last: 0.0 };
+        if !plan.wanted.energy {
+            return Ok(watch);
+        }
+        let moments = moments(positions, masses)?;
+        let from_centre =
+            |x: &[T; D]| x.iter().zip(&moments.centre).fold(T::ZERO, |sum, (&a, &c)| sum + (a - c) * (a - c)).sqrt();
+        let radius = positions.iter().map(from_centre).fold(T::ZERO, Real::max).to_f64();
+        let at = |factor: f64| kernel.value(T::from_f64(factor * radius)).to_f64().abs();
+        let scale = [0.0, 0.01, 0.1, 0.5, 1.0, 2.0, 4.0].into_iter().map(at).fold(0.0, f64::max);
+        let roundings = 8.0 + 2.0 * f64::from_usize(masses.len()).sqrt();
+        let relative = (roundings * T::EPSILON.to_f64()).max(2.0 * plan.tolerance);
+        watch.tolerance = relative * scale * moments.absolute_mass.to_f64().powi(2);
+        Ok(watch)
+    }
+
+    /// The energy (2.4) of these potentials; an error if it is above the last one by more than rounding.
+    fn see<T: Real>(&mut self, masses: &[T], potential: &[T]) -> Result<()> {
+        let energy = energy_of(masses, potential);
+        let rose = self.first.is_some() && energy > self.last + self.tolerance;
+        self.first.get_or_insert(energy);
+        self.last = energy;
+        if rose { Err(Error::EnergyRose) } else { Ok(()) }
+    }
+
+    fn energies(&self) -> Option<(f64, f64)> {
+        self.first.map(|first| (first, self.last))
+    }
+}
+
+/// `(1/2) sum_i m_i u(x_i)`: the regularised energy (2.4) of the particle measure, from the potentials at the particles.
+///
+/// Each term costs one rounding; the sum is compensated and in double.
+#[must_use]
+pub fn energy_of<T: Real>(masses: &[T], potential: &[T]) -> f64 {
+    let mut sum = Sum::<f64>::default();
+    for (&m, &u) in masses.iter().zip(potential) {
+        sum.add(m.to_f64() * u.to_f64());
+    }
+    0.5 * sum.value()
+}
