@@ -53,6 +53,10 @@ impl<T: Real> Distance<T> {
 
     /// `self > other`, exactly as the squares are held.
     pub fn exceeds(&self, other: &Self) -> bool {
+        // Zero has no exponent to compare.
+        if self.is_zero() {
+            return false;
+        }
         // Squares lie in [1/4, 3), a factor below 4^2 apart.
         let apart = self.exponent - other.exponent;
         apart >= 2 || (apart >= -2 && self.square_in(other.exponent) > other.square)
