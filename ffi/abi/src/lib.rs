@@ -10,6 +10,7 @@
 #![cfg_attr(not(test), no_std)]
 #![deny(clippy::indexing_slicing, clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 #![expect(unsafe_code, reason = "the C boundary")]
+#![allow(non_camel_case_types, reason = "names in C")]
 
 mod blob;
 mod buffers;
@@ -17,10 +18,13 @@ mod field;
 mod grid;
 mod kernel;
 mod mollifier;
+mod options;
 mod pks;
 mod random;
+mod run;
 mod status;
 
+pub use run::*;
 pub use status::*;
 
 /// Ends the program without unwinding, printing or returning.

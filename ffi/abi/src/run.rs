@@ -1,0 +1,269 @@
+//! How a call runs: instruction set, executor, request to stop. Arguments of a call, never stored.
+
+use core::ffi::c_void;
+
+use mollis_core::field::Run;
+use mollis_core::isa::Level;
+use mollis_core::parallel::{Executor, Serial};
+use mollis_core::space::MAX_WORKERS;
+use mollis_core::{Error, Result};
+
+use crate::mollis_status;
+use crate::options::{self, Options};
+use crate::status::status;
+
+/// The fastest instruction set of the machine.
+pub const MOLLIS_LEVEL_BEST: i32 = -1;
+/// Only + - * / and sqrt, in one stated order: the same bits on every machine.
+pub const MOLLIS_LEVEL_PORTABLE: i32 = 0;
+/// 128-bit vectors of every aarch64.
+pub const MOLLIS_LEVEL_NEON: i32 = 1;
+/// 256-bit vectors with fused multiply-add.
+pub const MOLLIS_LEVEL_AVX2: i32 = 2;
+/// 512-bit vectors.
+pub const MOLLIS_LEVEL_AVX512: i32 = 3;
+
+/// One task of a call: `mollis` passes it to `parallel_for`, which calls it.
+pub type mollis_task = Option<unsafe extern "C" fn(data: *mut c_void, index: usize, worker: usize) -> i32>;
+
+/// The host's way to run independent tasks, perhaps on several threads.
+///
+/// `parallel_for` must call `task(data, index, worker)` once for every `index` in `0 .. tasks`, with `worker < workers` and never two calls
+/// with the same `worker` at a time, and return after all have returned: 0, or a status that ends the call. Results do not
+/// depend on the order or on the number of threads, bit for bit.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct mollis_executor {
+    /// Passed to `parallel_for`.
+    pub context: *mut c_void,
+    /// How many tasks may run at a time: 1 to 64. Workspaces are sized for this number.
+    pub workers: usize,
+    /// Runs the tasks.
+    pub parallel_for:
+        Option<unsafe extern "C" fn(context: *mut c_void, tasks: usize, task: mollis_task, data: *mut c_void) -> i32>,
+}
+
+/// How a call runs. Fill it with `mollis_run_init`, then change what you want; null means the defaults.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct mollis_run {
+    /// Bytes of this structure, as `mollis_run_init` sets it.
+    pub size: u32,
+    /// The instruction set: `MOLLIS_LEVEL_*`. Default: the best of the machine.
+    pub level: i32,
+    /// Who runs the tasks; null (the default): the calling thread.
+    pub executor: *const mollis_executor,
+    /// Asked between tasks, perhaps from several threads; nonzero stops the call with `MOLLIS_ERR_STOPPED`. May be null.
+    pub should_stop: Option<unsafe extern "C" fn(context: *mut c_void) -> i32>,
+    /// Passed to `should_stop`.
+    pub stop_context: *mut c_void,
+}
+
+// SAFETY: `repr(C)`, the size first; older versions are prefixes, and all members take any bytes an older caller wrote.
+unsafe impl Options for mollis_run {
+    const DEFAULT: Self = Self {
+        size: size_of::<Self>() as u32,
+        level: MOLLIS_LEVEL_BEST,
+        executor: core::ptr::null(),
+        should_stop: None,
+        stop_context: core::ptr::null_mut(),
+    };
+}
+
+/// Fills `run` with the defaults. `size` is `sizeof *run`.
+///
+/// # Safety
+/// The contract of this header.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mollis_run_init(run: *mut mollis_run, size: usize) -> mollis_status {
+    // SAFETY: this function's own contract.
+    status(unsafe { options::init(run, size) })
+}
+
+/// The level of a C number.
+pub(crate) fn level(number: i32) -> Result<Level> {
+    match number {
+        MOLLIS_LEVEL_BEST => Ok(Level::best()),
+        MOLLIS_LEVEL_PORTABLE => Ok(Level::Portable),
+        MOLLIS_LEVEL_NEON => Ok(Level::Neon),
+        MOLLIS_LEVEL_AVX2 => Ok(Level::Avx2),
+        MOLLIS_LEVEL_AVX512 => Ok(Level::Avx512),
+        _ => Err(Error::UnknownValue),
+    }
+}
+
+/// The host's executor as core's.
+struct Host {
+    executor: mollis_executor,
+    parallel_for: unsafe extern "C" fn(*mut c_void, usize, mollis_task, *mut c_void) -> i32,
+}
+
+// SAFETY: the context is only passed on to the host's own function, from the thread that called mollis.
+unsafe impl Sync for Host {}
+
+impl Executor for Host {
+    fn workers(&self) -> usize {
+        self.executor.workers
+    }
+
+    fn run(&self, tasks: usize, task: &(dyn Fn(usize) + Sync)) -> Result<()> {
+        unsafe extern "C" fn enter(data: *mut c_void, _index: usize, worker: usize) -> i32 {
+            // SAFETY: `data` is the pointer to `task` below, alive until `parallel_for` returns.
+            let task = unsafe { *data.cast::<&(dyn Fn(usize) + Sync)>() };
+            task(worker);
+            0
+        }
+        let data = (&raw const task).cast_mut().cast::<c_void>();
+        // SAFETY: the host's function, with what its contract says.
+        match unsafe { (self.parallel_for)(self.executor.context, tasks, Some(enter), data) } {
+            0 => Ok(()),
+            code => Err(Error::from_code(code).unwrap_or(Error::Executor)),
+        }
+    }
+}
+
+/// The host's wish to stop, as a closure that threads may share.
+struct Stop {
+    ask: unsafe extern "C" fn(*mut c_void) -> i32,
+    context: *mut c_void,
+}
+
+// SAFETY: the documentation says that the host's function is called from several threads.
+unsafe impl Sync for Stop {}
+
+impl Stop {
+    fn asked(&self) -> bool {
+        // SAFETY: the host's function, with its own context.
+        unsafe { (self.ask)(self.context) != 0 }
+    }
+}
+
+/// A C caller's wishes, checked and copied.
+pub(crate) struct HostRun {
+    level: Level,
+    executor: Option<Host>,
+    stop: Option<Stop>,
+}
+
+impl HostRun {
+    /// # Safety
+    /// The crate's contract for `run` and what it points to.
+    pub(crate) unsafe fn read(run: *const mollis_run) -> Result<Self> {
+        // SAFETY: passed on.
+        let run = unsafe { options::read(run) }?;
+        let level = level(run.level)?;
+        if !level.is_available() {
+            return Err(Error::Unsupported);
+        }
+        let executor = if run.executor.is_null() {
+            None
+        } else {
+            if !run.executor.is_aligned() {
+                return Err(Error::Misaligned);
+            }
+            // SAFETY: not null, aligned, and the caller promises an executor there.
+            let executor = unsafe { *run.executor };
+            let parallel_for = executor.parallel_for.ok_or(Error::NullPointer)?;
+            if !(1..=MAX_WORKERS).contains(&executor.workers) {
+                return Err(Error::OutOfDomain);
+            }
+            Some(Host { executor, parallel_for })
+        };
+        let stop = run.should_stop.map(|ask| Stop { ask, context: run.stop_context });
+        Ok(Self { level, executor, stop })
+    }
+
+    /// How many workers a workspace must serve.
+    pub(crate) fn workers(&self) -> usize {
+        self.executor.as_ref().map_or(1, Executor::workers)
+    }
+
+    /// Calls `body` with core's view of these wishes.
+    pub(crate) fn enter<R>(&self, body: impl FnOnce(&mut Run<'_>) -> R) -> R {
+        let stop = self.stop.as_ref().map(|stop| || stop.asked());
+        let should_stop = stop.as_ref().map(|stop| stop as &(dyn Fn() -> bool + Sync));
+        let executor: &dyn Executor = self.executor.as_ref().map_or(&Serial, |host| host);
+        body(&mut Run { level: self.level, executor, should_stop, counters: None })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A structure of the caller's size only is written, and an older caller's is completed by defaults.
+    #[test]
+    fn sizes_are_negotiated() {
+        let whole = size_of::<mollis_run>();
+        let mut bytes = [0xAA_u64; 16];
+        let run = bytes.as_mut_ptr().cast::<mollis_run>();
+        // SAFETY: `bytes` is larger than the structure and aligned.
+        unsafe {
+            assert_eq!(mollis_run_init(run, 8), 0);
+            assert_eq!((bytes[0], bytes[1]), (8 | u64::from(u32::MAX) << 32, 0xAA));
+            assert!(HostRun::read(run).is_ok());
+            for (size, code) in [(3, Error::OptionsSize), (whole + 1, Error::OptionsSize)] {
+                assert_eq!(mollis_run_init(run, size), code as i32);
+                bytes[0] = size as u64;
+                assert_eq!(HostRun::read(run).err(), Some(code));
+            }
+            assert_eq!(mollis_run_init(core::ptr::null_mut(), whole), Error::NullPointer as i32);
+            assert_eq!(mollis_run_init(run.byte_add(4), whole), Error::Misaligned as i32);
+            assert_eq!(mollis_run_init(run, whole), 0);
+            for number in [-2, 4, i32::MAX] {
+                (*run).level = number;
+                assert_eq!(HostRun::read(run).err(), Some(Error::UnknownValue));
+            }
+            (*run).level = MOLLIS_LEVEL_PORTABLE;
+            let read = HostRun::read(run).unwrap();
+            assert_eq!((read.workers(), read.enter(|run| run.level)), (1, Level::Portable));
+            assert_eq!(HostRun::read(core::ptr::null()).unwrap().enter(|run| run.level), Level::best());
+        }
+    }
+
+    unsafe extern "C" fn serial(context: *mut c_void, tasks: usize, task: mollis_task, data: *mut c_void) -> i32 {
+        // SAFETY: the test passes its counter.
+        unsafe { *context.cast::<usize>() += tasks };
+        for index in 0..tasks {
+            // SAFETY: as mollis asks.
+            if let Some(code) = task.map(|task| unsafe { task(data, index, 0) }).filter(|&code| code != 0) {
+                return code;
+            }
+        }
+        // The second call fails.
+        // SAFETY: the test passes its counter.
+        if unsafe { *context.cast::<usize>() } > 5 { Error::TooLarge as i32 } else { 0 }
+    }
+
+    #[test]
+    fn a_host_executor_runs_every_task_and_its_status_comes_back() {
+        let mut asked = 0_usize;
+        let mut executor = mollis_executor { context: (&raw mut asked).cast(), workers: 2, parallel_for: Some(serial) };
+        let mut run = mollis_run { executor: &raw const executor, ..mollis_run::DEFAULT };
+        let count = std::sync::atomic::AtomicUsize::new(0);
+        // SAFETY: all pointers are to live locals.
+        let host = unsafe { HostRun::read(&raw const run) }.unwrap();
+        assert_eq!(host.workers(), 2);
+        let again = |tasks| {
+            host.enter(|run| {
+                run.executor.run(tasks, &|worker| {
+                    assert_eq!(worker, 0);
+                    count.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+                })
+            })
+        };
+        assert_eq!(again(5), Ok(()));
+        assert_eq!(again(3), Err(Error::TooLarge));
+        assert_eq!(count.into_inner(), 8);
+        for (workers, parallel_for, error) in [
+            (0, Some(serial as _), Error::OutOfDomain),
+            (65, Some(serial as _), Error::OutOfDomain),
+            (1, None, Error::NullPointer),
+        ] {
+            executor = mollis_executor { workers, parallel_for, ..executor };
+            run.executor = &raw const executor;
+            // SAFETY: as above.
+            assert_eq!(unsafe { HostRun::read(&raw const run) }.err(), Some(error));
+        }
+    }
+}
