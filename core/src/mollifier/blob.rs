@@ -1,12 +1,14 @@
 //! A mollifier prepared with its length: scalar functions of the distance, to nearly the last bit.
 
-use super::Mollifier;
 use super::compact::{Compact, Inside};
-use super::distance::{Distance, sphere};
+use super::distance::Distance;
+use super::gaussian::{Around, Gaussian};
+use super::newtonian::Newtonian;
 use super::scaled::Scaled;
 use super::series::Polynomials;
+use super::{Mollifier, Quantity};
 use crate::error::{Error, Result};
-use crate::real::{DoubleWord, Real};
+use crate::real::Real;
 
 /// A mollifier with its length delta in dimension `D` = 1, 2 or 3: a plain value, of 2 KiB at most.
 ///
@@ -21,9 +23,10 @@ pub struct Blob<T: Real, const D: usize> {
 }
 
 #[derive(Clone, Copy, Debug)]
-enum Shape<T> {
+pub(super) enum Shape<T> {
     None,
     Compact(Compact<T>),
+    Gaussian(Gaussian),
 }
 
 /// Where a distance lies, and so which formula holds.
@@ -31,8 +34,9 @@ pub(super) enum Place<'a, T> {
     /// At zero distance from an unmollified particle.
     Coincident,
     /// Where the field is exactly Newtonian.
-    Outside(Distance<T>),
+    Outside(Newtonian<T>),
     Compact(Inside<'a, T>),
+    Gaussian(Around<T>),
 }
 
 impl<T: Real, const D: usize> Blob<T, D> {
@@ -46,7 +50,7 @@ impl<T: Real, const D: usize> Blob<T, D> {
             Mollifier::None => (T::ZERO, Shape::None),
             _ if !(delta > T::ZERO && delta.is_finite()) => return Err(Error::Delta),
             Mollifier::Compact { order, exponent } => (delta, Shape::Compact(Compact::new(D, order, exponent))),
-            Mollifier::Gaussian { .. } => return Err(Error::Unsupported),
+            Mollifier::Gaussian { order } => (delta, Shape::Gaussian(Gaussian::new(D, order))),
         };
         Ok(Self { mollifier, delta, length: Distance::new(delta), shape })
     }
@@ -68,114 +72,77 @@ impl<T: Real, const D: usize> Blob<T, D> {
     pub fn polynomials(&self) -> Option<Polynomials<T>> {
         match &self.shape {
             Shape::Compact(shape) => Some(Polynomials::new(D, &shape.series, self.delta)),
-            Shape::None => None,
+            Shape::None | Shape::Gaussian(_) => None,
         }
     }
 
     /// B(r) = psi_delta(r), the mollifier itself.
     #[must_use]
     pub fn density(&self, r: T) -> T {
-        self.finish(r, Self::density_at_place)
+        self.evaluate(Quantity::Density, r)
     }
 
     /// B'(r)/r; at the edge of a compact mollifier with M = 1, where B' jumps, the value inside.
     #[must_use]
     pub fn density_slope(&self, r: T) -> T {
-        self.finish(r, |place| match place {
-            Place::Compact(inside) => inside.density_slope(),
-            Place::Outside(_) | Place::Coincident => Scaled::ZERO,
-        })
+        self.evaluate(Quantity::DensitySlope, r)
     }
 
     /// phi(r) = (K * psi_delta)(r) for the Newtonian K.
     #[must_use]
     pub fn potential(&self, r: T) -> T {
-        self.finish(r, Self::potential_at_place)
+        self.evaluate(Quantity::Potential, r)
     }
 
     /// g(r) = phi'(r)/r.
     #[must_use]
     pub fn gradient_factor(&self, r: T) -> T {
-        self.finish(r, Self::gradient_at_place)
+        self.evaluate(Quantity::GradientFactor, r)
     }
 
     /// h(r) = g'(r)/r.
     #[must_use]
     pub fn hessian_factor(&self, r: T) -> T {
-        self.finish(r, Self::hessian_at_place)
+        self.evaluate(Quantity::HessianFactor, r)
     }
 
     /// The integral of psi_delta over the ball of radius |r| about 0: S_N r^N g(r). Above 1 in places for orders above 2.
     #[must_use]
     pub fn enclosed_mass(&self, r: T) -> T {
-        self.finish(r, |place| match place {
-            Place::Coincident => Scaled::ZERO,
-            Place::Outside(_) => Scaled::from(T::ONE),
-            Place::Compact(inside) => inside.enclosed_mass(),
-        })
+        self.evaluate(Quantity::EnclosedMass, r)
     }
 
-    fn finish(&self, r: T, function: impl Fn(&Place<'_, T>) -> Scaled<T>) -> T {
-        if !r.is_finite() {
-            return T::NAN;
-        }
-        function(&self.place(Distance::new(r))).round()
+    /// Any of the functions of the distance.
+    #[must_use]
+    pub fn evaluate(&self, quantity: Quantity, r: T) -> T {
+        if r.is_finite() { self.place(Distance::new(r)).value(quantity).round() } else { T::NAN }
+    }
+
+    pub(super) fn shape(&self) -> &Shape<T> {
+        &self.shape
+    }
+
+    pub(super) fn length(&self) -> &Distance<T> {
+        &self.length
     }
 
     pub(super) fn place(&self, r: Distance<T>) -> Place<'_, T> {
         match &self.shape {
             Shape::None if r.is_zero() => Place::Coincident,
-            Shape::None => Place::Outside(r),
-            Shape::Compact(_) if r.exceeds(&self.length) => Place::Outside(r),
-            Shape::Compact(shape) => Place::Compact(shape.inside(D, self.length, r)),
-        }
-    }
-
-    pub(super) fn density_at_place(place: &Place<'_, T>) -> Scaled<T> {
-        match place {
-            Place::Compact(inside) => inside.density(),
-            Place::Outside(_) | Place::Coincident => Scaled::ZERO,
-        }
-    }
-
-    pub(super) fn potential_at_place(place: &Place<'_, T>) -> Scaled<T> {
-        match place {
-            Place::Coincident => Scaled::ZERO,
-            Place::Outside(r) => newtonian_potential::<T, D>(r),
-            Place::Compact(inside) => inside.potential(),
-        }
-    }
-
-    pub(super) fn gradient_at_place(place: &Place<'_, T>) -> Scaled<T> {
-        match place {
-            Place::Coincident => Scaled::ZERO,
-            Place::Outside(r) => newtonian_gradient::<T, D>(r),
-            Place::Compact(inside) => inside.gradient(),
-        }
-    }
-
-    pub(super) fn hessian_at_place(place: &Place<'_, T>) -> Scaled<T> {
-        match place {
-            Place::Coincident => Scaled::ZERO,
-            // -N / (S_N r^(N+2))
-            Place::Outside(r) => {
-                newtonian_gradient::<T, D>(r).over(r.squared()).scale(DoubleWord::from(-T::from_usize(D)))
-            }
-            Place::Compact(inside) => inside.hessian(),
+            Shape::Gaussian(shape) => Place::Gaussian(shape.place(D, self.length, r)),
+            Shape::Compact(shape) if !r.exceeds(&self.length) => Place::Compact(shape.inside(D, self.length, r)),
+            Shape::None | Shape::Compact(_) => Place::Outside(Newtonian { dimension: D, r }),
         }
     }
 }
 
-/// K(r) for r > 0.
-fn newtonian_potential<T: Real, const D: usize>(r: &Distance<T>) -> Scaled<T> {
-    match D {
-        1 => r.length().shift(-1),
-        2 => Scaled::new(r.log(), 0).over(sphere(2)),
-        _ => Scaled::from(-T::ONE).over(sphere::<T>(3).times(r.length())),
+impl<T: Real> Place<'_, T> {
+    pub fn value(&self, quantity: Quantity) -> Scaled<T> {
+        match self {
+            Self::Coincident => Scaled::ZERO,
+            Self::Outside(newtonian) => newtonian.value(quantity),
+            Self::Compact(inside) => inside.value(quantity),
+            Self::Gaussian(around) => around.value(quantity),
+        }
     }
-}
-
-/// K'(r)/r = 1 / (S_N r^N) for r > 0.
-fn newtonian_gradient<T: Real, const D: usize>(r: &Distance<T>) -> Scaled<T> {
-    Scaled::from(T::ONE).over(sphere::<T>(D).times(r.power(D as u32)))
 }

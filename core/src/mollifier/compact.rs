@@ -1,5 +1,6 @@
 //! Compact polynomial mollifiers inside their support, with t carried as a sum of two numbers.
 
+use super::Quantity;
 use super::distance::{Distance, sphere};
 use super::scaled::Scaled;
 use super::series::{Exact, Series};
@@ -36,6 +37,17 @@ impl<T: Real> Compact<T> {
 }
 
 impl<T: Real> Inside<'_, T> {
+    pub fn value(&self, quantity: Quantity) -> Scaled<T> {
+        match quantity {
+            Quantity::Density => self.density(),
+            Quantity::DensitySlope => self.density_slope(),
+            Quantity::Potential => self.potential(),
+            Quantity::GradientFactor => self.gradient(),
+            Quantity::HessianFactor => self.hessian(),
+            Quantity::EnclosedMass => self.enclosed_mass(),
+        }
+    }
+
     /// `polynomial / (S_N delta^power)`.
     fn over_power(&self, value: Scaled<T>, power: u32) -> Scaled<T> {
         value.over(sphere(self.dimension).times(self.delta.power(power)))
@@ -51,25 +63,25 @@ impl<T: Real> Inside<'_, T> {
         Scaled::new(self.t, 0).powi(low).times(Scaled::new(self.t.polynomial(rest), 0))
     }
 
-    pub fn density(&self) -> Scaled<T> {
+    fn density(&self) -> Scaled<T> {
         let b = self.high_polynomial(&self.shape.series.density, self.shape.exponent);
         self.over_power(b, self.dimension as u32)
     }
 
-    pub fn density_slope(&self) -> Scaled<T> {
+    fn density_slope(&self) -> Scaled<T> {
         let q = self.high_polynomial(&self.shape.series.density_slope, self.shape.exponent - 1);
         self.over_power(q, self.dimension as u32 + 2)
     }
 
-    pub fn gradient(&self) -> Scaled<T> {
+    fn gradient(&self) -> Scaled<T> {
         self.over_power(self.polynomial(&self.shape.series.gradient), self.dimension as u32)
     }
 
-    pub fn hessian(&self) -> Scaled<T> {
+    fn hessian(&self) -> Scaled<T> {
         self.over_power(self.polynomial(&self.shape.series.hessian), self.dimension as u32 + 2)
     }
 
-    pub fn potential(&self) -> Scaled<T> {
+    fn potential(&self) -> Scaled<T> {
         match self.dimension {
             1 => {
                 // (delta/2) (c + (s/2) R(t)): in powers of t alone the terms cancel.
@@ -86,7 +98,7 @@ impl<T: Real> Inside<'_, T> {
     }
 
     /// (r/delta)^N G(t).
-    pub fn enclosed_mass(&self) -> Scaled<T> {
+    fn enclosed_mass(&self) -> Scaled<T> {
         let n = self.dimension as u32;
         self.polynomial(&self.shape.series.gradient).times(self.r.power(n)).over(self.delta.power(n))
     }

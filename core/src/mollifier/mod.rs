@@ -16,7 +16,8 @@
 //! | [`Blob::hessian_factor`] | h = g'(r)/r, Hess phi = g I + h x x^T | length^-(N+2) |
 //! | [`Blob::enclosed_mass`] | the integral of psi_delta over a ball of radius r | 1 |
 //!
-//! and the fields at points. Outside the support of a compact mollifier the field is exactly Newtonian.
+//! and the fields at points, [moments](Blob::moment), the smooth [Heaviside](Blob::heaviside) function and [`Richardson`]
+//! combinations. Outside the support of a compact mollifier the field is exactly Newtonian.
 //!
 //! These functions are for accuracy: they carry all numbers as sums of two ([`DoubleWord`](crate::real::DoubleWord))
 //! together with a separate exponent, use +, -, *, / and sqrt alone (and one libm logarithm for the potential in 2D), and
@@ -26,8 +27,12 @@
 mod blob;
 mod compact;
 mod distance;
+mod gaussian;
 mod law;
+mod moments;
+mod newtonian;
 mod points;
+mod richardson;
 mod scaled;
 mod series;
 
@@ -36,9 +41,15 @@ mod tests;
 
 pub use blob::Blob;
 pub use law::{MAX_EXPONENT, MAX_ORDER, MAX_TERMS};
+pub use richardson::Richardson;
 pub use series::{Polynomials, Series};
 
 use crate::error::{Error, Result};
+
+/// The largest order of a moment.
+pub const MAX_MOMENT: u32 = 64;
+/// The most radii of a [`Richardson`] combination.
+pub const MAX_COMBINED: usize = 4;
 
 /// Which mollifier, without its length.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -86,4 +97,33 @@ impl Mollifier {
             Self::Compact { order, .. } | Self::Gaussian { order } => order,
         }
     }
+}
+
+/// A function of the distance r; see the table above for values and units.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Quantity {
+    /// B = psi_delta.
+    Density,
+    /// B'/r.
+    DensitySlope,
+    /// phi.
+    Potential,
+    /// g = phi'/r.
+    GradientFactor,
+    /// h = g'/r.
+    HessianFactor,
+    /// S_N r^N g.
+    EnclosedMass,
+}
+
+impl Quantity {
+    /// All of them.
+    pub const ALL: [Self; 6] = [
+        Self::Density,
+        Self::DensitySlope,
+        Self::Potential,
+        Self::GradientFactor,
+        Self::HessianFactor,
+        Self::EnclosedMass,
+    ];
 }

@@ -1,5 +1,6 @@
 //! Fields at points: potential, gradient and Hessian of K * psi_delta at x, all about a particle of unit mass at 0.
 
+use super::Quantity;
 use super::blob::{Blob, Place};
 use super::distance::Distance;
 use super::scaled::Scaled;
@@ -12,20 +13,20 @@ impl<T: Real, const D: usize> Blob<T, D> {
     /// psi_delta(x).
     #[must_use]
     pub fn density_at(&self, x: &[T; D]) -> T {
-        self.at(x, T::NAN, |_, place| Self::density_at_place(place).round())
+        self.at(x, T::NAN, |_, place| place.value(Quantity::Density).round())
     }
 
     /// phi(x).
     #[must_use]
     pub fn potential_at(&self, x: &[T; D]) -> T {
-        self.at(x, T::NAN, |_, place| Self::potential_at_place(place).round())
+        self.at(x, T::NAN, |_, place| place.value(Quantity::Potential).round())
     }
 
     /// grad phi(x) = g x: each component to 2 ulp for orders 2 and 4.
     #[must_use]
     pub fn gradient_at(&self, x: &[T; D]) -> [T; D] {
         self.at(x, [T::NAN; D], |_, place| {
-            let g = Self::gradient_at_place(place);
+            let g = place.value(Quantity::GradientFactor);
             x.map(|c| g.times(Scaled::from(c)).round())
         })
     }
@@ -37,9 +38,9 @@ impl<T: Real, const D: usize> Blob<T, D> {
         self.at(x, [[T::NAN; D]; D], |r, place| {
             if D == 1 {
                 // g + h x^2 = B, which the sum would lose.
-                return [[Self::density_at_place(place).round(); D]; D];
+                return [[place.value(Quantity::Density).round(); D]; D];
             }
-            let (g, h) = (Self::gradient_at_place(place), Self::hessian_at_place(place));
+            let (g, h) = (place.value(Quantity::GradientFactor), place.value(Quantity::HessianFactor));
             // x = y 2^exponent with |y_i| < 1
             let y = x.map(|c| c.ldexp(-r.exponent));
             let h = h.shift(r.exponent.saturating_mul(2));
