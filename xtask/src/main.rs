@@ -1,3 +1,89 @@
 //! What a developer types: `cargo xtask ...`.
+//!
+//! `shell` runs programs, `tools` finds or installs them, `text` reads sources; each other file is one command or one
+//! check, and `suites` runs them all and counts.
 
-fn main() {}
+mod coverage;
+mod examples;
+mod features;
+mod header;
+mod install;
+mod layers;
+mod shell;
+mod suites;
+mod symbols;
+mod text;
+mod tools;
+
+use std::process::ExitCode;
+
+use anyhow::Result;
+use clap::{Parser, Subcommand};
+
+/// What a developer of mollis types.
+#[derive(Parser)]
+#[command(name = "cargo xtask", bin_name = "cargo xtask")]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Runs every suite (or those named), prints a table of minutes and `N passed, N failed`.
+    #[command(visible_alias = "ci")]
+    Test {
+        /// Suites to run; all without a name.
+        suites: Vec<String>,
+    },
+    /// Builds the library and a program of `examples_c/`, and runs it.
+    Example {
+        /// The file's name without its ending.
+        name: String,
+        /// Handed to the program.
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+        arguments: Vec<String>,
+    },
+    /// Writes `include/mollis.h` from the C ABI's source.
+    Header {
+        /// Writes nothing; fails if the file differs from what would be written.
+        #[arg(long)]
+        check: bool,
+    },
+    /// Proves on the linked library that it allocates, panics and prints nothing.
+    Symbols,
+    /// Refuses a `use` that points up between the floors of `core`, and `unsafe` outside its two rooms.
+    Layers,
+    /// Builds each combination of Cargo features without std.
+    Features,
+    /// Refuses a function of the header that no test or example calls.
+    Coverage,
+    /// Builds for release and copies library, headers and a pkg-config file below a prefix.
+    Install {
+        /// Where to; made if missing.
+        prefix: std::path::PathBuf,
+    },
+}
+
+fn main() -> ExitCode {
+    match run(Arguments::parse().command) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(command: Command) -> Result<()> {
+    match command {
+        Command::Test { suites } => suites::run(&suites),
+        Command::Example { name, arguments } => examples::run(&name, &arguments),
+        Command::Header { check } => header::run(check),
+        Command::Symbols => symbols::run(),
+        Command::Layers => layers::run(),
+        Command::Features => features::run(),
+        Command::Coverage => coverage::run(),
+        Command::Install { prefix } => install::run(&prefix),
+    }
+}

@@ -1,0 +1,103 @@
+//! The programs of `examples_c/` and the header itself, compiled as strictly as a user may compile them, and run.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, ensure};
+
+use crate::{shell, symbols, tools};
+
+/// What C programs are compiled with.
+const C: &[&str] = &["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-O2", "-g"];
+/// What C++ programs are compiled with.
+const CPP: &[&str] = &["-std=c++11", "-pedantic", "-Wall", "-Wextra", "-Werror", "-O2", "-g"];
+/// What Fortran programs are compiled with.
+const FORTRAN: &[&str] = &["-std=f2018", "-Wall", "-Wextra", "-Werror", "-O2", "-g"];
+
+/// Standards and compilers under which the header alone must be clean.
+const HEADER: &[(&str, &str, &str)] =
+    &[("gcc", "c", "-std=c99"), ("gcc", "c", "-std=c11"), ("g++", "c++", "-std=c++11"), ("g++", "c++", "-std=c++20")];
+
+/// Builds the library and one program, and runs it.
+pub fn run(name: &str, arguments: &[String]) -> Result<()> {
+    let folder = symbols::build()?;
+    let file = ["c", "cpp", "f90"].iter().map(|ending| shell::root().join(format!("examples_c/{name}.{ending}")));
+    let file = file.into_iter().find(|path| path.exists()).with_context(|| format!("no examples_c/{name}.*"))?;
+    let image = compile(&file, &folder)?;
+    shell::run(shell::program(image).args(arguments))
+}
+
+/// The header by itself, as C and C++.
+pub fn header() -> Result<usize> {
+    tools::need(&[("gcc", "gcc"), ("g++", "g++")])?;
+    let file = shell::scratch("examples")?.join("header.c");
+    std::fs::write(
+        &file,
+        "#include \"mollis.h\"\nint only_the_header(void);\nint only_the_header(void) { return MOLLIS_OK; }\n",
+    )?;
+    for &(compiler, language, standard) in HEADER {
+        let mut command = shell::program(compiler);
+        command.args([
+            "-x",
+            language,
+            standard,
+            "-pedantic",
+            "-Wall",
+            "-Wextra",
+            "-Werror",
+            "-fsyntax-only",
+            "-Iinclude",
+        ]);
+        shell::run(command.arg(&file))?;
+    }
+    Ok(HEADER.len())
+}
+
+/// Every program, compiled and run with what `examples_c/NAME.test` holds as arguments; with valgrind if asked.
+pub fn all(valgrind: bool) -> Result<usize> {
+    tools::need(&[("gcc", "gcc")])?;
+    if valgrind {
+        tools::need(&[("valgrind", "valgrind")])?;
+    }
+    let folder = symbols::build()?;
+    let files = shell::files("examples_c", if valgrind { &["c"] } else { &["c", "cpp", "f90"] })?;
+    ensure!(!files.is_empty(), "examples_c holds no program");
+    for file in &files {
+        let image = compile(file, &folder)?;
+        let mut command = if valgrind {
+            let mut command = shell::program("valgrind");
+            command.args(["--quiet", "--error-exitcode=9", "--leak-check=full", "--show-leak-kinds=all"]).arg(image);
+            command
+        } else {
+            shell::program(image)
+        };
+        // What AVX-512 can do, valgrind cannot run.
+        let arguments = file.with_extension("test");
+        if arguments.exists() {
+            command.args(shell::read(&arguments)?.split_whitespace());
+        }
+        println!("{}", shell::short(file));
+        shell::run(&mut command)?;
+    }
+    Ok(files.len())
+}
+
+fn compile(file: &Path, folder: &Path) -> Result<PathBuf> {
+    let (compiler, package, flags) = match file.extension().and_then(|e| e.to_str()) {
+        Some("c") => ("gcc", "gcc", C),
+        Some("cpp") => ("g++", "g++", CPP),
+        _ => ("gfortran", "gfortran", FORTRAN),
+    };
+    // Whoever has only `cc` has a C compiler.
+    let compiler = if compiler == "gcc" && !tools::found("gcc") && tools::found("cc") { "cc" } else { compiler };
+    tools::need(&[(compiler, package)])?;
+    let scratch = shell::scratch("examples")?;
+    let image = scratch.join(file.file_stem().context("no name")?);
+    let mut command = shell::program(compiler);
+    command.args(flags).arg("-Iinclude");
+    if compiler == "gfortran" {
+        command.arg("-J").arg(&scratch).arg("include/mollis.f90");
+    }
+    command.arg(file).arg(folder.join("libmollis.a")).args(["-lm", "-o"]).arg(&image);
+    shell::run(&mut command)?;
+    Ok(image)
+}

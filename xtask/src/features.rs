@@ -1,0 +1,50 @@
+//! Every combination of Cargo features builds.
+
+use anyhow::{Context, Result};
+
+use crate::shell;
+
+/// Checks `mollis-core` and `mollis` with each combination.
+pub fn run() -> Result<()> {
+    for (package, manifest) in [("mollis-core", "core/Cargo.toml"), ("mollis", "ffi/Cargo.toml")] {
+        let combinations = combinations(&features(&shell::read(&shell::root().join(manifest))?));
+        for chosen in &combinations {
+            let mut cargo = shell::cargo();
+            cargo.args(["check", "--quiet", "--package", package, "--no-default-features", "--features", chosen]);
+            // A helper that only some combinations use is no fault; an import that they don't use is.
+            cargo.env("RUSTFLAGS", "-Dwarnings -Adead_code").arg("--target-dir").arg(shell::target().join("features"));
+            shell::run(&mut cargo).with_context(|| format!("{package} with features [{chosen}]"))?;
+        }
+        println!("{package}: {} combinations of features build", combinations.len());
+    }
+    Ok(())
+}
+
+/// The names in a manifest's `[features]`, but `default`.
+fn features(manifest: &str) -> Vec<String> {
+    let inside = manifest.lines().skip_while(|line| line.trim() != "[features]").skip(1);
+    let rows = inside.take_while(|line| !line.starts_with('['));
+    let names = rows.filter_map(|line| line.split_once('=')).map(|(name, _)| name.trim().to_owned());
+    names.filter(|name| name != "default" && !name.starts_with('#')).collect()
+}
+
+/// All subsets, as cargo takes them.
+fn combinations(names: &[String]) -> Vec<String> {
+    let subset = |mask: usize| {
+        let chosen = names.iter().enumerate().filter(|(k, _)| mask >> k & 1 == 1).map(|(_, name)| name.as_str());
+        chosen.collect::<Vec<_>>().join(",")
+    };
+    (0..1_usize << names.len()).map(subset).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn all_subsets() {
+        let names = super::features(
+            "[package]\nname = \"x\"\n[features]\ndefault = [\"a\"]\na = []\n# no\nb = [\"a\"]\n\n[lib]\nc = 1\n",
+        );
+        assert_eq!(names, ["a", "b"]);
+        assert_eq!(super::combinations(&names), ["", "a", "b", "a,b"]);
+    }
+}

@@ -1,0 +1,127 @@
+//! `include/mollis.h`, made by cbindgen from `ffi/abi` and compared with what is committed.
+
+use std::fmt::Write as _;
+
+use anyhow::{Context, Result, bail, ensure};
+use mollis_core::Error;
+
+use crate::{shell, text};
+
+const HEADER: &str = "include/mollis.h";
+
+/// Writes the header, or checks that it is what would be written.
+pub fn run(check: bool) -> Result<()> {
+    let fresh = generate()?;
+    complete(&fresh)?;
+    let path = shell::root().join(HEADER);
+    let committed = std::fs::read_to_string(&path).unwrap_or_default();
+    if committed == fresh {
+        println!("{HEADER} is up to date");
+    } else if check {
+        bail!("{HEADER} is not what the source makes: run `cargo xtask header`");
+    } else {
+        std::fs::create_dir_all(path.parent().context("no folder")?)?;
+        std::fs::write(&path, fresh)?;
+        println!("{HEADER} written");
+    }
+    Ok(())
+}
+
+/// Every function of the header, in its order.
+pub fn functions() -> Result<Vec<String>> {
+    let header = shell::read(&shell::root().join(HEADER))?;
+    let code = text::code_only(&header);
+    let called = |end: usize| code[end..].trim_start().starts_with('(');
+    let names = text::identifiers(&code)
+        .filter(|&(at, word)| word.starts_with("mollis_") && called(at + word.len()))
+        .map(|(_, word)| word.to_owned());
+    Ok(names.collect())
+}
+
+fn generate() -> Result<String> {
+    let config = cbindgen::Config {
+        language: cbindgen::Language::C,
+        cpp_compat: true,
+        style: cbindgen::Style::Both,
+        usize_is_size_t: true,
+        no_includes: true,
+        sys_includes: vec!["stddef.h".into(), "stdint.h".into()],
+        documentation: true,
+        documentation_style: cbindgen::DocumentationStyle::Doxy,
+        include_guard: Some("MOLLIS_H".into()),
+        header: Some(HEAD.into()),
+        after_includes: Some(constants()?),
+        line_length: 110,
+        tab_width: 2,
+        ..cbindgen::Config::default()
+    };
+    let bindings = cbindgen::Builder::new()
+        .with_crate(shell::root().join("ffi/abi"))
+        .with_config(config)
+        .generate()
+        .context("cbindgen cannot read ffi/abi")?;
+    let mut bytes = Vec::new();
+    bindings.write(&mut bytes);
+    Ok(String::from_utf8(bytes)?)
+}
+
+const HEAD: &str = "/*
+ * mollis: particles that interact through softened (\"mollified\") potentials.
+ *
+ * The caller owns all memory. Every function returns a status, MOLLIS_OK or one of MOLLIS_ERR_*, and hands results
+ * back through pointers; a call that is refused leaves every output as it was. A null output means \"not wanted\".
+ * Outputs must overlap nothing else of the call. A pointer with a length may be null when the length is 0.
+ * Coordinates of n points in D dimensions are an array `double x[n][D]`.
+ * Functions with the suffix _f32 compute in float, those without one in double.
+ *
+ * Made from the library's source by `cargo xtask header`: do not edit.
+ */";
+
+/// The status codes, from the one table of errors, and the other numbers a C program needs at compile time.
+fn constants() -> Result<String> {
+    let mut out = String::from("\n/** Success. */\n#define MOLLIS_OK 0\n");
+    for &error in Error::ALL {
+        let text = error.text().to_str()?;
+        write!(out, "/** {}. */\n#define MOLLIS_ERR_{} {}\n", text, screaming(error.name()), error as i32)?;
+    }
+    write!(
+        out,
+        "\n/** What a workspace must be aligned to, in bytes. */\n#define MOLLIS_WORKSPACE_ALIGN {}\n",
+        mollis_core::space::ALIGN
+    )?;
+    Ok(out)
+}
+
+fn screaming(name: &str) -> String {
+    let mut out = String::new();
+    for (k, c) in name.char_indices() {
+        if c.is_ascii_uppercase() && k > 0 {
+            out.push('_');
+        }
+        out.push(c.to_ascii_uppercase());
+    }
+    out
+}
+
+/// cbindgen passes over what it cannot read, such as functions made by a macro: each one in the source must be here.
+fn complete(header: &str) -> Result<()> {
+    let header = text::code_only(header);
+    for path in shell::files("ffi/abi/src", &["rs"])? {
+        let code = text::code_only(&shell::read(&path)?);
+        let words: Vec<_> = text::identifiers(&code).map(|(_, word)| word).collect();
+        for name in words.windows(2).filter(|w| w[0] == "fn" && w[1].starts_with("mollis_")).map(|w| w[1]) {
+            let here = text::identifiers(&header).any(|(_, word)| word == name);
+            ensure!(here, "{}: {name} is not in {HEADER}; is it made by a macro?", shell::short(&path));
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn constant_names() {
+        assert_eq!(super::screaming("NullPointer"), "NULL_POINTER");
+        assert_eq!(super::screaming("Delta"), "DELTA");
+    }
+}

@@ -1,0 +1,110 @@
+//! All suites, in the order in which a fault is cheapest to find; a table of minutes; one line that sums them.
+
+use std::time::Instant;
+
+use anyhow::{Context, Result, bail};
+
+use crate::{coverage, examples, features, header, layers, shell, symbols};
+
+/// Passed and failed.
+#[derive(Clone, Copy, Default)]
+struct Count {
+    passed: usize,
+    failed: usize,
+}
+
+type Suite = (&'static str, &'static str, fn() -> Result<Count>);
+
+/// Name, what it shows, how it runs.
+const SUITES: &[Suite] = &[
+    ("format", "the source is as rustfmt leaves it", || {
+        checked(shell::run(shell::cargo().args(["fmt", "--all", "--check"])))
+    }),
+    ("layers", "uses point down, unsafe stays in its rooms", || checked(layers::run())),
+    ("header", "the header is what the source makes", || checked(header::run(true))),
+    ("coverage", "each function of the header is called by a test", || checked(coverage::run())),
+    ("lints", "clippy finds nothing", || checked(lints())),
+    ("docs", "the documentation builds without a warning", || checked(docs())),
+    ("unit", "cargo test", unit),
+    ("features", "each combination of features builds", || checked(features::run())),
+    ("symbols", "nothing but memory functions is needed", || checked(symbols::run())),
+    ("languages", "the header and programs in C, C++ and Fortran", || counted(languages())),
+    ("valgrind", "the C programs touch no memory that is not theirs", || counted(examples::all(true))),
+];
+
+/// Runs the suites named, or all.
+pub fn run(names: &[String]) -> Result<()> {
+    if let Some(unknown) = names.iter().find(|n| !SUITES.iter().any(|(name, ..)| name == n)) {
+        let known: Vec<_> = SUITES.iter().map(|(name, ..)| *name).collect();
+        bail!("no suite `{unknown}`; there are {}", known.join(", "));
+    }
+    let mut rows = Vec::new();
+    for (name, about, suite) in SUITES.iter().filter(|(name, ..)| names.is_empty() || names.iter().any(|n| n == name)) {
+        println!("\n== {name}: {about}");
+        let start = Instant::now();
+        let count = suite().unwrap_or_else(|error| {
+            println!("{name} failed: {error:#}");
+            Count { passed: 0, failed: 1 }
+        });
+        rows.push((name, count, start.elapsed().as_secs_f64() / 60.0));
+    }
+    println!("\n{:<12} {:>7} {:>7} {:>8}", "suite", "passed", "failed", "minutes");
+    let mut sum = Count::default();
+    let mut minutes = 0.0;
+    for (name, count, time) in &rows {
+        println!("{name:<12} {:>7} {:>7} {time:>8.2}", count.passed, count.failed);
+        sum = Count { passed: sum.passed + count.passed, failed: sum.failed + count.failed };
+        minutes += time;
+    }
+    println!("{:<12} {:>7} {:>7} {minutes:>8.2}", "all", sum.passed, sum.failed);
+    println!("\n{} passed, {} failed", sum.passed, sum.failed);
+    if sum.failed > 0 {
+        std::process::exit(1);
+    }
+    Ok(())
+}
+
+fn checked(result: Result<()>) -> Result<Count> {
+    counted(result.map(|()| 1))
+}
+
+fn counted(result: Result<usize>) -> Result<Count> {
+    result.map(|passed| Count { passed, failed: 0 })
+}
+
+fn lints() -> Result<()> {
+    shell::run(shell::cargo().args(["clippy", "--quiet", "--workspace", "--all-targets", "--", "-Dwarnings"]))
+}
+
+/// Without `ffi`, whose library has the command's name and no item of its own.
+fn docs() -> Result<()> {
+    let mut cargo = shell::cargo();
+    cargo.args(["doc", "--quiet", "--workspace", "--exclude", "mollis", "--no-deps"]);
+    shell::run(cargo.env("RUSTDOCFLAGS", "-Dwarnings"))
+}
+
+/// `cargo test`, its results added up.
+fn unit() -> Result<Count> {
+    let (succeeded, text) = shell::tee(shell::cargo().args(["test", "--no-fail-fast"]))?;
+    let mut count = Count::default();
+    for line in text.lines().filter_map(|line| line.strip_prefix("test result: ")) {
+        let number = |word: &str| -> Result<usize> {
+            let part = line.split([';', '.']).find_map(|part| part.trim().strip_suffix(word));
+            part.context("cargo test's summary has changed")?.trim().parse().context("not a number")
+        };
+        count.passed += number("passed")?;
+        count.failed += number("failed")?;
+    }
+    // A test program that crashes or doesn't compile prints no summary.
+    if !succeeded && count.failed == 0 {
+        count.failed = 1;
+    }
+    if count.passed == 0 && count.failed == 0 {
+        bail!("cargo test ran nothing");
+    }
+    Ok(count)
+}
+
+fn languages() -> Result<usize> {
+    Ok(examples::header()? + examples::all(false)?)
+}

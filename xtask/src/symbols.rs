@@ -1,0 +1,173 @@
+//! What is linked: the shared library, and a C program that reaches every function of the static one.
+//!
+//! Both are linked with the sections nothing refers to thrown away, so a symbol that is still there can be reached.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, bail, ensure};
+
+use crate::{header, shell, tools};
+
+/// What a C library must offer: compilers turn loops into these.
+const MEMORY: [&str; 5] = ["memcpy", "memmove", "memset", "memcmp", "bcmp"];
+/// What the linker's own start files ask for, weakly.
+const LINKER: [&str; 5] = [
+    "_ITM_deregisterTMCloneTable",
+    "_ITM_registerTMCloneTable",
+    "__cxa_finalize",
+    "__gmon_start__",
+    "__libc_start_main",
+];
+/// Parts of names that belong to a panic, to unwinding, to formatting, to an allocator or to input and output.
+const FORBIDDEN: [&str; 21] = [
+    "panic",
+    "unwind",
+    "Unwind",
+    "eh_personality",
+    "4core3fmt",
+    "core::fmt",
+    "unwrap_failed",
+    "expect_failed",
+    "slice_index_fail",
+    "__rust_alloc",
+    "__rust_dealloc",
+    "__rust_realloc",
+    "alloc::",
+    "5alloc",
+    "malloc",
+    "calloc",
+    "printf",
+    "fwrite",
+    "puts",
+    "abort",
+    "__assert",
+];
+
+/// Builds the library for release and returns the folder it lies in.
+pub fn build() -> Result<PathBuf> {
+    shell::run(shell::cargo().args(["build", "--quiet", "--release", "--package", "mollis"]))?;
+    Ok(shell::target().join("release"))
+}
+
+/// Checks the shared library and a C program linked with the static one.
+pub fn run() -> Result<()> {
+    tools::need(&[("nm", "binutils"), ("gcc", "gcc")])?;
+    let folder = build()?;
+    the_check_can_fail()?;
+    let library = folder.join("libmollis.so");
+    let functions = header::functions()?;
+    let mut faults = exports(&library, &functions)?;
+    faults.extend(check(&library)?);
+    faults.extend(check(&program(&folder, &functions)?)?);
+    if !faults.is_empty() {
+        bail!("{}", faults.join("\n"));
+    }
+    println!(
+        "libmollis.so ({} functions) and a C program with all of libmollis.a: only {} needed; no panic, unwinding, \
+         allocator, formatting or I/O",
+        functions.len(),
+        MEMORY.join(", ")
+    );
+    Ok(())
+}
+
+/// Exported names: those of the header, no more and no fewer.
+fn exports(library: &Path, functions: &[String]) -> Result<Vec<String>> {
+    let mut faults = Vec::new();
+    let listed = shell::output(shell::program("nm").args(["-D", "--defined-only", "--format=posix"]).arg(library))?;
+    let exported: Vec<&str> = listed.lines().filter_map(|line| line.split(' ').next()).collect();
+    for name in &exported {
+        if !functions.iter().any(|f| f == name) {
+            faults.push(format!("{} exports {name}, which is not in the header", shell::short(library)));
+        }
+    }
+    for name in functions.iter().filter(|f| !exported.contains(&f.as_str())) {
+        faults.push(format!("{} lacks {name}", shell::short(library)));
+    }
+    Ok(faults)
+}
+
+/// What a linked image needs that it must not, and holds that it must not.
+fn check(image: &Path) -> Result<Vec<String>> {
+    let listed = shell::output(shell::program("nm").args(["--demangle", "--format=bsd"]).arg(image))?;
+    let mut faults = Vec::new();
+    let mut symbols = 0;
+    for line in listed.lines() {
+        // "address type name", the address blank where there is none.
+        let Some((kind, name)) = line.get(17..).and_then(|tail| tail.split_once(' ')) else { continue };
+        symbols += 1;
+        let plain = name.split('@').next().unwrap_or(name);
+        let undefined = matches!(kind, "U" | "w" | "v");
+        if undefined && !MEMORY.contains(&plain) && !LINKER.contains(&plain) {
+            faults.push(format!("{} needs {name}", shell::short(image)));
+        }
+        if forbidden(name) {
+            faults.push(format!("{} holds {name}", shell::short(image)));
+        }
+    }
+    ensure!(symbols > 0, "{} has no symbol table", shell::short(image));
+    Ok(faults)
+}
+
+/// Whether a symbol belongs to what must not be linked.
+pub fn forbidden(name: &str) -> bool {
+    FORBIDDEN.iter().any(|part| name.contains(part))
+}
+
+/// A C program that takes the address of every function, linked with the static library.
+fn program(folder: &Path, functions: &[String]) -> Result<PathBuf> {
+    let scratch = shell::scratch("symbols")?;
+    let mut source =
+        String::from("#include \"mollis.h\"\ntypedef void (*function)(void);\nfunction volatile all[] = {\n");
+    for name in functions {
+        writeln!(source, "  (function)&{name},")?;
+    }
+    source.push_str("  0};\nint main(void) { return all[0] == 0; }\n");
+    let (file, image) = (scratch.join("all.c"), scratch.join("all"));
+    std::fs::write(&file, source)?;
+    let mut gcc = shell::program("gcc");
+    gcc.args(["-std=c99", "-Wall", "-Wextra", "-Werror", "-O1", "-Iinclude", "-Wl,--gc-sections", "-o"]);
+    shell::run(gcc.arg(&image).arg(&file).arg(folder.join("libmollis.a")))?;
+    shell::run(&mut shell::program(&image))?;
+    Ok(image)
+}
+
+/// A library with a planted panic must be refused, else this check proves nothing.
+fn the_check_can_fail() -> Result<()> {
+    let scratch = shell::scratch("symbols")?;
+    let (file, image) = (scratch.join("planted.rs"), scratch.join("libplanted.so"));
+    std::fs::write(&file, PLANTED)?;
+    let mut rustc = shell::program(std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into()));
+    rustc.args(["--edition=2024", "--crate-type=cdylib", "-Copt-level=3", "-Cpanic=abort", "-Clto=fat", "-o"]);
+    shell::run(rustc.arg(&image).arg(&file)).context("cannot build the control")?;
+    let faults = check(&image)?;
+    ensure!(faults.iter().any(|f| f.contains("panic")), "a planted panic was not found: {faults:?}");
+    Ok(())
+}
+
+const PLANTED: &str = "#![no_std]
+#[panic_handler]
+fn handler(_: &core::panic::PanicInfo<'_>) -> ! { loop {} }
+#[unsafe(no_mangle)]
+pub extern \"C\" fn mollis_planted(index: usize) -> u8 { [1_u8, 2, 3][index] }
+";
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn names() {
+        for bad in [
+            "core::panicking::panic_fmt",
+            "rust_eh_personality",
+            "malloc",
+            "<u8 as core::fmt::Display>::fmt",
+            "vfprintf",
+        ] {
+            assert!(super::forbidden(bad), "{bad}");
+        }
+        for good in ["mollis_blob2_step", "memcpy", "mollis_core::field::direct::evaluate"] {
+            assert!(!super::forbidden(good), "{good}");
+        }
+    }
+}
