@@ -1,0 +1,176 @@
+//! Cloud-in-cell deposit: each particle's mass onto the four nodes of its cell, by bilinear weights, in fixed point.
+
+use super::fixed::nearest;
+use super::mesh::{Locator, Mesh, Place};
+use super::{MassScale, Walls};
+use crate::error::{Error, Result};
+use crate::isa::Plain;
+use crate::real::Real;
+
+/// Words after the nodes' masses: what lies outside the mesh (number, mass, first moments about the centre), padded to a
+/// cache line.
+pub(super) const TAIL: usize = 8;
+/// Particles that go through the vectorised part together.
+const BLOCK: usize = 64;
+/// Offsets of outside particles are cut at 2^10 mesh widths; moments are in units of 2^-10 mass units.
+const MOMENT: f64 = 1024.0;
+
+/// Adds the particles to `words`: nodes' masses in units, then the tail.
+pub(super) struct Deposit<'a, T> {
+    pub mesh: &'a Mesh<T>,
+    pub locator: Locator,
+    pub walls: Walls,
+    pub scale: MassScale,
+    pub positions: &'a [[T; 2]],
+    pub masses: &'a [T],
+    pub words: &'a mut [i64],
+}
+
+impl<T: Real> Plain for Deposit<'_, T> {
+    type Out = Result<()>;
+
+    #[inline(always)]
+    fn run(self) -> Result<()> {
+        let Self { mesh, locator, walls, scale, positions, masses, words } = self;
+        let nodes = words.len().saturating_sub(TAIL);
+        let (words, tail) = words.split_at_mut_checked(nodes).ok_or(Error::LengthMismatch)?;
+        let tail = tail.first_chunk_mut::<TAIL>().ok_or(Error::LengthMismatch)?;
+        let (per_mass, pitch) = (scale.per_mass(), mesh.cells()[0] + 1);
+        let mut places = [Place::default(); BLOCK];
+        let mut shares = [[0_i64; 4]; BLOCK];
+        for (positions, masses) in positions.chunks(BLOCK).zip(masses.chunks(BLOCK)) {
+            for (((place, shares), &x), m) in places.iter_mut().zip(&mut shares).zip(positions).zip(masses) {
+                *place = locator.place(x);
+                *shares = divide(m.to_f64() * per_mass, place.fraction);
+            }
+            for ((place, shares), (&x, m)) in places.iter().zip(&shares).zip(positions.iter().zip(masses)) {
+                if place.inside {
+                    scatter(words, pitch, place.node as usize, shares);
+                } else {
+                    let m = m.to_f64() * per_mass;
+                    away(mesh, &locator, walls, x, m, pitch, words, tail)?;
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The four shares of `m` units, to the nodes (0, 0), (1, 0), (0, 1), (1, 1) of the cell. They add up to the rounded m
+/// exactly.
+#[inline(always)]
+fn divide(m: f64, [fx, fy]: [f64; 2]) -> [i64; 4] {
+    let (right, upper) = (m * fx, 1.0 - fy);
+    let left = m - right;
+    let (b, c, d) = (nearest(right * upper), nearest(left * fy), nearest(right * fy));
+    [nearest(m).wrapping_sub(b).wrapping_sub(c).wrapping_sub(d), b, c, d]
+}
+
+#[inline(always)]
+fn scatter(words: &mut [i64], pitch: usize, node: usize, shares: &[i64; 4]) {
+    let add = |words: &mut [i64], at: usize, a: i64, b: i64| {
+        if let Some([left, right]) = words.get_mut(at..).and_then(|w| w.first_chunk_mut::<2>()) {
+            *left = left.wrapping_add(a);
+            *right = right.wrapping_add(b);
+        }
+    };
+    add(words, node, shares[0], shares[1]);
+    add(words, node.wrapping_add(pitch), shares[2], shares[3]);
+}
+
+/// A particle outside: with no-flux walls it acts from its mirror place, in free space it is counted in the tail.
+#[expect(clippy::too_many_arguments, reason = "the rare branch of one loop")]
+#[inline(never)]
+fn away<T: Real>(
+    mesh: &Mesh<T>,
+    locator: &Locator,
+    walls: Walls,
+    x: [T; 2],
+    m: f64,
+    pitch: usize,
+    words: &mut [i64],
+    tail: &mut [i64; TAIL],
+) -> Result<()> {
+    if !x.iter().all(|v| v.is_finite()) {
+        return Err(Error::NotFinite);
+    }
+    match walls {
+        Walls::NoFlux => {
+            let place = locator.place(mesh.reflect(x).0);
+            if place.inside {
+                scatter(words, pitch, place.node as usize, &divide(m, place.fraction));
+            }
+        }
+        Walls::Free => {
+            let offset = |x: T, l: T, u: T| {
+                let (l, u) = (l.to_f64(), u.to_f64());
+                ((x.to_f64() - 0.5 * (l + u)) / (u - l)).max(-MOMENT).min(MOMENT)
+            };
+            let (lower, upper) = (mesh.lower(), mesh.upper());
+            let moment = |offset: f64| nearest(m / MOMENT * offset);
+            let add =
+                [1, nearest(m), moment(offset(x[0], lower[0], upper[0])), moment(offset(x[1], lower[1], upper[1]))];
+            for (word, add) in tail.iter_mut().zip(add) {
+                *word = word.wrapping_add(add);
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Total mass in units and its centre, from the integers alone.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sum {
+    pub outside: u64,
+    pub units: i64,
+    pub centre: [f64; 2],
+}
+
+pub(super) fn sum<T: Real>(mesh: &Mesh<T>, words: &[i64]) -> Sum {
+    let pitch = mesh.cells()[0] + 1;
+    let (mut units, mut moment_x, mut moment_y) = (0_i64, 0_i128, 0_i128);
+    let nodes = words.len().saturating_sub(TAIL);
+    let (words, tail) = words.split_at_checked(nodes).unwrap_or((words, &[]));
+    for (j, row) in words.chunks(pitch.max(1)).enumerate() {
+        // A row's sum fits in 64 bits, its first moment may not: i <= 2^20.
+        let mut in_row = 0_i64;
+        let mut first = 0_i64;
+        let mut wide = 0_i128;
+        for (block, words) in row.chunks(256).enumerate() {
+            let mut of_block = 0_i64;
+            let mut of_block_first = 0_i64;
+            for (i, &w) in (0_i64..).zip(words) {
+                of_block = of_block.wrapping_add(w);
+                of_block_first = of_block_first.wrapping_add(i.wrapping_mul(w));
+            }
+            in_row = in_row.wrapping_add(of_block);
+            first = first.wrapping_add(of_block_first);
+            wide = wide.wrapping_add(i128::from(of_block).wrapping_mul(256 * block as i128));
+        }
+        units = units.wrapping_add(in_row);
+        moment_x = moment_x.wrapping_add(wide).wrapping_add(i128::from(first));
+        moment_y = moment_y.wrapping_add(i128::from(in_row).wrapping_mul(j as i128));
+    }
+    let inside = units as f64;
+    let tail = tail.first_chunk::<4>().copied().unwrap_or_default();
+    units = units.wrapping_add(tail[1]);
+    let (lower, upper, cells) = (mesh.lower(), mesh.upper(), mesh.cells());
+    let centre = |l: T, u: T, n: usize, moment: i128, away: i64| {
+        let (l, u) = (l.to_f64(), u.to_f64());
+        let middle = 0.5 * (l + u);
+        if units == 0 {
+            return middle;
+        }
+        // Widths from the middle: the nodes' first moment, and the tail's.
+        let from_middle = moment as f64 / n as f64 - 0.5 * inside + away as f64 * MOMENT;
+        middle + (u - l) * (from_middle / units as f64)
+    };
+    Sum {
+        outside: tail[0] as u64,
+        units,
+        centre: [
+            centre(lower[0], upper[0], cells[0], moment_x, tail[2]),
+            centre(lower[1], upper[1], cells[1], moment_y, tail[3]),
+        ],
+    }
+}

@@ -1,0 +1,138 @@
+//! Masses in 64-bit fixed point: sums that do not depend on order, threads or ranks.
+//!
+//! A mass m is stored as the integer nearest to m / unit, unit = 2^`exponent`, and integers are added. With the scale of a
+//! total mass M, sum |m| <= M, the unit is between 2^-50 M and 2^-49 M: one particle's share has at most 50 bits, so
+//! the rounding is one floating-point addition; a node's total is at most 2^50 plus half a unit for each of n shares, so
+//! no sum can overflow 2^63 before n reaches 2^63.
+
+use crate::error::{Error, Result};
+use crate::real::Real;
+
+/// Bits of the total mass in units.
+const BITS: i32 = 50;
+/// 1.5 * 2^52: added to |x| <= 2^51 it rounds x to an integer, which stands in the low bits.
+const ROUND: f64 = 6_755_399_441_055_744.0;
+
+/// The unit of fixed-point masses, a power of two.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct MassScale {
+    exponent: i32,
+}
+
+impl MassScale {
+    /// The scale for masses whose absolute values add up to at most `total`.
+    ///
+    /// # Errors
+    /// [`Error::NotFinite`]; [`Error::Mass`]: `total` is negative.
+    pub fn for_total<T: Real>(total: T) -> Result<Self> {
+        if !total.is_finite() {
+            return Err(Error::NotFinite);
+        }
+        if total < T::ZERO {
+            return Err(Error::Mass);
+        }
+        let (_, e) = total.to_f64().frexp();
+        Ok(Self::from_bound(e))
+    }
+
+    /// The scale of these masses, of any sign: it does not depend on their order.
+    ///
+    /// Cost: two passes over the masses. It changes only when masses do.
+    ///
+    /// # Errors
+    /// [`Error::NotFinite`].
+    pub fn of<T: Real>(masses: &[T]) -> Result<Self> {
+        let mut largest = T::ZERO;
+        let mut bad = false;
+        for m in masses {
+            bad |= !m.is_finite();
+            largest = largest.max(m.abs());
+        }
+        if bad {
+            return Err(Error::NotFinite);
+        }
+        if largest == T::ZERO {
+            return Ok(Self::from_bound(0));
+        }
+        // First a scale from n max |m|, which is independent of order as well; it may be far above the sum, so the sum in
+        // that scale gives the second. Truncation loses less than a unit each, so `n` units more are a bound.
+        let n = masses.len() as u64;
+        let e = largest.to_f64().frexp().1 + (64 - n.leading_zeros()) as i32;
+        let to_units = 1.0_f64.ldexp((61 - e).min(1000));
+        let sum = masses.iter().fold(n, |sum, m| sum.saturating_add((m.abs().to_f64() * to_units) as u64));
+        Ok(Self::from_bound((64 - sum.leading_zeros()) as i32 - (61 - e).min(1000)))
+    }
+
+    /// `e` with sum |m| <= 2^e.
+    fn from_bound(e: i32) -> Self {
+        // Below 2^-900 the factor 1 / unit would leave the range; such masses keep fewer bits.
+        Self { exponent: e.max(-900) - BITS }
+    }
+
+    /// The unit is 2 to this power.
+    #[must_use]
+    pub fn exponent(self) -> i32 {
+        self.exponent
+    }
+
+    /// One mass unit.
+    #[must_use]
+    pub fn unit(self) -> f64 {
+        1.0_f64.ldexp(self.exponent)
+    }
+
+    /// Units in a mass of 1.
+    pub(super) fn per_mass(self) -> f64 {
+        1.0_f64.ldexp(-self.exponent)
+    }
+}
+
+/// The integer nearest to `x`, |x| <= 2^51, halves to even.
+#[inline(always)]
+pub(super) fn nearest(x: f64) -> i64 {
+    (x + ROUND).to_bits().wrapping_sub(ROUND.to_bits()) as i64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_scale_bounds_the_sum_and_ignores_the_order() {
+        let mut masses = std::vec![1e-8_f64; 1001];
+        masses[500] = 3.0;
+        let scale = MassScale::of(&masses).unwrap();
+        let total = masses.iter().sum::<f64>();
+        let bits = (total * scale.per_mass()).log2();
+        assert!((48.0..=50.0).contains(&bits), "{bits}");
+        masses.reverse();
+        assert_eq!(MassScale::of(&masses), Ok(scale));
+        masses.rotate_left(77);
+        assert_eq!(MassScale::of(&masses), Ok(scale));
+        for m in [f64::MIN_POSITIVE, 1e-300, 1e-30, 1.0, 1e300] {
+            for n in [1, 2, 3, 1000] {
+                let scale = MassScale::of(&std::vec![-m; n]).unwrap();
+                assert!(m * scale.per_mass() * n as f64 <= 2.0_f64.powi(50));
+                assert!(scale.unit() > 0.0 && scale.per_mass().is_finite());
+            }
+        }
+        assert_eq!(MassScale::of(&[0.0_f64; 4]), MassScale::of::<f64>(&[]));
+        assert_eq!(MassScale::of(&[1.0, f64::NAN]), Err(Error::NotFinite));
+        assert_eq!(MassScale::of(&[1.0_f32, f32::INFINITY]), Err(Error::NotFinite));
+        assert_eq!(MassScale::for_total(-1.0), Err(Error::Mass));
+        assert!(MassScale::for_total(3.0_f64).unwrap().exponent() == scale_exponent(3.0));
+    }
+
+    fn scale_exponent(total: f64) -> i32 {
+        total.log2().floor() as i32 + 1 - BITS
+    }
+
+    #[test]
+    fn nearest_rounds_halves_to_even() {
+        for (x, want) in [(0.5, 0), (1.5, 2), (-0.5, 0), (-1.5, -2), (2.4, 2), (-2.6, -3), (0.0, 0)] {
+            assert_eq!(nearest(x), want);
+        }
+        let big = 2.0_f64.powi(51);
+        assert_eq!((nearest(big), nearest(-big)), (1 << 51, -(1 << 51)));
+    }
+}

@@ -1,0 +1,159 @@
+//! The mesh: a rectangle cut into equal cells.
+
+use crate::error::{Error, Result};
+use crate::real::Real;
+
+/// The most cells along an axis: node numbers and their first moments stay exact in 64 bits.
+pub const MAX_CELLS: usize = 1 << 20;
+
+/// A rectangle of `cells[0]` by `cells[1]` equal cells; node (i, j), 0 <= i <= cells[0], 0 <= j <= cells[1], stands at
+/// `lower + (i, j) * spacing`. Arrays over the nodes run along x first: node (i, j) is element `j (cells[0] + 1) + i`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mesh<T> {
+    lower: [T; 2],
+    upper: [T; 2],
+    cells: [usize; 2],
+}
+
+impl<T: Real> Mesh<T> {
+    /// The mesh on `[lower, upper]`.
+    ///
+    /// # Errors
+    /// [`Error::NotFinite`]; [`Error::OutOfDomain`]: `upper` is not above `lower`, or fewer than 2 cells along an axis;
+    /// [`Error::TooLarge`]: more than [`MAX_CELLS`], or too many nodes to count.
+    pub fn new(lower: [T; 2], upper: [T; 2], cells: [usize; 2]) -> Result<Self> {
+        if !lower.iter().chain(&upper).all(|v| v.is_finite()) {
+            return Err(Error::NotFinite);
+        }
+        for ((&l, &u), &n) in lower.iter().zip(&upper).zip(&cells) {
+            let width = u - l;
+            if n < 2 || !(width > T::ZERO && width.is_finite()) || !(width / T::from_usize(n) >= T::MIN_POSITIVE) {
+                return Err(Error::OutOfDomain);
+            }
+            if n > MAX_CELLS {
+                return Err(Error::TooLarge);
+            }
+        }
+        (cells[0] + 1).checked_mul(cells[1] + 1).ok_or(Error::TooLarge)?;
+        Ok(Self { lower, upper, cells })
+    }
+
+    /// The lower left corner.
+    pub fn lower(&self) -> [T; 2] {
+        self.lower
+    }
+
+    /// The upper right corner.
+    pub fn upper(&self) -> [T; 2] {
+        self.upper
+    }
+
+    /// Cells along x and y.
+    pub fn cells(&self) -> [usize; 2] {
+        self.cells
+    }
+
+    /// How many nodes there are.
+    pub fn nodes(&self) -> usize {
+        (self.cells[0] + 1) * (self.cells[1] + 1)
+    }
+
+    /// The mesh widths along x and y.
+    pub fn spacing(&self) -> [T; 2] {
+        let [n, m] = self.cells.map(T::from_usize);
+        [(self.upper[0] - self.lower[0]) / n, (self.upper[1] - self.lower[1]) / m]
+    }
+
+    /// Where node (i, j) stands; i and j may lie outside the mesh (ghost nodes).
+    pub fn node(&self, i: isize, j: isize) -> [T; 2] {
+        let [h, k] = self.spacing();
+        [self.lower[0] + signed::<T>(i) * h, self.lower[1] + signed::<T>(j) * k]
+    }
+
+    /// Whether the closed rectangle holds `x`.
+    pub fn contains(&self, x: [T; 2]) -> bool {
+        let within = |a: T, l: T, u: T| l <= a && a <= u;
+        within(x[0], self.lower[0], self.upper[0]) && within(x[1], self.lower[1], self.upper[1])
+    }
+
+    /// `x` folded into the rectangle by reflection at its walls, as often as needed, and for each axis whether the number of
+    /// reflections is odd. Points inside, borders included, stay as they are.
+    pub fn reflect(&self, x: [T; 2]) -> ([T; 2], [bool; 2]) {
+        let fold = |a: T, l: T, u: T| {
+            if l <= a && a <= u {
+                return (a, false);
+            }
+            let width = u - l;
+            // In widths; a full period is two of them.
+            let g = (a - l) / width;
+            let g = g - T::TWO * (g * T::HALF).floor();
+            let (g, odd) = if g > T::ONE { (T::TWO - g, true) } else { (g, false) };
+            ((l + g * width).max(l).min(u), odd)
+        };
+        let (a, odd_a) = fold(x[0], self.lower[0], self.upper[0]);
+        let (b, odd_b) = fold(x[1], self.lower[1], self.upper[1]);
+        ([a, b], [odd_a, odd_b])
+    }
+}
+
+/// Exact for the numbers that occur, |n| <= MAX_CELLS + 1.
+fn signed<T: Real>(n: isize) -> T {
+    T::from_i32(n as i32)
+}
+
+/// The mesh in numbers that the loops over particles need, in f64 for both scalars.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Locator {
+    lower: [f64; 2],
+    inverse: [f64; 2],
+    cells: [f64; 2],
+    pitch: f64,
+}
+
+/// 2^52: added to a number in 0..2^51 it rounds it to an integer, which then stands in the low bits.
+const ROUND: f64 = 4_503_599_627_370_496.0;
+
+/// Where a particle is: its cell's lower left node and its place in the cell, 0 to 1 each way.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Place {
+    /// `j (nx + 1) + i`; meaningless when outside.
+    pub node: u64,
+    pub fraction: [f64; 2],
+    pub inside: bool,
+}
+
+impl Locator {
+    pub(super) fn new<T: Real>(mesh: &Mesh<T>) -> Self {
+        let width = |k: usize| match k {
+            0 => mesh.upper[0].to_f64() - mesh.lower[0].to_f64(),
+            _ => mesh.upper[1].to_f64() - mesh.lower[1].to_f64(),
+        };
+        let cells = mesh.cells.map(|n| n as f64);
+        Self {
+            lower: mesh.lower.map(Real::to_f64),
+            inverse: [cells[0] / width(0), cells[1] / width(1)],
+            cells,
+            pitch: cells[0] + 1.0,
+        }
+    }
+
+    /// Branch-free, so that it is compiled for several particles at a time. NaN counts as outside.
+    #[inline(always)]
+    pub(super) fn place<T: Real>(&self, x: [T; 2]) -> Place {
+        let [x, y] = x.map(Real::to_f64);
+        let (gx, gy) = ((x - self.lower[0]) * self.inverse[0], (y - self.lower[1]) * self.inverse[1]);
+        let inside = gx >= 0.0 && gx <= self.cells[0] && gy >= 0.0 && gy <= self.cells[1];
+        let (gx, gy) = if inside { (gx, gy) } else { (0.0, 0.0) };
+        let (cx, cy) = (cell(gx, self.cells[0]), cell(gy, self.cells[1]));
+        let node = (cy * self.pitch + cx + ROUND).to_bits() & ((1 << 52) - 1);
+        Place { node, fraction: [gx - cx, gy - cy], inside }
+    }
+}
+
+/// The cell that holds `g`, the last one at the upper border.
+#[inline(always)]
+fn cell(g: f64, cells: f64) -> f64 {
+    let rounded = (g + ROUND) - ROUND;
+    let floor = if rounded > g { rounded - 1.0 } else { rounded };
+    if floor >= cells { cells - 1.0 } else { floor }
+}

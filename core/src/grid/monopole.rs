@@ -1,0 +1,64 @@
+//! The field of all mass at its centre: Dirichlet data, and the drift outside the mesh.
+
+use crate::real::Real;
+
+/// `mass` at `centre`, with the kernel of the equation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Monopole<T> {
+    /// The total mass, what is outside the mesh included.
+    pub mass: T,
+    /// Its centre.
+    pub centre: [T; 2],
+    /// The kernel's k; 0: Newtonian.
+    pub screening: T,
+    /// Below this distance the field is that at this distance: finite wherever it is asked for.
+    pub floor: T,
+}
+
+impl<T: Real> Monopole<T> {
+    fn distance(&self, x: [T; 2]) -> ([T; 2], T) {
+        let d = [x[0] - self.centre[0], x[1] - self.centre[1]];
+        (d, (d[0] * d[0] + d[1] * d[1]).sqrt().max(self.floor))
+    }
+
+    /// `mass V(x - centre)`, V = log r / (2 pi) or -K0(k r) / (2 pi): (3.10) with the sign of V * rho.
+    pub fn potential(&self, x: [T; 2]) -> T {
+        let (_, r) = self.distance(x);
+        let v = if self.screening > T::ZERO { -k0(self.screening * r) } else { r.log() };
+        self.mass * v / (T::TWO * T::PI)
+    }
+
+    /// The gradient of [`Monopole::potential`]: (3.8).
+    pub fn gradient(&self, x: [T; 2]) -> [T; 2] {
+        let (d, r) = self.distance(x);
+        let k = self.screening;
+        // V' / r
+        let slope = if k > T::ZERO { k * k1(k * r) / r } else { T::ONE / (r * r) };
+        let factor = self.mass * slope / (T::TWO * T::PI);
+        [factor * d[0], factor * d[1]]
+    }
+}
+
+/// K0 and K1 by the trapezoidal rule on their integral, for now.
+fn k0<T: Real>(x: T) -> T {
+    integral(x, false)
+}
+fn k1<T: Real>(x: T) -> T {
+    integral(x, true)
+}
+fn integral<T: Real>(x: T, weighted: bool) -> T {
+    let x = x.to_f64();
+    let mut sum = 0.5 * (-x).exp();
+    for n in 1..400 {
+        let cosh = {
+            let e = (0.05 * f64::from(n)).exp();
+            0.5 * (e + 1.0 / e)
+        };
+        let term = (-x * cosh).exp();
+        if term == 0.0 {
+            break;
+        }
+        sum += if weighted { term * cosh } else { term };
+    }
+    T::from_f64(sum * 0.05)
+}
