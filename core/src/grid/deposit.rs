@@ -104,7 +104,8 @@ fn away<T: Real>(
         Walls::Free => {
             let offset = |x: T, l: T, u: T| {
                 let (l, u) = (l.to_f64(), u.to_f64());
-                ((x.to_f64() - 0.5 * (l + u)) / (u - l)).max(-MOMENT).min(MOMENT)
+                let offset = (x.to_f64() - 0.5 * (l + u)) / (u - l);
+                if offset.abs() <= MOMENT { offset } else { MOMENT.copysign(offset) }
             };
             let (lower, upper) = (mesh.lower(), mesh.upper());
             let moment = |offset: f64| nearest(m / MOMENT * offset);

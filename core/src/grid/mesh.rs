@@ -27,7 +27,7 @@ impl<T: Real> Mesh<T> {
         }
         for ((&l, &u), &n) in lower.iter().zip(&upper).zip(&cells) {
             let width = u - l;
-            if n < 2 || !(width > T::ZERO && width.is_finite()) || !(width / T::from_usize(n) >= T::MIN_POSITIVE) {
+            if n < 2 || u <= l || !width.is_finite() || width / T::from_usize(n) < T::MIN_POSITIVE {
                 return Err(Error::OutOfDomain);
             }
             if n > MAX_CELLS {

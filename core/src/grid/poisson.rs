@@ -91,7 +91,7 @@ impl<'w, T: Real> Solver<'w, T> {
                 for j in 0..=m {
                     mean += self.modes[at(q, j)] * if j == 0 || j == m { T::HALF } else { T::ONE };
                 }
-                mean = mean / T::from_usize(m);
+                mean /= T::from_usize(m);
                 for j in 0..=m {
                     self.modes[at(q, j)] += -mean;
                 }
@@ -104,7 +104,7 @@ impl<'w, T: Real> Solver<'w, T> {
                 let pivot = b - last * e;
                 e = if singular && j == m { T::ZERO } else { T::ONE / pivot };
                 g = (last * g + f) * e;
-                e = e / first;
+                e /= first;
                 self.line[j] = e;
                 self.modes[at(q, j)] = g;
             }
@@ -118,7 +118,7 @@ impl<'w, T: Real> Solver<'w, T> {
                 for j in 0..=m {
                     mean += self.modes[at(q, j)] * if j == 0 || j == m { T::HALF } else { T::ONE };
                 }
-                mean = mean / T::from_usize(m);
+                mean /= T::from_usize(m);
                 for j in 0..=m {
                     self.modes[at(q, j)] += -mean;
                 }

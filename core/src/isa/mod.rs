@@ -2,5 +2,7 @@
 
 mod level;
 pub(crate) mod root;
+mod widest;
 
 pub use level::Level;
+pub(crate) use widest::{Plain, widest};

@@ -1,1 +1,72 @@
 //! Any generator to normals; a ready counter-based Philox4x32-10.
+//!
+//! Randomness is the user's: whatever fills 64-bit words with uniform bits drives the stochastic solvers. [`Philox`] is the
+//! ready one, whose words depend on (seed, label, step, sub-step) alone, so that results do not depend on the order of
+//! the particles or the number of threads. [`Stream`] adapts any `rand_core` generator: one stream, drawn serially in the
+//! order of the arrays.
+//!
+//! Words become numbers by [`uniform`] and [`normals`], which use only +, -, *, /, sqrt and integer operations: the same
+//! bits on every machine and at every level.
+
+mod normal;
+mod philox;
+mod stream;
+
+pub use normal::{normals, uniform, words};
+pub use philox::Philox;
+pub use stream::Stream;
+
+use crate::error::Result;
+use crate::real::Real;
+
+/// A source of uniform random bits.
+pub trait Generator {
+    /// Overwrites `out` with uniform bits for the particle `label` at time step `step`, sub-step `substep`.
+    ///
+    /// A counter-based generator makes the words from the three numbers alone, and a longer `out` begins with what a
+    /// shorter one gets; a stream ignores them and goes on. Called at most once for each (label, step, substep).
+    ///
+    /// # Errors
+    /// [`crate::Error::Generator`], or what a user's generator reports.
+    fn fill(&mut self, label: u64, step: u32, substep: u32, out: &mut [u64]) -> Result<()>;
+
+    /// The generator itself if its words depend on (label, step, substep) alone: then any thread may draw any of them at
+    /// any time. `None`: a stream, drawn by one thread in the order of the arrays.
+    fn counter_based(&self) -> Option<Philox> {
+        None
+    }
+}
+
+/// Overwrites `out[i]` with two independent standard normals for the particle `labels[i]`.
+///
+/// The same as [`Generator::fill`] with two words a label followed by [`normals`], label by label, and the same bits; a
+/// counter-based generator is run on many labels at a time. The bits do not depend on the machine's level.
+///
+/// Cost: 3 to 5 ns a normal with [`Philox`], bits and all.
+///
+/// # Errors
+/// [`crate::Error::LengthMismatch`] before anything is drawn; the generator's error, `out` then being overwritten in part.
+pub fn normals_of_labels<T: Real>(
+    generator: &mut dyn Generator,
+    labels: &[u64],
+    step: u32,
+    substep: u32,
+    out: &mut [[T; 2]],
+) -> Result<()> {
+    if labels.len() != out.len() {
+        return Err(crate::Error::LengthMismatch);
+    }
+    if let Some(philox) = generator.counter_based() {
+        philox.normals(labels, step, substep, out);
+        return Ok(());
+    }
+    for (&label, pair) in labels.iter().zip(out) {
+        let mut bits = [0; 2];
+        generator.fill(label, step, substep, &mut bits)?;
+        *pair = normal::pair(bits);
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,199 @@
+//! Philox4x32-10 (Salmon, Moraes, Dror & Shaw, *Parallel random numbers: as easy as 1, 2, 3*, 2011).
+
+use super::{Generator, normal};
+use crate::error::Result;
+use crate::isa::{Level, Plain, widest};
+use crate::real::Real;
+
+/// Multipliers of the rounds.
+const MULTIPLY: [u32; 2] = [0xD251_1F53, 0xCD9E_8D57];
+/// What the two key words grow by each round: the golden ratio and sqrt(3) - 1.
+const WEYL: [u32; 2] = [0x9E37_79B9, 0xBB67_AE85];
+const ROUNDS: usize = 10;
+/// Counters that run side by side.
+const LANES: usize = 16;
+
+/// The ready counter-based generator: stateless, so it may be copied and used from any thread.
+///
+/// Block 0 of (label, step, sub-step) is Philox4x32-10 with key = (low, high half of the seed) and counter = (low, high half
+/// of the label, step, sub-step); its four 32-bit words w0..w3 make two 64-bit words w0 + 2^32 w1, w2 + 2^32 w3. Longer
+/// requests take block b = 1, 2, ... with the same counter under a key of its own: the first 64-bit word of the seed's
+/// block at label b, step and sub-step both 2^32 - 1 (those two are spent on keys, so a run should end before that step).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Philox {
+    /// The key. Runs with different seeds are independent.
+    pub seed: u64,
+}
+
+impl Philox {
+    /// A generator with this seed.
+    #[must_use]
+    pub const fn new(seed: u64) -> Self {
+        Self { seed }
+    }
+
+    /// The two 64-bit words of a counter under a key.
+    fn block(key: u64, label: u64, step: u32, substep: u32) -> [u64; 2] {
+        let [[a], [b], [c], [d]] =
+            rounds::<1>(halves(key), [[label as u32], [(label >> 32) as u32], [step], [substep]]);
+        [join(a, b), join(c, d)]
+    }
+
+    /// The key of block `b`.
+    fn key(self, b: u64) -> u64 {
+        if b == 0 {
+            return self.seed;
+        }
+        let [key, _] = Self::block(self.seed, b, u32::MAX, u32::MAX);
+        key
+    }
+
+    /// As [`Generator::fill`], through a shared reference.
+    pub fn words(&self, label: u64, step: u32, substep: u32, out: &mut [u64]) {
+        for (b, two) in out.chunks_mut(2).enumerate() {
+            let block = Self::block(self.key(b as u64), label, step, substep);
+            two.iter_mut().zip(block).for_each(|(word, value)| *word = value);
+        }
+    }
+
+    /// Overwrites `out[i]` with two independent standard normals for `labels[i]`: block 0 through [`super::normals`].
+    ///
+    /// Lengths should agree; what is beyond the shorter one is left.
+    pub fn normals<T: Real>(&self, labels: &[u64], step: u32, substep: u32, out: &mut [[T; 2]]) {
+        self.normals_at(Level::best(), labels, step, substep, out);
+    }
+
+    fn normals_at<T: Real>(&self, level: Level, labels: &[u64], step: u32, substep: u32, out: &mut [[T; 2]]) {
+        widest(level, Normals { philox: *self, labels, step, substep, out });
+    }
+}
+
+struct Normals<'a, T> {
+    philox: Philox,
+    labels: &'a [u64],
+    step: u32,
+    substep: u32,
+    out: &'a mut [[T; 2]],
+}
+
+impl<T: Real> Plain for Normals<'_, T> {
+    type Out = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { philox, labels, step, substep, out } = self;
+        let key = halves(philox.seed);
+        let (blocks, rest) = labels.as_chunks::<LANES>();
+        let (out_blocks, out_rest) = out.split_at_mut_checked(blocks.len() * LANES).unwrap_or((&mut [], &mut []));
+        for (labels, out) in blocks.iter().zip(out_blocks.as_chunks_mut::<LANES>().0) {
+            let low = labels.map(|label| label as u32);
+            let high = labels.map(|label| (label >> 32) as u32);
+            let [a, b, c, d] = rounds(key, [low, high, [step; LANES], [substep; LANES]]);
+            let mut words = [[0_u64; LANES]; 2];
+            let [first, second] = &mut words;
+            for (((((first, second), a), b), c), d) in first.iter_mut().zip(second).zip(a).zip(b).zip(c).zip(d) {
+                *first = join(a, b);
+                *second = join(c, d);
+            }
+            let [first, second] = words;
+            for ((out, first), second) in out.iter_mut().zip(first).zip(second) {
+                *out = normal::pair([first, second]);
+            }
+        }
+        for (&label, out) in rest.iter().zip(out_rest) {
+            *out = normal::pair(Philox::block(philox.seed, label, step, substep));
+        }
+    }
+}
+
+impl Generator for Philox {
+    fn fill(&mut self, label: u64, step: u32, substep: u32, out: &mut [u64]) -> Result<()> {
+        self.words(label, step, substep, out);
+        Ok(())
+    }
+
+    fn counter_based(&self) -> Option<Philox> {
+        Some(*self)
+    }
+}
+
+const fn halves(word: u64) -> [u32; 2] {
+    [word as u32, (word >> 32) as u32]
+}
+
+#[inline(always)]
+const fn join(low: u32, high: u32) -> u64 {
+    low as u64 | (high as u64) << 32
+}
+
+/// The ten rounds over several counters under one key.
+#[inline(always)]
+fn rounds<const L: usize>(mut key: [u32; 2], mut counter: [[u32; L]; 4]) -> [[u32; L]; 4] {
+    for _ in 0..ROUNDS {
+        let [c0, c1, c2, c3] = &mut counter;
+        for (((c0, c1), c2), c3) in c0.iter_mut().zip(c1).zip(c2).zip(c3) {
+            let p0 = u64::from(MULTIPLY[0]) * u64::from(*c0);
+            let p1 = u64::from(MULTIPLY[1]) * u64::from(*c2);
+            *c0 = (p1 >> 32) as u32 ^ *c1 ^ key[0];
+            *c1 = p1 as u32;
+            *c2 = (p0 >> 32) as u32 ^ *c3 ^ key[1];
+            *c3 = p0 as u32;
+        }
+        key = [key[0].wrapping_add(WEYL[0]), key[1].wrapping_add(WEYL[1])];
+    }
+    counter
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn known_answers_of_random123() {
+        // kat_vectors of Random123 1.09, "philox4x32 10": counter, key, answer.
+        for (counter, key, answer) in [
+            ([0, 0, 0, 0], [0, 0], [0x6627_e8d5, 0xe169_c58d, 0xbc57_ac4c, 0x9b00_dbd8]),
+            ([u32::MAX; 4], [u32::MAX; 2], [0x408f_276d, 0x41c8_3b0e, 0xa20b_c7c6, 0x6d54_51fd]),
+            (
+                [0x243f_6a88, 0x85a3_08d3, 0x1319_8a2e, 0x0370_7344],
+                [0xa409_3822, 0x299f_31d0],
+                [0xd16c_fe09, 0x94fd_cceb, 0x5001_e420, 0x2412_6ea1],
+            ),
+        ] {
+            assert_eq!(rounds(key, counter.map(|word: u32| [word])).map(|[word]| word), answer);
+            assert_eq!(rounds(key, counter.map(|word: u32| [word; 5])), answer.map(|word| [word; 5]));
+            // And through the public words: counter = (label, step, sub-step).
+            let mut words = [0; 2];
+            Philox::new(join(key[0], key[1])).words(join(counter[0], counter[1]), counter[2], counter[3], &mut words);
+            assert_eq!(words, [join(answer[0], answer[1]), join(answer[2], answer[3])]);
+        }
+    }
+
+    #[test]
+    fn every_level_gives_the_same_bits() {
+        let labels: std::vec::Vec<u64> = (0..1000).collect();
+        let run = |level| {
+            let mut out = std::vec![[0.0_f64; 2]; labels.len()];
+            Philox::new(3).normals_at(level, &labels, 1, 2, &mut out);
+            out
+        };
+        for level in Level::available() {
+            assert_eq!(run(level), run(Level::Portable), "{level:?}");
+        }
+    }
+
+    #[test]
+    fn longer_requests_begin_as_shorter_ones_and_blocks_differ() {
+        let philox = Philox::new(42);
+        let mut long = [0; 9];
+        philox.words(7, 8, 9, &mut long);
+        for n in 0..9 {
+            let mut short = std::vec![0; n];
+            philox.words(7, 8, 9, &mut short);
+            assert_eq!(short, long[..n]);
+        }
+        let mut sorted = long;
+        sorted.sort_unstable();
+        assert!(sorted.windows(2).all(|w| w[0] != w[1]));
+    }
+}

@@ -1,0 +1,17 @@
+//! Any `rand_core` generator as one stream.
+
+use super::Generator;
+use crate::error::Result;
+
+/// A user's generator: one stream, drawn serially in the order of the arrays. Label, step and sub-step are not used.
+///
+/// The state is the generator's own: a run continues bit for bit when it is copied away and back with the buffers.
+#[derive(Clone, Copy, Debug)]
+pub struct Stream<R>(pub R);
+
+impl<R: rand_core::Rng> Generator for Stream<R> {
+    fn fill(&mut self, _: u64, _: u32, _: u32, out: &mut [u64]) -> Result<()> {
+        out.iter_mut().for_each(|word| *word = self.0.next_u64());
+        Ok(())
+    }
+}
