@@ -10,6 +10,7 @@
 #![cfg_attr(not(test), no_std)]
 #![deny(clippy::indexing_slicing, clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 #![expect(unsafe_code, reason = "the C boundary")]
+#![allow(clippy::missing_safety_doc, reason = "one contract, stated above")]
 #![allow(non_camel_case_types, reason = "names in C")]
 
 mod blob;
@@ -24,6 +25,7 @@ mod random;
 mod run;
 mod status;
 
+pub use mollifier::*;
 pub use run::*;
 pub use status::*;
 

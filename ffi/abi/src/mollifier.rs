@@ -1,1 +1,0 @@
-//! Mollifiers: scalar functions of r, and fields at points.

@@ -1,0 +1,49 @@
+//! Mollifiers: scalar functions of r, and fields at points.
+
+mod combinations;
+mod points;
+mod radii;
+#[cfg(test)]
+mod tests;
+
+pub use combinations::*;
+pub use points::*;
+pub use radii::*;
+
+use mollis_core::mollifier::Mollifier;
+use mollis_core::{Error, Result};
+
+/// No mollifier: the singular kernel of the particle method. Order, exponent and delta are not looked at.
+pub const MOLLIS_MOLLIFIER_NONE: i32 = 0;
+/// Compact polynomial (Anderson): order 2, 4, 6 or 8, exponent 1 to 9; delta is the radius of the support.
+pub const MOLLIS_MOLLIFIER_COMPACT: i32 = 1;
+/// Sum of Gaussians (Craig and Bertozzi): order 4 or 6 in 1D, 4 in 2D; delta is a width. The exponent is not looked at.
+pub const MOLLIS_MOLLIFIER_GAUSSIAN: i32 = 2;
+
+/// A mollifier without its length delta. A plain value without invariants: fill it and pass it.
+#[derive(Clone, Copy, Debug)]
+#[repr(C)]
+pub struct mollis_mollifier {
+    /// `MOLLIS_MOLLIFIER_...`.
+    pub kind: i32,
+    /// The order: moments 1 to order - 1 vanish.
+    pub order: i32,
+    /// The exponent M: M - 1 continuous derivatives.
+    pub exponent: i32,
+}
+
+impl mollis_mollifier {
+    /// The mollifier, not yet checked against a dimension.
+    pub(crate) fn to_core(self) -> Result<Mollifier> {
+        let order = u32::try_from(self.order).map_err(|_| Error::Order);
+        match self.kind {
+            MOLLIS_MOLLIFIER_NONE => Ok(Mollifier::None),
+            MOLLIS_MOLLIFIER_COMPACT => {
+                let exponent = u32::try_from(self.exponent).map_err(|_| Error::Exponent);
+                Ok(Mollifier::Compact { order: order?, exponent: exponent? })
+            }
+            MOLLIS_MOLLIFIER_GAUSSIAN => Ok(Mollifier::Gaussian { order: order? }),
+            _ => Err(Error::UnknownValue),
+        }
+    }
+}
