@@ -84,6 +84,21 @@
 
 
 /**
+ * No mollifier: the singular kernel of the particle method. Order, exponent and delta are not looked at.
+ */
+#define MOLLIS_MOLLIFIER_NONE 0
+
+/**
+ * Compact polynomial (Anderson): order 2, 4, 6 or 8, exponent 1 to 9; delta is the radius of the support.
+ */
+#define MOLLIS_MOLLIFIER_COMPACT 1
+
+/**
+ * Sum of Gaussians (Craig and Bertozzi): order 4 or 6 in 1D, 4 in 2D; delta is a width. The exponent is not looked at.
+ */
+#define MOLLIS_MOLLIFIER_GAUSSIAN 2
+
+/**
  * The fastest instruction set of the machine.
  */
 #define MOLLIS_LEVEL_BEST -1
@@ -112,6 +127,24 @@
  * What every function returns: `MOLLIS_OK` or one of `MOLLIS_ERR_*`.
  */
 typedef int32_t mollis_status;
+
+/**
+ * A mollifier without its length delta. A plain value without invariants: fill it and pass it.
+ */
+typedef struct mollis_mollifier {
+  /**
+   * `MOLLIS_MOLLIFIER_...`.
+   */
+  int32_t kind;
+  /**
+   * The order: moments 1 to order - 1 vanish.
+   */
+  int32_t order;
+  /**
+   * The exponent M: M - 1 continuous derivatives.
+   */
+  int32_t exponent;
+} mollis_mollifier;
 
 /**
  * One task of a call: `mollis` passes it to `parallel_for`, which calls it.
@@ -169,6 +202,355 @@ typedef struct mollis_run {
 #ifdef __cplusplus
 extern "C" {
 #endif // __cplusplus
+
+/**
+ * A Richardson combination in two dimensions (Anderson (8) to (10)): the sum over j of weight[j] B_gamma, gamma = radii[j], of one
+ * mollifier at lengths radii[j] * delta, 1 to 4 different radii in (0, 1]. Of order p + 2 (n_radii - 1) for a mollifier of order p.
+ *
+ * weights[n_radii] is written if not null; the functions of n distances r[n] are those of mollis_mollifier2_eval.
+ *
+ * Refused as there; also MOLLIS_ERR_LENGTH_MISMATCH (no radius or more than 4), MOLLIS_ERR_OUT_OF_DOMAIN (a radius outside (0, 1] or
+ * two equal ones), MOLLIS_ERR_UNSUPPORTED (no mollifier).
+ */
+mollis_status mollis_richardson2_eval(struct mollis_mollifier mollifier,
+                                      double delta,
+                                      size_t n_radii,
+                                      const double *radii,
+                                      double *weights,
+                                      size_t n,
+                                      const double *r,
+                                      double *density,
+                                      double *density_slope,
+                                      double *potential,
+                                      double *gradient_factor,
+                                      double *hessian_factor,
+                                      double *enclosed_mass);
+
+/**
+ * As mollis_richardson2_eval, in single precision.
+ */
+mollis_status mollis_richardson2_eval_f32(struct mollis_mollifier mollifier,
+                                          float delta,
+                                          size_t n_radii,
+                                          const float *radii,
+                                          float *weights,
+                                          size_t n,
+                                          const float *r,
+                                          float *density,
+                                          float *density_slope,
+                                          float *potential,
+                                          float *gradient_factor,
+                                          float *hessian_factor,
+                                          float *enclosed_mass);
+
+/**
+ * As mollis_richardson2_eval, in one dimension.
+ */
+mollis_status mollis_richardson1_eval(struct mollis_mollifier mollifier,
+                                      double delta,
+                                      size_t n_radii,
+                                      const double *radii,
+                                      double *weights,
+                                      size_t n,
+                                      const double *r,
+                                      double *density,
+                                      double *density_slope,
+                                      double *potential,
+                                      double *gradient_factor,
+                                      double *hessian_factor,
+                                      double *enclosed_mass);
+
+/**
+ * As mollis_richardson2_eval, in one dimension, single precision.
+ */
+mollis_status mollis_richardson1_eval_f32(struct mollis_mollifier mollifier,
+                                          float delta,
+                                          size_t n_radii,
+                                          const float *radii,
+                                          float *weights,
+                                          size_t n,
+                                          const float *r,
+                                          float *density,
+                                          float *density_slope,
+                                          float *potential,
+                                          float *gradient_factor,
+                                          float *hessian_factor,
+                                          float *enclosed_mass);
+
+/**
+ * As mollis_richardson2_eval, in three dimensions.
+ */
+mollis_status mollis_richardson3_eval(struct mollis_mollifier mollifier,
+                                      double delta,
+                                      size_t n_radii,
+                                      const double *radii,
+                                      double *weights,
+                                      size_t n,
+                                      const double *r,
+                                      double *density,
+                                      double *density_slope,
+                                      double *potential,
+                                      double *gradient_factor,
+                                      double *hessian_factor,
+                                      double *enclosed_mass);
+
+/**
+ * As mollis_richardson2_eval, in three dimensions, single precision.
+ */
+mollis_status mollis_richardson3_eval_f32(struct mollis_mollifier mollifier,
+                                          float delta,
+                                          size_t n_radii,
+                                          const float *radii,
+                                          float *weights,
+                                          size_t n,
+                                          const float *r,
+                                          float *density,
+                                          float *density_slope,
+                                          float *potential,
+                                          float *gradient_factor,
+                                          float *hessian_factor,
+                                          float *enclosed_mass);
+
+/**
+ * A mollifier's Newtonian field about a particle of unit mass at the origin, at n points x[n][2] of the plane: density[n],
+ * potential[n], gradient[n][2], hessian[n][2][2] (symmetric, its trace the density), overwritten; null ones are not computed.
+ *
+ * Values are within 1 ulp (entries of the Hessian: of the larger of its two terms times a tiny factor, below 1e-30), except the
+ * density at points closer to the edge of the support than rounding of x can tell. Without a mollifier everything is 0 at x = 0.
+ *
+ * Refused as mollis_mollifier2_eval does; MOLLIS_ERR_NOT_FINITE for any coordinate.
+ */
+mollis_status mollis_mollifier_field2_eval(struct mollis_mollifier mollifier,
+                                           double delta,
+                                           size_t n,
+                                           const double (*x)[2],
+                                           double *density,
+                                           double *potential,
+                                           double (*gradient)[2],
+                                           double (*hessian)[2][2]);
+
+/**
+ * As mollis_mollifier_field2_eval, in single precision: x[n][2].
+ */
+mollis_status mollis_mollifier_field2_eval_f32(struct mollis_mollifier mollifier,
+                                               float delta,
+                                               size_t n,
+                                               const float (*x)[2],
+                                               float *density,
+                                               float *potential,
+                                               float (*gradient)[2],
+                                               float (*hessian)[2][2]);
+
+/**
+ * As mollis_mollifier_field2_eval, in one dimension: x[n][1].
+ */
+mollis_status mollis_mollifier_field1_eval(struct mollis_mollifier mollifier,
+                                           double delta,
+                                           size_t n,
+                                           const double (*x)[1],
+                                           double *density,
+                                           double *potential,
+                                           double (*gradient)[1],
+                                           double (*hessian)[1][1]);
+
+/**
+ * As mollis_mollifier_field2_eval, in one dimension, single precision: x[n][1].
+ */
+mollis_status mollis_mollifier_field1_eval_f32(struct mollis_mollifier mollifier,
+                                               float delta,
+                                               size_t n,
+                                               const float (*x)[1],
+                                               float *density,
+                                               float *potential,
+                                               float (*gradient)[1],
+                                               float (*hessian)[1][1]);
+
+/**
+ * As mollis_mollifier_field2_eval, in three dimensions: x[n][3].
+ */
+mollis_status mollis_mollifier_field3_eval(struct mollis_mollifier mollifier,
+                                           double delta,
+                                           size_t n,
+                                           const double (*x)[3],
+                                           double *density,
+                                           double *potential,
+                                           double (*gradient)[3],
+                                           double (*hessian)[3][3]);
+
+/**
+ * As mollis_mollifier_field2_eval, in three dimensions, single precision: x[n][3].
+ */
+mollis_status mollis_mollifier_field3_eval_f32(struct mollis_mollifier mollifier,
+                                               float delta,
+                                               size_t n,
+                                               const float (*x)[3],
+                                               float *density,
+                                               float *potential,
+                                               float (*gradient)[3],
+                                               float (*hessian)[3][3]);
+
+/**
+ * A mollifier and its Newtonian field in two dimensions, as functions of n distances r[n] (their magnitudes).
+ *
+ * With psi_delta(x) = delta^-2 psi(x/delta) and phi = K * psi_delta, K = log|x|/(2 pi), writes density = psi_delta(r), density_slope
+ * = psi_delta'(r)/r, potential = phi(r), gradient_factor g = phi'(r)/r (grad phi = g x), hessian_factor h = g'(r)/r
+ * (Hess phi = g I + h x x^T) and enclosed_mass, the integral of psi_delta over |x| < r: n values each, overwritten.
+ * A null output is not wanted and not computed. Without a mollifier all are 0 at r = 0, the density everywhere.
+ *
+ * Values are within 1 ulp, the density of orders above 2 (it has zeros) too; they overflow and underflow only where the
+ * true value does. Some hundred nanoseconds each (compact), microseconds (Gaussian): not for sums over particles.
+ *
+ * Refused, with every output as it was: MOLLIS_ERR_DELTA, MOLLIS_ERR_ORDER, MOLLIS_ERR_EXPONENT, MOLLIS_ERR_UNKNOWN_VALUE,
+ * MOLLIS_ERR_NOT_FINITE (some r), MOLLIS_ERR_NULL_POINTER (r, with n > 0), MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_TOO_LARGE,
+ * MOLLIS_ERR_OVERLAP.
+ */
+mollis_status mollis_mollifier2_eval(struct mollis_mollifier mollifier,
+                                     double delta,
+                                     size_t n,
+                                     const double *r,
+                                     double *density,
+                                     double *density_slope,
+                                     double *potential,
+                                     double *gradient_factor,
+                                     double *hessian_factor,
+                                     double *enclosed_mass);
+
+/**
+ * As mollis_mollifier2_eval, in single precision.
+ */
+mollis_status mollis_mollifier2_eval_f32(struct mollis_mollifier mollifier,
+                                         float delta,
+                                         size_t n,
+                                         const float *r,
+                                         float *density,
+                                         float *density_slope,
+                                         float *potential,
+                                         float *gradient_factor,
+                                         float *hessian_factor,
+                                         float *enclosed_mass);
+
+/**
+ * As mollis_mollifier2_eval, in one dimension: K = |x|/2.
+ */
+mollis_status mollis_mollifier1_eval(struct mollis_mollifier mollifier,
+                                     double delta,
+                                     size_t n,
+                                     const double *r,
+                                     double *density,
+                                     double *density_slope,
+                                     double *potential,
+                                     double *gradient_factor,
+                                     double *hessian_factor,
+                                     double *enclosed_mass);
+
+/**
+ * As mollis_mollifier2_eval, in one dimension, single precision: K = |x|/2.
+ */
+mollis_status mollis_mollifier1_eval_f32(struct mollis_mollifier mollifier,
+                                         float delta,
+                                         size_t n,
+                                         const float *r,
+                                         float *density,
+                                         float *density_slope,
+                                         float *potential,
+                                         float *gradient_factor,
+                                         float *hessian_factor,
+                                         float *enclosed_mass);
+
+/**
+ * As mollis_mollifier2_eval, in three dimensions: K = -1/(4 pi |x|).
+ */
+mollis_status mollis_mollifier3_eval(struct mollis_mollifier mollifier,
+                                     double delta,
+                                     size_t n,
+                                     const double *r,
+                                     double *density,
+                                     double *density_slope,
+                                     double *potential,
+                                     double *gradient_factor,
+                                     double *hessian_factor,
+                                     double *enclosed_mass);
+
+/**
+ * As mollis_mollifier2_eval, in three dimensions, single precision: K = -1/(4 pi |x|).
+ */
+mollis_status mollis_mollifier3_eval_f32(struct mollis_mollifier mollifier,
+                                         float delta,
+                                         size_t n,
+                                         const float *r,
+                                         float *density,
+                                         float *density_slope,
+                                         float *potential,
+                                         float *gradient_factor,
+                                         float *hessian_factor,
+                                         float *enclosed_mass);
+
+/**
+ * The smooth Heaviside function of a mollifier in one dimension at n places x[n]: the integral of psi_delta from -infinity
+ * to x, written to values[n]. 0 left and 1 right of a compact support; without a mollifier the step, 1/2 at 0.
+ *
+ * Refused as mollis_mollifier1_eval does; values must not be null for n > 0.
+ */
+mollis_status mollis_heaviside1_eval(struct mollis_mollifier mollifier,
+                                     double delta,
+                                     size_t n,
+                                     const double *x,
+                                     double *values);
+
+/**
+ * As mollis_heaviside1_eval, in single precision.
+ */
+mollis_status mollis_heaviside1_eval_f32(struct mollis_mollifier mollifier,
+                                         float delta,
+                                         size_t n,
+                                         const float *x,
+                                         float *values);
+
+/**
+ * The moment of order k of a mollifier in two dimensions: the integral of |x|^k psi_delta(x), written to *value.
+ * Exactly 0 for even k above 0 and below the mollifier's order.
+ *
+ * Refused: MOLLIS_ERR_OUT_OF_DOMAIN (k > 64), MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_DELTA, MOLLIS_ERR_ORDER, MOLLIS_ERR_EXPONENT,
+ * MOLLIS_ERR_UNKNOWN_VALUE.
+ */
+mollis_status mollis_moment2_eval(struct mollis_mollifier mollifier,
+                                  double delta,
+                                  uint32_t k,
+                                  double *value);
+
+/**
+ * As mollis_moment2_eval, in single precision.
+ */
+mollis_status mollis_moment2_eval_f32(struct mollis_mollifier mollifier,
+                                      float delta,
+                                      uint32_t k,
+                                      float *value);
+
+/**
+ * As mollis_moment2_eval, in one dimension.
+ */
+mollis_status mollis_moment1_eval(struct mollis_mollifier mollifier, double delta, uint32_t k, double *value);
+
+/**
+ * As mollis_moment2_eval, in one dimension, single precision.
+ */
+mollis_status mollis_moment1_eval_f32(struct mollis_mollifier mollifier,
+                                      float delta,
+                                      uint32_t k,
+                                      float *value);
+
+/**
+ * As mollis_moment2_eval, in three dimensions.
+ */
+mollis_status mollis_moment3_eval(struct mollis_mollifier mollifier, double delta, uint32_t k, double *value);
+
+/**
+ * As mollis_moment2_eval, in three dimensions, single precision.
+ */
+mollis_status mollis_moment3_eval_f32(struct mollis_mollifier mollifier,
+                                      float delta,
+                                      uint32_t k,
+                                      float *value);
 
 /**
  * Fills `run` with the defaults. `size` is `sizeof *run`.
