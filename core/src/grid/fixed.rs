@@ -93,6 +93,12 @@ pub(super) fn nearest(x: f64) -> i64 {
     (x + ROUND).to_bits().wrapping_sub(ROUND.to_bits()) as i64
 }
 
+/// `units` as a number, |units| < 2^51: the inverse of [`nearest`], and like it a few operations for several at a time.
+#[inline(always)]
+pub(super) fn exact(units: i64) -> f64 {
+    f64::from_bits((units as u64).wrapping_add(ROUND.to_bits())) - ROUND
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -131,6 +137,7 @@ mod tests {
     fn nearest_rounds_halves_to_even() {
         for (x, want) in [(0.5, 0), (1.5, 2), (-0.5, 0), (-1.5, -2), (2.4, 2), (-2.6, -3), (0.0, 0)] {
             assert_eq!(nearest(x), want);
+            assert_eq!(exact(want), want as f64);
         }
         let big = 2.0_f64.powi(51);
         assert_eq!((nearest(big), nearest(-big)), (1 << 51, -(1 << 51)));

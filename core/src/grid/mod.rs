@@ -14,11 +14,13 @@
 //! level and for any number of threads.
 
 mod deposit;
+mod fft;
 mod fixed;
 mod interpolate;
 mod mesh;
 mod monopole;
 mod poisson;
+mod transform;
 
 pub use fixed::MassScale;
 pub use mesh::{MAX_CELLS, Mesh};
@@ -86,9 +88,7 @@ pub struct Grid<'w, T: Real> {
 struct Arrays<'w, T: Real> {
     /// A mesh of masses with its tail for each worker, one after the other. The first is the result.
     words: &'w mut [i64],
-    /// u at the nodes.
-    potential: &'w mut [T],
-    /// Its centred differences at the nodes.
+    /// The centred differences of u at the nodes.
     gradient: &'w mut [[T; 2]],
     solver: poisson::Solver<'w, T>,
 }
@@ -103,7 +103,6 @@ fn lay<'w, T: Real>(
     let words = nodes.checked_add(TAIL).and_then(|n| n.checked_mul(workers)).ok_or(Error::TooLarge)?;
     Ok(Arrays {
         words: space.array(words)?,
-        potential: space.array(nodes)?,
         gradient: space.array(nodes)?,
         solver: poisson::Solver::lay(space, mesh, equation, workers)?,
     })
@@ -264,15 +263,27 @@ impl<'w, T: Real> Grid<'w, T> {
         self.outside = sum.outside;
         self.monopole.mass = T::from_f64(sum.units as f64 * self.scale.unit());
         self.monopole.centre = sum.centre.map(T::from_f64);
-        let Arrays { words, potential, gradient, solver } = &mut self.arrays;
+        let Arrays { words, gradient, solver } = &mut self.arrays;
         let words = words.get(..each).ok_or(Error::WorkspaceTooSmall)?;
-        solver.solve(&self.mesh, &self.equation, &self.monopole, self.scale, words, potential, executor)?;
-        poisson::differences(&self.mesh, &self.equation, &self.monopole, potential, gradient, executor)
+        solver.solve(&self.mesh, &self.equation, &self.monopole, self.scale, words, executor)?;
+        solver.differences(&self.mesh, gradient, executor)
     }
 
-    /// u at the nodes, node (i, j) at `j (cells[0] + 1) + i`.
-    pub fn potential(&self) -> &[T] {
-        self.arrays.potential
+    /// Overwrites `out` with u at the nodes, node (i, j) at `j (cells[0] + 1) + i`.
+    ///
+    /// # Errors
+    /// [`Error::LengthMismatch`] before anything is written.
+    pub fn potential(&self, out: &mut [T]) -> Result<()> {
+        if out.len() != self.mesh.nodes() {
+            return Err(Error::LengthMismatch);
+        }
+        let pitch = self.mesh.cells()[0] + 1;
+        for (j, row) in out.chunks_mut(pitch).enumerate() {
+            for (i, u) in row.iter_mut().enumerate() {
+                *u = self.arrays.solver.value(i, j);
+            }
+        }
+        Ok(())
     }
 
     /// The centred differences of u at the nodes (3.6), (3.7); on the border they use the Dirichlet data's continuation.

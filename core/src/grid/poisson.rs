@@ -1,27 +1,157 @@
 //! The five-point scheme, solved by a sine or cosine transform along one axis and tridiagonal systems along the other.
+//!
+//! The transform runs along the axis whose number of cells is cheaper to factor (see [`super::good_size`]); "rows" here are the
+//! mesh lines along it, and s numbers the rows. With H, K the mesh widths along and across the rows, mode k of row s obeys
+//!
+//! `-U_(s-1) + b U_s - U_(s+1) = F_s,  b = 2 + K^2 (4 sin^2(pi k / 2 n) / H^2 + kappa^2),  F = -K^2 (2 / n) density^`
+//!
+//! with the prescribed border values moved to the right-hand side. Three phases, each in tasks that write parts of their own:
+//! rows, columns, rows.
 
+use super::deposit::TAIL;
+use super::fft::{Element, LANES, cost, half_root};
+use super::fixed::exact;
+use super::transform::{Kind, ROWS, Transform};
 use super::{Equation, MassScale, Mesh, Monopole, Walls};
 use crate::error::Result;
+use crate::isa::{Level, Plain, widest};
 use crate::parallel::Executor;
 use crate::real::Real;
-use crate::space::Space;
+use crate::space::{Block, Chunks, Columns, Space, each_piece};
 
-/// What the solve needs beside the density and the potential.
+/// Columns of a task of the second phase.
+const WIDTH: usize = 16;
+
+/// The mesh as the solver sees it.
+#[derive(Clone, Copy, Debug)]
+struct Shape {
+    kind: Kind,
+    /// The rows run along y.
+    along_y: bool,
+    /// Cells along a row.
+    n: usize,
+    /// Cells across: rows 0 to m.
+    m: usize,
+    /// From a row to the next, a multiple of WIDTH.
+    pitch: usize,
+}
+
+impl Shape {
+    fn of<T: Real>(mesh: &Mesh<T>, equation: &Equation<T>) -> Self {
+        let [nx, ny] = mesh.cells();
+        // A transform of each row, per node; ties go to x, along which arrays run.
+        let along_y = cost(ny) / ny.max(1) < cost(nx) / nx.max(1);
+        let (n, m) = if along_y { (ny, nx) } else { (nx, ny) };
+        let kind = if equation.walls == Walls::NoFlux { Kind::Cosine } else { Kind::Sine };
+        Self { kind, along_y, n, m, pitch: (n + 1).next_multiple_of(WIDTH) }
+    }
+
+    /// Node (i, j) of the mesh in the solver's array.
+    fn at(&self, i: usize, j: usize) -> usize {
+        if self.along_y { i * self.pitch + j } else { j * self.pitch + i }
+    }
+
+    /// Mesh widths along and across the rows.
+    fn spacing<T: Real>(&self, mesh: &Mesh<T>) -> [T; 2] {
+        let [h, k] = mesh.spacing();
+        if self.along_y { [k, h] } else { [h, k] }
+    }
+
+    /// Rows whose values are unknown.
+    fn is_unknown(&self, s: usize) -> bool {
+        match self.kind {
+            Kind::Sine => 0 < s && s < self.m,
+            Kind::Cosine => s <= self.m,
+        }
+    }
+}
+
+/// Values prescribed on a closed line around the mesh.
+#[derive(Debug)]
+struct Frame<'w, T> {
+    /// At the rows' first and last node, for each row.
+    ends: [&'w mut [T]; 2],
+    /// On the first and the last row.
+    rows: [&'w mut [T]; 2],
+}
+
+impl<'w, T: Real> Frame<'w, T> {
+    fn lay(space: &mut impl Space<'w>, shape: &Shape) -> Result<Self> {
+        let (n, m) = (shape.n + 1, shape.m + 1);
+        Ok(Self { ends: [space.array(m)?, space.array(m)?], rows: [space.array(n)?, space.array(n)?] })
+    }
+
+    /// The monopole's potential `out` widths outside the mesh.
+    fn fill(&mut self, shape: &Shape, mesh: &Mesh<T>, monopole: &Monopole<T>, out: isize) {
+        let value = |along: isize, across: isize| {
+            let (i, j) = if shape.along_y { (across, along) } else { (along, across) };
+            monopole.potential(mesh.node(i, j))
+        };
+        let (n, m) = (shape.n as isize, shape.m as isize);
+        for (line, along) in self.ends.iter_mut().zip([-out, n + out]) {
+            (0..).zip(line.iter_mut()).for_each(|(s, slot)| *slot = value(along, s));
+        }
+        for (line, across) in self.rows.iter_mut().zip([-out, m + out]) {
+            (0..).zip(line.iter_mut()).for_each(|(t, slot)| *slot = value(t, across));
+        }
+    }
+}
+
+/// Everything of the solve but the density.
 #[derive(Debug)]
 pub(super) struct Solver<'w, T: Real> {
-    modes: &'w mut [T],
-    line: &'w mut [T],
+    shape: Shape,
+    transform: Transform<'w, T>,
+    /// b of each mode, padded.
+    diagonal: &'w mut [T],
+    /// The potential, between the phases its modes: rows of `pitch` elements.
+    values: &'w mut [T],
+    border: Frame<'w, T>,
+    /// One width outside the border, for the centred differences there.
+    ghosts: Frame<'w, T>,
+    /// Two buffers of the transform for each worker.
+    buffers: &'w mut [Element<T>],
+    /// The elimination's factors, a line for each worker.
+    factors: &'w mut [[T; WIDTH]],
 }
 
 impl<'w, T: Real> Solver<'w, T> {
-    pub(super) fn lay(space: &mut impl Space<'w>, mesh: &Mesh<T>, _: &Equation<T>, _workers: usize) -> Result<Self> {
-        Ok(Self { modes: space.array(mesh.nodes())?, line: space.array(mesh.cells()[1] + 1)? })
+    pub(super) fn lay(
+        space: &mut impl Space<'w>,
+        mesh: &Mesh<T>,
+        equation: &Equation<T>,
+        workers: usize,
+    ) -> Result<Self> {
+        let shape = Shape::of(mesh, equation);
+        let size = crate::Error::TooLarge;
+        let buffers =
+            Transform::<T>::buffer(shape.n).checked_mul(2).and_then(|n| n.checked_mul(workers)).ok_or(size)?;
+        Ok(Self {
+            shape,
+            transform: Transform::lay(space, shape.kind, shape.n)?,
+            diagonal: space.array(shape.pitch)?,
+            values: space.array(shape.pitch.checked_mul(shape.m + 1).ok_or(size)?)?,
+            border: Frame::lay(space, &shape)?,
+            ghosts: Frame::lay(space, &shape)?,
+            buffers: space.array(buffers)?,
+            factors: space.array((shape.m + 1).checked_mul(workers).ok_or(size)?)?,
+        })
     }
 
-    pub(super) fn prepare(&mut self, _: &Mesh<T>, _: &Equation<T>) {}
+    pub(super) fn prepare(&mut self, mesh: &Mesh<T>, equation: &Equation<T>) {
+        self.transform.prepare();
+        let [h, k] = self.shape.spacing(mesh);
+        let ratio = k / h;
+        let screening = k * equation.screening;
+        for (mode, b) in self.diagonal.iter_mut().enumerate() {
+            // Padding columns take the last mode's b.
+            let [sin, _] = half_root::<T>(mode.min(self.shape.n), 2 * self.shape.n);
+            let wave = T::TWO * ratio * sin;
+            *b = T::TWO + (wave * wave + screening * screening);
+        }
+    }
 
-    #[expect(clippy::too_many_arguments, reason = "for now")]
-    #[allow(clippy::indexing_slicing, reason = "for now")]
+    /// Overwrites the potential with that of the masses in `words`.
     pub(super) fn solve(
         &mut self,
         mesh: &Mesh<T>,
@@ -29,149 +159,348 @@ impl<'w, T: Real> Solver<'w, T> {
         monopole: &Monopole<T>,
         scale: MassScale,
         words: &[i64],
-        potential: &mut [T],
-        _executor: &dyn Executor,
+        executor: &dyn Executor,
     ) -> Result<()> {
-        let [n, m] = mesh.cells();
-        let [h, k] = mesh.spacing();
-        let pitch = n + 1;
-        let per_unit = scale.unit() / (h.to_f64() * k.to_f64());
-        let no_flux = equation.walls == Walls::NoFlux;
-        let at = |i: usize, j: usize| j * pitch + i;
-        let (from, until_i, until_j) = if no_flux { (0, n + 1, m + 1) } else { (1, n, m) };
-        let (hh, kk) = (h * h, k * k);
-        // Density and border.
-        for j in 0..=m {
-            for i in 0..=n {
-                let border_i = i == 0 || i == n;
-                let border_j = j == 0 || j == m;
-                potential[at(i, j)] = if no_flux {
-                    let share = if border_i { 2.0 } else { 1.0 } * if border_j { 2.0 } else { 1.0 };
-                    T::from_f64(words[at(i, j)] as f64 * per_unit * share)
-                } else if border_i || border_j {
-                    monopole.potential(mesh.node(i as isize, j as isize))
-                } else {
-                    T::from_f64(words[at(i, j)] as f64 * per_unit)
-                };
-            }
+        let shape = self.shape;
+        if shape.kind == Kind::Sine {
+            self.border.fill(&shape, mesh, monopole, 0);
+            self.ghosts.fill(&shape, mesh, monopole, 1);
         }
-        if !no_flux {
-            for j in 1..m {
-                let (left, right) = (potential[at(0, j)], potential[at(n, j)]);
-                potential[at(1, j)] += -left / hh;
-                potential[at(n - 1, j)] += -right / hh;
-            }
-            for i in 1..n {
-                let (low, high) = (potential[at(i, 0)], potential[at(i, m)]);
-                potential[at(i, 1)] += -low / kk;
-                potential[at(i, m - 1)] += -high / kk;
-            }
-        }
-        let angle = |i: usize, q: usize| T::PI * T::from_usize(i * q % (2 * n)) / T::from_usize(n);
-        let basis = |i: usize, q: usize| {
-            if no_flux { angle(i, q).cos() } else { angle(i, q).sin() }
+        let level = Level::best();
+        let [h, k] = shape.spacing(mesh);
+        let norm = T::TWO / T::from_usize(shape.n);
+        let words = words.get(..words.len().saturating_sub(TAIL)).unwrap_or_default();
+        let data = Data {
+            shape,
+            words,
+            // K^2 over the cell's area H K.
+            per_unit: T::from_f64(-scale.unit()) * (k / h) * norm,
+            ends: [&*self.border.ends[0], &*self.border.ends[1]],
+            rows: [&*self.border.rows[0], &*self.border.rows[1]],
+            end_factor: (k / h) * (k / h) * norm,
+            row_factor: norm,
         };
-        let weight = |i: usize| if no_flux && (i == 0 || i == n) { T::HALF } else { T::ONE };
-        for j in from..until_j {
-            for q in from..until_i {
-                let mut sum = T::ZERO;
-                for i in from..until_i {
-                    sum += weight(i) * potential[at(i, j)] * basis(i, q);
-                }
-                self.modes[at(q, j)] = sum * T::TWO / T::from_usize(n);
+        let (transform, diagonal) = (&self.transform, &*self.diagonal);
+        let each = ROWS * shape.pitch;
+        let tasks = (shape.m + 1).div_ceil(ROWS);
+        let buffer = 2 * Transform::<T>::buffer(shape.n);
+        for phase in [Phase::Forward, Phase::Columns, Phase::Backward] {
+            if phase == Phase::Columns {
+                let singular = shape.kind == Kind::Cosine && equation.screening == T::ZERO;
+                let columns = Columns::new(self.values, shape.pitch, WIDTH);
+                let factors = Chunks::new(self.factors, shape.m + 1);
+                each_piece(executor, shape.pitch / WIDTH, &columns, &factors, &|task, block, factors| {
+                    let diagonal = diagonal.get(task * WIDTH..).unwrap_or_default();
+                    widest(level, Sweep { shape, singular: singular && task == 0, diagonal, block, factors });
+                    Ok(())
+                })?;
+                continue;
             }
-        }
-        let kappa = equation.screening;
-        for q in from..until_i {
-            let s = (T::PI * T::from_usize(q) / T::from_usize(2 * n)).sin();
-            let b = T::TWO + kk * (T::from_f64(4.0) * s * s / hh + kappa * kappa);
-            let singular = no_flux && q == 0 && kappa == T::ZERO;
-            if singular {
-                let mut mean = T::ZERO;
-                for j in 0..=m {
-                    mean += self.modes[at(q, j)] * if j == 0 || j == m { T::HALF } else { T::ONE };
-                }
-                mean /= T::from_usize(m);
-                for j in 0..=m {
-                    self.modes[at(q, j)] += -mean;
-                }
-            }
-            let (mut e, mut g) = (T::ZERO, T::ZERO);
-            for j in from..until_j {
-                let f = -kk * self.modes[at(q, j)];
-                let first = if no_flux && j == 0 { T::HALF } else { T::ONE };
-                let last = if no_flux && j == m { T::TWO } else { T::ONE };
-                let pivot = b - last * e;
-                e = if singular && j == m { T::ZERO } else { T::ONE / pivot };
-                g = (last * g + f) * e;
-                e /= first;
-                self.line[j] = e;
-                self.modes[at(q, j)] = g;
-            }
-            let mut next = T::ZERO;
-            for j in (from..until_j).rev() {
-                next = self.modes[at(q, j)] + if j + 1 == until_j { T::ZERO } else { self.line[j] * next };
-                self.modes[at(q, j)] = next;
-            }
-            if singular {
-                let mut mean = T::ZERO;
-                for j in 0..=m {
-                    mean += self.modes[at(q, j)] * if j == 0 || j == m { T::HALF } else { T::ONE };
-                }
-                mean /= T::from_usize(m);
-                for j in 0..=m {
-                    self.modes[at(q, j)] += -mean;
-                }
-            }
-        }
-        for j in from..until_j {
-            for i in from..until_i {
-                let mut sum = T::ZERO;
-                for q in from..until_i {
-                    sum += weight(q) * self.modes[at(q, j)] * basis(i, q);
-                }
-                potential[at(i, j)] = sum;
-            }
+            let rows = Chunks::new(self.values, each);
+            let buffers = Chunks::new(self.buffers, buffer);
+            each_piece(executor, tasks, &rows, &buffers, &|task, rows, buffers| {
+                widest(level, Lines { transform, data, phase, first: task * ROWS, rows, buffers });
+                Ok(())
+            })?;
         }
         Ok(())
     }
-}
 
-/// Overwrites `gradient` with the centred differences.
-#[allow(clippy::indexing_slicing, reason = "for now")]
-pub(super) fn differences<T: Real>(
-    mesh: &Mesh<T>,
-    equation: &Equation<T>,
-    monopole: &Monopole<T>,
-    potential: &[T],
-    gradient: &mut [[T; 2]],
-    _executor: &dyn Executor,
-) -> Result<()> {
-    let [n, m] = mesh.cells().map(|n| n as isize);
-    let [h, k] = mesh.spacing();
-    let u = |i: isize, j: isize| {
-        if equation.walls == Walls::NoFlux {
-            let fold = |i: isize, n: isize| {
-                if i < 0 {
-                    -i
-                } else if i > n {
-                    2 * n - i
-                } else {
-                    i
-                }
-            };
-            potential[(fold(j, m) * (n + 1) + fold(i, n)) as usize]
-        } else if i < 0 || i > n || j < 0 || j > m {
-            monopole.potential(mesh.node(i, j))
+    /// The potential at node (i, j).
+    pub(super) fn value(&self, i: usize, j: usize) -> T {
+        self.values.get(self.shape.at(i, j)).copied().unwrap_or(T::NAN)
+    }
+
+    /// Overwrites `gradient` with the centred differences (3.6), (3.7).
+    pub(super) fn differences(&self, mesh: &Mesh<T>, gradient: &mut [[T; 2]], executor: &dyn Executor) -> Result<()> {
+        let pitch = mesh.cells()[0] + 1;
+        let tasks = (mesh.cells()[1] + 1).div_ceil(ROWS);
+        each_piece(executor, tasks, &Chunks::new(gradient, ROWS * pitch), &(), &|task, rows, ()| {
+            for (j, out) in (task * ROWS..).zip(rows.chunks_mut(pitch)) {
+                self.differences_of_row(mesh, j, out);
+            }
+            Ok(())
+        })
+    }
+
+    fn differences_of_row(&self, mesh: &Mesh<T>, j: usize, out: &mut [[T; 2]]) {
+        let [nx, ny] = mesh.cells();
+        let [h, k] = mesh.spacing();
+        let (per_h, per_k) = (T::HALF / h, T::HALF / k);
+        let shape = self.shape;
+        // Inside.
+        let line = |j: usize| {
+            let from = j * shape.pitch;
+            self.values.get(from..from + nx + 1).unwrap_or_default()
+        };
+        if shape.along_y {
+            for (i, out) in out.iter_mut().enumerate() {
+                let x = if 0 < i && i < nx { (self.value(i + 1, j) - self.value(i - 1, j)) * per_h } else { T::ZERO };
+                let y = if 0 < j && j < ny { (self.value(i, j + 1) - self.value(i, j - 1)) * per_k } else { T::ZERO };
+                *out = [x, y];
+            }
         } else {
-            potential[(j * (n + 1) + i) as usize]
+            let (below, here, above) = (line(j.saturating_sub(1)), line(j), line((j + 1).min(ny)));
+            let job = Differences { below, here, above, per_h, per_k, out: &mut *out };
+            widest(Level::best(), job);
         }
-    };
-    for j in 0..=m {
-        for i in 0..=n {
-            gradient[(j * (n + 1) + i) as usize] =
-                [(u(i + 1, j) - u(i - 1, j)) / (T::TWO * h), (u(i, j + 1) - u(i, j - 1)) / (T::TWO * k)];
+        // On the border: towards the ghost, or zero at a wall.
+        let wall = shape.kind == Kind::Cosine;
+        let (low_x, high_x, low_y, high_y) = if shape.along_y {
+            (&self.ghosts.rows[0], &self.ghosts.rows[1], &self.ghosts.ends[0], &self.ghosts.ends[1])
+        } else {
+            (&self.ghosts.ends[0], &self.ghosts.ends[1], &self.ghosts.rows[0], &self.ghosts.rows[1])
+        };
+        let ghost = |line: &[T], at: usize| line.get(at).copied().unwrap_or(T::NAN);
+        let slope = |high: T, low: T, per: T| if wall { T::ZERO } else { (high - low) * per };
+        if let Some([x, _]) = out.first_mut() {
+            *x = slope(self.value(1, j), ghost(low_x, j), per_h);
+        }
+        if let Some([x, _]) = out.last_mut() {
+            *x = slope(ghost(high_x, j), self.value(nx - 1, j), per_h);
+        }
+        if j == 0 {
+            for (i, [_, y]) in out.iter_mut().enumerate() {
+                *y = slope(self.value(i, 1), ghost(low_y, i), per_k);
+            }
+        } else if j == ny {
+            for (i, [_, y]) in out.iter_mut().enumerate() {
+                *y = slope(ghost(high_y, i), self.value(i, ny - 1), per_k);
+            }
         }
     }
-    Ok(())
+}
+
+/// Centred differences of one line of nodes; those along x only where both neighbours are in the line.
+struct Differences<'a, T> {
+    below: &'a [T],
+    here: &'a [T],
+    above: &'a [T],
+    per_h: T,
+    per_k: T,
+    out: &'a mut [[T; 2]],
+}
+
+impl<T: Real> Plain for Differences<'_, T> {
+    type Out = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { below, here, above, per_h, per_k, out } = self;
+        for (([_, y], low), high) in out.iter_mut().zip(below).zip(above) {
+            *y = (*high - *low) * per_k;
+        }
+        let right = here.get(2..).unwrap_or_default();
+        for (([x, _], left), right) in out.iter_mut().skip(1).zip(here).zip(right) {
+            *x = (*right - *left) * per_h;
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Phase {
+    Forward,
+    Columns,
+    Backward,
+}
+
+/// The right-hand side's parts, and what the solution takes on the border.
+#[derive(Clone, Copy)]
+struct Data<'a, T> {
+    shape: Shape,
+    words: &'a [i64],
+    per_unit: T,
+    ends: [&'a [T]; 2],
+    rows: [&'a [T]; 2],
+    end_factor: T,
+    row_factor: T,
+}
+
+/// The transform of [`ROWS`] rows: of the right-hand side into `rows`, or of `rows` in place.
+struct Lines<'a, T> {
+    transform: &'a Transform<'a, T>,
+    data: Data<'a, T>,
+    phase: Phase,
+    /// The number of the first row.
+    first: usize,
+    rows: &'a mut [T],
+    buffers: &'a mut [Element<T>],
+}
+
+impl<T: Real> Plain for Lines<'_, T> {
+    type Out = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { transform, data, phase, first, rows, buffers } = self;
+        let Shape { n, pitch, kind, .. } = data.shape;
+        let half = buffers.len() / 2;
+        let Some((a, b)) = buffers.split_at_mut_checked(half) else { return };
+        if phase == Phase::Forward {
+            data.load(first, a);
+        } else {
+            for (r, row) in rows.chunks(pitch).enumerate() {
+                for (element, &value) in a.iter_mut().zip(row).take(n + 1) {
+                    put(element, r, value);
+                }
+            }
+        }
+        let result = transform.run(a, b);
+        for (r, row) in rows.chunks_mut(pitch).enumerate() {
+            for (element, value) in result.iter().zip(row.iter_mut()).take(n + 1) {
+                *value = take(element, r);
+            }
+            let s = first + r;
+            if kind == Kind::Cosine {
+                continue;
+            }
+            let backward = phase == Phase::Backward;
+            let end = |line: &[T]| line.get(s).copied().filter(|_| backward).unwrap_or(T::ZERO);
+            let ends = [end(data.ends[0]), end(data.ends[1])];
+            if !data.shape.is_unknown(s) {
+                let line = if s == 0 { data.rows[0] } else { data.rows[1] };
+                for (value, &border) in row.iter_mut().zip(line) {
+                    *value = if backward { border } else { T::ZERO };
+                }
+            }
+            if let Some(value) = row.first_mut() {
+                *value = ends[0];
+            }
+            if let Some(value) = row.get_mut(n) {
+                *value = ends[1];
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn put<T: Real>([re, im]: &mut Element<T>, r: usize, value: T) {
+    let part = if r < LANES { re } else { im };
+    if let Some(slot) = part.get_mut(r % LANES) {
+        *slot = value;
+    }
+}
+
+#[inline(always)]
+fn take<T: Real>([re, im]: &Element<T>, r: usize) -> T {
+    let part = if r < LANES { re } else { im };
+    part.get(r % LANES).copied().unwrap_or(T::ZERO)
+}
+
+impl<T: Real> Data<'_, T> {
+    /// F of the rows from `first` on into the elements 0 to n of `a`; rows that do not exist or are prescribed become zero.
+    #[inline(always)]
+    fn load(&self, first: usize, a: &mut [Element<T>]) {
+        let Shape { kind, along_y, n, m, .. } = self.shape;
+        // From node to node along a row, and from row to row, in `words`.
+        let (step, row_step) = if along_y { (m + 1, 1) } else { (1, n + 1) };
+        let Some(a) = a.get_mut(..n + 1) else { return };
+        for r in 0..ROWS {
+            let s = first + r;
+            if !self.shape.is_unknown(s) {
+                a.iter_mut().for_each(|element| put(element, r, T::ZERO));
+                continue;
+            }
+            let words = self.words.get(s * row_step..).unwrap_or_default();
+            // At a wall a node's cell is cut in half, so the same mass is twice the density.
+            let wall = kind == Kind::Cosine && (s == 0 || s == m);
+            let per_unit = if wall { T::TWO * self.per_unit } else { self.per_unit };
+            for (element, &word) in a.iter_mut().zip(words.iter().step_by(step)) {
+                put(element, r, T::from_f64(exact(word)) * per_unit);
+            }
+            match kind {
+                Kind::Cosine => {
+                    for end in [0, n] {
+                        if let Some(element) = a.get_mut(end) {
+                            put(element, r, T::TWO * take(element, r));
+                        }
+                    }
+                }
+                Kind::Sine => {
+                    for (line, node) in self.ends.iter().zip([1, n - 1]) {
+                        if let (Some(element), Some(&value)) = (a.get_mut(node), line.get(s)) {
+                            put(element, r, take(element, r) + value * self.end_factor);
+                        }
+                    }
+                    for (line, row) in self.rows.iter().zip([1, m - 1]) {
+                        if s == row {
+                            for (element, &value) in a.iter_mut().zip(*line) {
+                                put(element, r, take(element, r) + value * self.row_factor);
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// The tridiagonal systems of [`WIDTH`] modes, by elimination without pivoting (b > 2: diagonally dominant).
+struct Sweep<'a, T> {
+    shape: Shape,
+    /// The block holds mode 0 of a box without screening: its matrix has the constant vector as its kernel.
+    singular: bool,
+    diagonal: &'a [T],
+    block: Block<'a, T>,
+    factors: &'a mut [[T; WIDTH]],
+}
+
+impl<T: Real> Plain for Sweep<'_, T> {
+    type Out = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { shape: Shape { kind, m, .. }, singular, diagonal, mut block, factors } = self;
+        let Some(diagonal) = diagonal.first_chunk::<WIDTH>() else { return };
+        if singular {
+            remove_mean(&mut block, m);
+        }
+        let (first, last) = if kind == Kind::Sine { (1, m.saturating_sub(1)) } else { (0, m) };
+        let mut factor = [T::ZERO; WIDTH];
+        let mut value = [T::ZERO; WIDTH];
+        for (j, slot) in factors.iter_mut().enumerate().take(last + 1).skip(first) {
+            let Some(row) = block.row(j).first_chunk_mut::<WIDTH>() else { return };
+            // A wall's row is b u_0 - 2 u_1 or b u_m - 2 u_(m-1).
+            let wall = kind == Kind::Cosine;
+            let lower = if wall && j == m { T::TWO } else { T::ONE };
+            let upper = if wall && j == 0 { T::TWO } else { T::ONE };
+            for (((f, g), x), &b) in factor.iter_mut().zip(&mut value).zip(row.iter_mut()).zip(diagonal) {
+                let pivot = T::ONE / (b - lower * *f);
+                *g = (lower * *g + *x) * pivot;
+                *f = upper * pivot;
+                *x = *g;
+            }
+            *slot = factor;
+        }
+        if singular && let (Some(free), Some(x)) = (value.first_mut(), block.row(m).first_mut()) {
+            // Any number will do here, as the mean is removed below.
+            *free = T::ZERO;
+            *x = T::ZERO;
+        }
+        for (j, factor) in factors.iter().enumerate().take(last).skip(first).rev() {
+            let Some(row) = block.row(j).first_chunk_mut::<WIDTH>() else { return };
+            for ((g, x), &f) in value.iter_mut().zip(row.iter_mut()).zip(factor) {
+                *g = *x + f * *g;
+                *x = *g;
+            }
+        }
+        if singular {
+            remove_mean(&mut block, m);
+        }
+    }
+}
+
+/// Subtracts the mean of mode 0 over the rows, those at the walls counted half.
+fn remove_mean<T: Real>(block: &mut Block<'_, T>, m: usize) {
+    let mut sum = T::ZERO;
+    for j in 0..=m {
+        let weight = if j == 0 || j == m { T::HALF } else { T::ONE };
+        sum += weight * block.row(j).first().copied().unwrap_or(T::ZERO);
+    }
+    let mean = sum / T::from_usize(m);
+    for j in 0..=m {
+        if let Some(value) = block.row(j).first_mut() {
+            *value -= mean;
+        }
+    }
 }

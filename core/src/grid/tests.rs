@@ -41,7 +41,9 @@ fn cloud(n: usize, lower: [f64; 2], upper: [f64; 2], seed: u64) -> (Vec<[f64; 2]
 fn residual(grid: &Grid<'_, f64>) -> f64 {
     let [n, m] = grid.mesh().cells();
     let [h, k] = grid.mesh().spacing();
-    let (u, words) = (grid.potential(), grid.words());
+    let mut u = vec![0.0; grid.mesh().nodes()];
+    grid.potential(&mut u).unwrap();
+    let words = grid.words();
     let at = |i: usize, j: usize| j * (n + 1) + i;
     let no_flux = grid.equation().walls == Walls::NoFlux;
     let kappa = grid.equation().screening;

@@ -22,8 +22,12 @@
 
 mod carve;
 #[cfg(target_has_atomic = "ptr")]
+mod columns;
+#[cfg(target_has_atomic = "ptr")]
 mod divide;
 
 pub use carve::{ALIGN, Carve, Measure, Plain, Space};
+#[cfg(target_has_atomic = "ptr")]
+pub use columns::{Block, Columns};
 #[cfg(target_has_atomic = "ptr")]
 pub use divide::{Chunks, Divide, MAX_WORKERS, each_piece};
