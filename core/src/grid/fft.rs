@@ -18,12 +18,16 @@ pub(super) const MAX_PRIME: usize = 31;
 /// Passes of a length below 2^21.
 const MAX_PASSES: usize = 24;
 
+/// The radices of the passes, zeros after the last.
+type Radices = [usize; MAX_PASSES];
+
 /// Radices of `n` in the order of the passes; `None` when a prime factor is above [`MAX_PRIME`].
-fn radices(mut n: usize) -> Option<heapless::Vec<usize, MAX_PASSES>> {
-    let mut found = heapless::Vec::new();
+fn radices(mut n: usize) -> Option<Radices> {
+    let mut found = [0; MAX_PASSES];
+    let mut slots = found.iter_mut();
     for radix in [4, 2, 3, 5, 7, 11, 13, 17, 19, 23, 29, MAX_PRIME] {
         while n > 1 && n.is_multiple_of(radix) {
-            found.push(radix).ok()?;
+            *slots.next()? = radix;
             n /= radix;
         }
     }
@@ -53,7 +57,20 @@ pub(super) fn smooth(n: usize) -> usize {
 /// Roughly the operations a transform of this length costs, for choosing among lengths.
 pub(super) fn cost(n: usize) -> usize {
     match radices(n) {
-        Some(radices) => n * radices.iter().map(|&r| if r <= 5 { 8 + r } else { 8 + 4 * r }).sum::<usize>(),
+        Some(radices) => {
+            n * radices
+                .iter()
+                .map(|&r| {
+                    if r == 0 {
+                        0
+                    } else if r <= 5 {
+                        8 + r
+                    } else {
+                        8 + 4 * r
+                    }
+                })
+                .sum::<usize>()
+        }
         None => 2 * cost(smooth(2 * n)) + 20 * n,
     }
 }
@@ -89,7 +106,7 @@ pub(super) fn half_root<T: Real>(j: usize, n: usize) -> [T; 2] {
 #[derive(Debug)]
 struct Passes<'w, T> {
     length: usize,
-    radices: heapless::Vec<usize, MAX_PASSES>,
+    radices: Radices,
     /// For each pass of radix r on length l, for p < l / r, the r - 1 factors exp(-2 pi i p k / l).
     twiddles: &'w mut [[T; 2]],
     /// exp(-2 pi i k / length).
@@ -110,7 +127,7 @@ impl<'w, T: Real> Passes<'w, T> {
         }
         let mut slots = self.twiddles.iter_mut();
         let mut length = n;
-        for &radix in &self.radices {
+        for radix in self.radices.into_iter().take_while(|&radix| radix > 0) {
             let m = length / radix.max(1);
             // exp(-2 pi i p k / length) is the root p k (n / length).
             let stride = n / length.max(1);
@@ -135,7 +152,7 @@ impl<'w, T: Real> Passes<'w, T> {
         let mut length = self.length;
         let mut stride = 1;
         let mut twiddles: &[[T; 2]] = self.twiddles;
-        for &radix in &self.radices {
+        for radix in self.radices.into_iter().take_while(|&radix| radix > 0) {
             let m = length / radix.max(1);
             let (here, rest) = twiddles.split_at_checked(m * (radix - 1)).unwrap_or((&[], &[]));
             twiddles = rest;
