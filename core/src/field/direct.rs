@@ -1,63 +1,427 @@
-//! All pairs.
+//! All pairs of the Newtonian kernel: tasks over targets, each target's sum in blocks of sources.
+//!
+//! # Error
+//! Every term carries c u ([`super::newtonian`]), c = 16. The n terms of a target are added in blocks of 256 and the blocks'
+//! sums one after the other, so with u the unit roundoff and to first order
+//!
+//! `|computed - exact| <= (c + 256 + n / 256) u sum_j |m_j| |K_j|`, componentwise for gradients,
+//!
+//! and the same with |K_j| + 1/(2 pi) in place of |K_j| for the 2D potential. Compensated sums: c u sum_j |m_j| |K_j| + O(n u^2).
+//! Roundings of sums are as good as independent, so errors of a few u are what is seen. The bound supposes that no result
+//! underflows.
 
-use super::{Interaction, Outputs, Run, Sources};
+use super::newtonian::{Group, Lanes, Softened, Sums, step};
+use super::packed::{Packed, Units};
+use super::{Accumulation, Counters, Options, Outputs, Run, Sources, Wanted};
 use crate::error::{Error, Result};
+use crate::isa::{Isa, Job, MAX_LANES};
+use crate::mollifier::{Blob, Mollifier};
 use crate::real::Real;
-use crate::space::{Chunks, each_piece};
+use crate::space::{Carve, Chunks, Measure, each_piece};
+use core::sync::atomic::{AtomicUsize, Ordering};
 
-/// Targets of one task.
+/// Targets of one task: a multiple of every machine's register block, so that blocks, and with them the bits of the
+/// results, do not depend on who runs them.
 const TASK: usize = 128;
+/// Sources added up before their sum joins the total.
+const BLOCK: usize = 256;
 
+/// Bytes for the compacted sources.
+pub(super) fn workspace_bytes<T: Real, const D: usize>(n_sources: usize) -> Result<usize> {
+    Measure::of(|space| Packed::<T, D>::lay(space, n_sources).map(|_| ()))
+}
+
+/// One Newtonian sum: the kernel is `coefficient` times the blob's potential.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Newtonian<'a, T: Real, const D: usize> {
+    pub blob: &'a Blob<T, D>,
+    pub coefficient: T,
+}
+
+/// Overwrites the outputs. Arguments have been checked.
 pub(super) fn evaluate<T: Real, const D: usize>(
-    kernel: &dyn Interaction<T, D>,
+    kernel: Newtonian<'_, T, D>,
+    options: &Options,
     sources: Sources<'_, T, D>,
     targets: &[[T; D]],
     outputs: Outputs<'_, T, D>,
+    workspace: &mut [u8],
     run: &mut Run<'_>,
 ) -> Result<()> {
+    let largest = |x: T, y: T| if y.abs() > x { y.abs() } else { x };
+    let points = sources.positions.iter().chain(targets).flatten();
+    let length = points.fold(kernel.blob.delta(), |x, &y| largest(x, y));
+    let units = Units::new(length, sources.masses.iter().fold(T::ZERO, |x, &y| largest(x, y)));
+    let mut packed = Packed::<T, D>::lay(&mut Carve::new(workspace)?, sources.positions.len())?;
+    packed.fill(units, sources.positions, sources.masses);
+
+    let wanted = outputs.wanted();
+    let softened = Softened::new(kernel.blob, units);
+    let tally = Tally::default();
     let should_stop = run.should_stop;
+    let level = run.level;
     let pieces = (
         outputs.potential.map(|p| Chunks::new(p, TASK)),
         outputs.gradient.map(|g| Chunks::new(g, TASK)),
         outputs.laplacian.map(|l| Chunks::new(l, TASK)),
     );
-    each_piece(run.executor, targets.len().div_ceil(TASK), &pieces, &(), &|task, (p, g, l), ()| {
-        if should_stop.is_some_and(|stop| stop()) {
-            return Err(Error::Stopped);
+    let shared = Shared { kernel, softened: &softened, packed: &packed, units, wanted, options, tally: &tally };
+    each_piece(
+        run.executor,
+        targets.len().div_ceil(TASK),
+        &pieces,
+        &(),
+        &|task, (potential, gradient, laplacian), ()| {
+            if should_stop.is_some_and(|stop| stop()) {
+                return Err(Error::Stopped);
+            }
+            let targets = targets.get(task.saturating_mul(TASK)..).unwrap_or(&[]);
+            let targets = targets.get(..TASK).unwrap_or(targets);
+            let outputs = Outputs { potential, gradient, laplacian };
+            let compensated = options.accumulation == Accumulation::Compensated;
+            match (wanted.potential, wanted.gradient, compensated) {
+                (false, false, false) => {
+                    level.run(Sum::<T, D, false, false, false> { shared: &shared, targets, outputs })
+                }
+                (false, true, false) => {
+                    level.run(Sum::<T, D, false, true, false> { shared: &shared, targets, outputs })
+                }
+                (true, false, false) => {
+                    level.run(Sum::<T, D, true, false, false> { shared: &shared, targets, outputs })
+                }
+                (true, true, false) => level.run(Sum::<T, D, true, true, false> { shared: &shared, targets, outputs }),
+                (_, _, true) => level.run(Sum::<T, D, true, true, true> { shared: &shared, targets, outputs }),
+            }
+            Ok(())
+        },
+    )?;
+    if let Some(counters) = run.counters.as_deref_mut() {
+        let pairs = (packed.len() as u64).saturating_mul(targets.len() as u64);
+        let massless = sources.masses.len().saturating_sub(packed.len()) as u64;
+        counters.add(&Counters { pairs, massless_sources: massless, ..tally.counters() });
+    }
+    Ok(())
+}
+
+/// What tasks count.
+#[derive(Debug, Default)]
+struct Tally {
+    near: AtomicUsize,
+    polynomial: AtomicUsize,
+    all_near: AtomicUsize,
+    scaled: AtomicUsize,
+}
+
+impl Tally {
+    fn add(&self, counts: &Counters) {
+        self.near.fetch_add(counts.near_pairs as usize, Ordering::Relaxed);
+        self.polynomial.fetch_add(counts.polynomial_blocks as usize, Ordering::Relaxed);
+        self.all_near.fetch_add(counts.all_near_blocks as usize, Ordering::Relaxed);
+        self.scaled.fetch_add(counts.scaled_pairs as usize, Ordering::Relaxed);
+    }
+
+    fn counters(&self) -> Counters {
+        let value = |count: &AtomicUsize| count.load(Ordering::Relaxed) as u64;
+        Counters {
+            near_pairs: value(&self.near),
+            polynomial_blocks: value(&self.polynomial),
+            all_near_blocks: value(&self.all_near),
+            scaled_pairs: value(&self.scaled),
+            ..Counters::default()
         }
-        let (mut p, mut g, mut l) = (p.map(|p| p.iter_mut()), g.map(|g| g.iter_mut()), l.map(|l| l.iter_mut()));
-        for target in targets.iter().skip(task.saturating_mul(TASK)).take(TASK) {
-            let (mut u, mut du, mut ddu) = (T::ZERO, [T::ZERO; D], T::ZERO);
-            for (source, &m) in sources.positions.iter().zip(sources.masses) {
-                let mut x = [T::ZERO; D];
-                for ((x, &a), &b) in x.iter_mut().zip(target).zip(source) {
-                    *x = a - b;
+    }
+}
+
+/// What all tasks of a sum share.
+struct Shared<'a, T: Real, const D: usize> {
+    kernel: Newtonian<'a, T, D>,
+    softened: &'a Softened<T>,
+    packed: &'a Packed<'a, T, D>,
+    units: Units,
+    wanted: Wanted,
+    options: &'a Options,
+    tally: &'a Tally,
+}
+
+/// One task.
+struct Sum<'a, T: Real, const D: usize, const P: bool, const G: bool, const C: bool> {
+    shared: &'a Shared<'a, T, D>,
+    targets: &'a [[T; D]],
+    outputs: Outputs<'a, T, D>,
+}
+
+impl<T: Real, const D: usize, const P: bool, const G: bool, const C: bool> Job<T> for Sum<'_, T, D, P, G, C> {
+    type Out = ();
+
+    #[inline(always)]
+    fn run<I: Isa<T>>(self, isa: I) {
+        let Sum { shared, targets, outputs } = self;
+        let kernel = shared.softened.lanes(isa);
+        let (mut counts, mut exact) = (Counters::default(), Exacts::new());
+        let mut writer = Writer::new(shared, outputs);
+        let mut left = targets;
+        while let Some((block, rest)) = left.split_at_checked(WIDE * I::LANES) {
+            left = rest;
+            let sums = block_sum::<T, I, D, WIDE, P, G, C>(isa, shared, &kernel, block, &mut exact, &mut counts);
+            writer.block::<I, WIDE>(isa, block.len(), &sums, &mut exact);
+        }
+        while !left.is_empty() {
+            let (block, rest) = left.split_at_checked(I::LANES).unwrap_or((left, &[]));
+            left = rest;
+            let sums = block_sum::<T, I, D, 1, P, G, C>(isa, shared, &kernel, block, &mut exact, &mut counts);
+            writer.block::<I, 1>(isa, block.len(), &sums, &mut exact);
+        }
+        shared.tally.add(&counts);
+    }
+}
+
+/// Vectors of targets in a register block.
+const WIDE: usize = 4;
+
+/// The sums over all sources for one register block of targets.
+#[inline(always)]
+fn block_sum<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool, const G: bool, const C: bool>(
+    isa: I,
+    shared: &Shared<'_, T, D>,
+    kernel: &Softened<I::V>,
+    targets: &[[T; D]],
+    exact: &mut Exacts<T, D>,
+    counts: &mut Counters,
+) -> [Group<I::V, D>; NB] {
+    let zero = Sums::zero(isa);
+    let mut groups = [Group { x: [isa.splat(T::ZERO); D], sums: zero, lost: zero }; NB];
+    let mut valid = [0_u32; NB];
+    for ((group, valid), targets) in groups.iter_mut().zip(&mut valid).zip(targets.chunks(I::LANES)) {
+        group.x = load(isa, shared.units, targets);
+        *valid = u32::MAX >> (32 - targets.len().clamp(1, 32) as u32);
+    }
+    let mut total = groups;
+    let (positions, masses) = shared.packed.tame();
+    // A compensated sum has nothing to gain from blocks.
+    let each = if C { usize::MAX } else { BLOCK };
+    for (positions, masses) in positions.chunks(each).zip(masses.chunks(each)) {
+        for (x, &m) in positions.iter().zip(masses) {
+            let below = step::<T, I, D, NB, P, G, C>(isa, kernel, shared.wanted.laplacian, x, m, &mut groups);
+            let Some(lanes) = below else { continue };
+            if kernel.has_polynomials() {
+                counts.polynomial_blocks += 1;
+                counts.all_near_blocks += u64::from(lanes.iter().all(|l| l.count_ones() == I::LANES as u32));
+                for (lanes, valid) in lanes.iter().zip(&valid) {
+                    counts.near_pairs += u64::from((lanes & valid).count_ones());
                 }
-                let r = x.iter().fold(T::ZERO, |sum, &x| sum + x * x).sqrt();
-                if m == T::ZERO || kernel.is_singular() && r == T::ZERO {
-                    continue;
-                }
-                if p.is_some() {
-                    u += m * kernel.value(r);
-                }
-                if g.is_some() {
-                    let factor = m * kernel.gradient_factor(r);
-                    du.iter_mut().zip(&x).for_each(|(du, &x)| *du += factor * x);
-                }
-                if l.is_some() {
-                    ddu += m * kernel.laplacian(r);
-                }
-            }
-            if let Some(out) = p.as_mut().and_then(Iterator::next) {
-                *out = u;
-            }
-            if let Some(out) = g.as_mut().and_then(Iterator::next) {
-                *out = du;
-            }
-            if let Some(out) = l.as_mut().and_then(Iterator::next) {
-                *out = ddu;
+            } else {
+                let lanes = core::array::from_fn(|b| lanes.get(b).zip(valid.get(b)).map_or(0, |(l, v)| l & v));
+                exact.pairs::<NB>(shared, I::LANES, targets, x, m, lanes, counts);
             }
         }
-        Ok(())
-    })
+        for (total, group) in total.iter_mut().zip(&mut groups) {
+            total.sums.add(isa, &group.sums);
+            total.sums.add(isa, &group.lost);
+            (group.sums, group.lost) = (zero, zero);
+        }
+    }
+    exact.wild(shared, targets, counts);
+    total
+}
+
+/// Targets in units, one a lane; lanes beyond the last repeat it.
+#[inline(always)]
+fn load<T: Real, I: Isa<T>, const D: usize>(isa: I, units: Units, targets: &[[T; D]]) -> [I::V; D] {
+    let mut lanes = [[T::ZERO; MAX_LANES]; D];
+    let last = targets.last().copied().unwrap_or([T::ZERO; D]);
+    for l in 0..MAX_LANES {
+        let (x, _) = units.point(targets.get(l).unwrap_or(&last));
+        for (lanes, x) in lanes.iter_mut().zip(x) {
+            if let Some(lane) = lanes.get_mut(l) {
+                *lane = x;
+            }
+        }
+    }
+    lanes.map(|lanes| isa.load(&lanes))
+}
+
+/// Sums of the scaled path for one target, in true units and without the coefficient.
+#[derive(Clone, Copy, Debug)]
+struct Exact<T, const D: usize> {
+    potential: T,
+    gradient: [T; D],
+    laplacian: T,
+    /// The target is wild: these are all its pairs, and its lane's sums mean nothing.
+    alone: bool,
+}
+
+impl<T: Real, const D: usize> Exact<T, D> {
+    const ZERO: Self = Self { potential: T::ZERO, gradient: [T::ZERO; D], laplacian: T::ZERO, alone: false };
+
+    /// Adds one pair, whatever its distance: the blob's own functions scale it.
+    fn add(&mut self, shared: &Shared<'_, T, D>, target: &[T; D], source: &[T; D], mass: T, counts: &mut Counters) {
+        let (blob, wanted) = (shared.kernel.blob, shared.wanted);
+        let mut x = *target;
+        x.iter_mut().zip(source).for_each(|(x, &s)| *x -= s);
+        if blob.mollifier() == Mollifier::None && x.iter().all(|&x| x == T::ZERO) {
+            return;
+        }
+        counts.scaled_pairs += 1;
+        if wanted.potential {
+            self.potential += mass * blob.potential_at(&x);
+        }
+        if wanted.gradient {
+            self.gradient.iter_mut().zip(blob.gradient_at(&x)).for_each(|(sum, g)| *sum += mass * g);
+        }
+        if wanted.laplacian {
+            self.laplacian += mass * blob.density_at(&x);
+        }
+    }
+}
+
+/// The scaled path's sums of a register block.
+struct Exacts<T, const D: usize> {
+    of: [Exact<T, D>; WIDE * MAX_LANES],
+    used: bool,
+}
+
+impl<T: Real, const D: usize> Exacts<T, D> {
+    fn new() -> Self {
+        Self { of: [Exact::ZERO; WIDE * MAX_LANES], used: false }
+    }
+
+    /// Adds a tame source to those targets whose bit is set.
+    #[cold]
+    #[inline(never)]
+    #[expect(clippy::too_many_arguments, reason = "the cold half of the loop")]
+    fn pairs<const NB: usize>(
+        &mut self,
+        shared: &Shared<'_, T, D>,
+        each: usize,
+        targets: &[[T; D]],
+        source: &[T; D],
+        mass: T,
+        lanes: Lanes<NB>,
+        counts: &mut Counters,
+    ) {
+        let source = source.map(|x| x.ldexp(-shared.units.position));
+        let mass = mass.ldexp(-shared.units.mass);
+        let in_block = |i: usize| lanes.get(i / each.max(1)).is_some_and(|l| l >> (i % each.max(1)) & 1 == 1);
+        for (i, (target, sums)) in targets.iter().zip(&mut self.of).enumerate().filter(|&(i, _)| in_block(i)) {
+            let _ = i;
+            sums.add(shared, target, &source, mass, counts);
+        }
+        self.used = true;
+    }
+
+    /// Adds wild sources to all targets, and all sources to wild targets.
+    #[inline(always)]
+    fn wild(&mut self, shared: &Shared<'_, T, D>, targets: &[[T; D]], counts: &mut Counters) {
+        if shared.packed.has_wild() || targets.iter().any(|x| shared.units.point(x).1) {
+            self.wild_pairs(shared, targets, counts);
+        }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn wild_pairs(&mut self, shared: &Shared<'_, T, D>, targets: &[[T; D]], counts: &mut Counters) {
+        self.used = true;
+        for (target, sums) in targets.iter().zip(&mut self.of) {
+            if shared.units.point(target).1 {
+                *sums = Exact { alone: true, ..Exact::ZERO };
+                let (positions, masses) = shared.packed.tame();
+                for (x, m) in positions.iter().zip(masses) {
+                    let x = x.map(|x| x.ldexp(-shared.units.position));
+                    sums.add(shared, target, &x, m.ldexp(-shared.units.mass), counts);
+                }
+            }
+            for (x, m) in shared.packed.wild() {
+                sums.add(shared, target, x, m, counts);
+            }
+        }
+    }
+}
+
+/// Turns sums in units into results.
+struct Writer<'a, T: Real, const D: usize> {
+    potential: Option<core::slice::IterMut<'a, T>>,
+    gradient: Option<core::slice::IterMut<'a, [T; D]>>,
+    laplacian: Option<core::slice::IterMut<'a, T>>,
+    coefficient: T,
+    combination: Option<(T, T)>,
+    /// coefficient / S_D, and the power of two that leads back to true units.
+    potential_scale: (T, i32),
+    gradient_scale: (T, i32),
+    laplacian_scale: (T, i32),
+}
+
+impl<'a, T: Real, const D: usize> Writer<'a, T, D> {
+    #[inline(always)]
+    fn new(shared: &Shared<'_, T, D>, outputs: Outputs<'a, T, D>) -> Self {
+        let measure = match D {
+            1 => T::TWO,
+            2 => T::TWO * T::PI,
+            _ => T::from_f64(4.0) * T::PI,
+        };
+        let coefficient = shared.kernel.coefficient;
+        let factor = coefficient / measure;
+        let (mass, length) = (-shared.units.mass, shared.units.position);
+        let d = D as i32;
+        let (a, b) = shared.options.combination;
+        Self {
+            potential: outputs.potential.map(|p| p.iter_mut()),
+            gradient: outputs.gradient.map(|g| g.iter_mut()),
+            laplacian: outputs.laplacian.map(|l| l.iter_mut()),
+            coefficient,
+            combination: ((a, b) != (1.0, 0.0)).then(|| (T::from_f64(a), T::from_f64(b))),
+            // In 2D the lanes added up log r^2.
+            potential_scale: match D {
+                2 => (T::HALF * factor, mass),
+                _ => (factor, mass + (d - 2) * length),
+            },
+            // d is source minus target.
+            gradient_scale: (-factor, mass + (d - 1) * length),
+            laplacian_scale: (factor, mass + d * length),
+        }
+    }
+
+    #[inline(always)]
+    fn block<I: Isa<T>, const NB: usize>(
+        &mut self,
+        isa: I,
+        n: usize,
+        groups: &[Group<I::V, D>; NB],
+        exact: &mut Exacts<T, D>,
+    ) {
+        let scaled = |x: T, (factor, exponent): (T, i32)| (x * factor).ldexp(exponent);
+        let mut left = n;
+        for (group, exact) in groups.iter().zip(exact.of.chunks(I::LANES)) {
+            let here = left.min(I::LANES);
+            left -= here;
+            if let Some(to) = &mut self.potential {
+                let sums = isa.store(group.sums.potential);
+                for ((to, sum), exact) in to.by_ref().take(here).zip(sums).zip(exact) {
+                    let sum = if exact.alone { T::ZERO } else { scaled(sum, self.potential_scale) };
+                    *to = sum + self.coefficient * exact.potential;
+                }
+            }
+            if let Some(to) = &mut self.gradient {
+                let sums = group.sums.gradient.map(|v| isa.store(v));
+                for (lane, (to, exact)) in to.by_ref().take(here).zip(exact).enumerate() {
+                    for ((to, sums), &exact_sum) in to.iter_mut().zip(&sums).zip(&exact.gradient) {
+                        let sum = sums.get(lane).copied().filter(|_| !exact.alone).unwrap_or(T::ZERO);
+                        *to = scaled(sum, self.gradient_scale) + self.coefficient * exact_sum;
+                    }
+                    if let (Some((a, b)), [x, y, ..]) = (self.combination, to.as_mut_slice()) {
+                        (*x, *y) = (a * *x - b * *y, a * *y + b * *x);
+                    }
+                }
+            }
+            if let Some(to) = &mut self.laplacian {
+                let sums = isa.store(group.sums.laplacian);
+                for ((to, sum), exact) in to.by_ref().take(here).zip(sums).zip(exact) {
+                    let sum = if exact.alone { T::ZERO } else { scaled(sum, self.laplacian_scale) };
+                    *to = sum + self.coefficient * exact.laplacian;
+                }
+            }
+        }
+        if exact.used {
+            *exact = Exacts::new();
+        }
+    }
 }

@@ -6,12 +6,16 @@
 //! is by position, so no index map is needed.
 
 mod direct;
+mod newtonian;
+mod packed;
 mod plan;
+mod radial;
 
 pub use plan::{Accumulation, Method, Options, Plan, Reason, plan};
 
 use crate::error::{Error, Result};
 use crate::isa::Level;
+use crate::mollifier::{Blob, Mollifier};
 use crate::parallel::{Executor, Serial};
 use crate::real::Real;
 
@@ -23,8 +27,31 @@ pub trait Interaction<T: Real, const D: usize>: Sync {
     fn gradient_factor(&self, r: T) -> T;
     /// The Laplacian of K_delta at distance r.
     fn laplacian(&self, r: T) -> T;
+    /// The coefficient and the blob, where the kernel is Newtonian: such sums run in lanes.
+    fn newtonian(&self) -> Option<(T, &Blob<T, D>)> {
+        None
+    }
     /// Whether the kernel has no mollifier, so that coincident pairs contribute nothing.
     fn is_singular(&self) -> bool;
+}
+
+/// The Newtonian kernel with coefficient 1.
+impl<T: Real, const D: usize> Interaction<T, D> for Blob<T, D> {
+    fn value(&self, r: T) -> T {
+        self.potential(r)
+    }
+    fn gradient_factor(&self, r: T) -> T {
+        Blob::gradient_factor(self, r)
+    }
+    fn laplacian(&self, r: T) -> T {
+        self.density(r)
+    }
+    fn newtonian(&self) -> Option<(T, &Blob<T, D>)> {
+        Some((T::ONE, self))
+    }
+    fn is_singular(&self) -> bool {
+        self.mollifier() == Mollifier::None
+    }
 }
 
 /// What attracts: positions `[n][D]` and masses `[n]` of any sign. A mass is the density times the cell volume h^D.
@@ -174,5 +201,11 @@ pub fn evaluate<T: Real, const D: usize>(
     if workspace.len() < plan.workspace_bytes(run.executor.workers())? {
         return Err(Error::WorkspaceTooSmall);
     }
-    direct::evaluate(kernel, sources, targets, outputs, run)
+    match kernel.newtonian() {
+        Some((coefficient, blob)) => {
+            let kernel = direct::Newtonian { blob, coefficient };
+            direct::evaluate(kernel, plan.options(), sources, targets, outputs, workspace, run)
+        }
+        None => radial::evaluate(kernel, plan.options(), sources, targets, outputs, run),
+    }
 }

@@ -1,7 +1,7 @@
 //! Which method runs, why, what it skips and what it needs.
 
-use super::{Interaction, Wanted};
-use crate::error::Result;
+use super::{Interaction, Wanted, direct};
+use crate::error::{Error, Result};
 use crate::real::Real;
 
 /// How terms are added up.
@@ -61,6 +61,7 @@ pub struct Plan {
     options: Options,
     method: Method,
     reason: Reason,
+    bytes: usize,
 }
 
 /// Chooses the method for sums of `kernel` over `n_sources` at `n_targets`.
@@ -68,14 +69,25 @@ pub struct Plan {
 /// # Errors
 /// [`crate::Error::Unsupported`]: the forced method cannot do this. [`crate::Error::TooLarge`]: the workspace's size overflows.
 pub fn plan<T: Real, const D: usize>(
-    _kernel: &dyn Interaction<T, D>,
+    kernel: &dyn Interaction<T, D>,
     n_sources: usize,
     n_targets: usize,
     wanted: Wanted,
     options: &Options,
 ) -> Result<Plan> {
     let reason = if options.method.is_some() { Reason::Forced } else { Reason::NothingFaster };
-    Ok(Plan { n_sources, n_targets, wanted, options: *options, method: Method::Direct, reason })
+    let (a, b) = options.combination;
+    if !(a.is_finite() && b.is_finite() && options.tolerance.is_finite()) {
+        return Err(Error::NotFinite);
+    }
+    if D != 2 && (a, b) != (1.0, 0.0) {
+        return Err(Error::Unsupported);
+    }
+    let bytes = match kernel.newtonian() {
+        Some(_) => direct::workspace_bytes::<T, D>(n_sources)?,
+        None => 0,
+    };
+    Ok(Plan { n_sources, n_targets, wanted, options: *options, method: Method::Direct, reason, bytes })
 }
 
 impl Plan {
@@ -89,6 +101,12 @@ impl Plan {
     #[must_use]
     pub fn n_targets(&self) -> usize {
         self.n_targets
+    }
+
+    /// What was asked for beyond the outputs.
+    #[must_use]
+    pub fn options(&self) -> &Options {
+        &self.options
     }
 
     /// The method that will run.
@@ -108,7 +126,7 @@ impl Plan {
     /// # Errors
     /// [`crate::Error::TooLarge`].
     pub fn workspace_bytes(&self, _workers: usize) -> Result<usize> {
-        Ok(0)
+        Ok(self.bytes)
     }
 
     /// Whether the plan is for these outputs.

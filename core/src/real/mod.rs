@@ -40,6 +40,7 @@ pub trait Real:
     + MulAssign
     + DivAssign
     + crate::space::Plain
+    + crate::isa::Dispatch
 {
     /// 0.
     const ZERO: Self;

@@ -1,0 +1,335 @@
+//! `mollis-bench field`: pairs a second of a sum, its error, and the same sum in C in the same run.
+
+use std::time::Duration;
+
+use anyhow::{Result, bail};
+use clap::{Args, ValueEnum};
+use mollis_core::field::{self, Accumulation, Counters, Method, Options, Outputs, Run, Sources, Wanted};
+use mollis_core::isa::Level;
+use mollis_core::mollifier::{Blob, Mollifier};
+use mollis_core::parallel::{Executor, Serial};
+use mollis_core::real::Real;
+
+use crate::peers::Peer;
+use crate::scene::Scene;
+
+#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
+enum MethodName {
+    Auto,
+    Direct,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
+enum Scalar {
+    F32,
+    F64,
+}
+
+/// What is summed, and how.
+#[derive(Clone, Debug, Args)]
+pub struct Field {
+    /// Dimension: 1, 2 or 3.
+    #[arg(long, default_value_t = 2)]
+    dim: usize,
+    /// Sources, uniform in the unit cube, masses of both signs.
+    #[arg(long, default_value_t = 8192)]
+    n: usize,
+    /// Targets: the first of the sources; all of them if not given.
+    #[arg(long)]
+    targets: Option<usize>,
+    /// The method.
+    #[arg(long, value_enum, default_value = "direct")]
+    method: MethodName,
+    /// A list of potential, gradient, laplacian.
+    #[arg(long, default_value = "gradient")]
+    outputs: String,
+    /// The mollifier's length; no mollifier if not given.
+    #[arg(long)]
+    delta: Option<f64>,
+    /// Chooses delta so that about this fraction of the pairs is near; 1 makes it the cube's diagonal.
+    #[arg(long, conflicts_with = "delta")]
+    near: Option<f64>,
+    /// The mollifier's order.
+    #[arg(long, default_value_t = 2)]
+    order: u32,
+    /// The mollifier's exponent M.
+    #[arg(long, default_value_t = 4)]
+    exponent: u32,
+    #[arg(long, value_enum, default_value = "f64")]
+    scalar: Scalar,
+    /// Threads; times are then wall times, else CPU times of the thread.
+    #[arg(long, default_value_t = 1)]
+    threads: usize,
+    /// auto, portable, neon, avx2 or avx512.
+    #[arg(long, default_value = "auto")]
+    level: String,
+    /// Compensated accumulation.
+    #[arg(long)]
+    compensated: bool,
+    /// Leaves out the C loop.
+    #[arg(long)]
+    no_peer: bool,
+    /// Repetitions of each, interleaved.
+    #[arg(long, default_value_t = 60)]
+    repetitions: usize,
+    /// Whole measurements; the ratio is their median.
+    #[arg(long, default_value_t = 5)]
+    rounds: usize,
+    /// Prints one JSON object.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Minimum and spread of repeated times.
+#[derive(Clone, Copy, Debug, serde::Serialize)]
+struct Times {
+    seconds_min: f64,
+    seconds_median: f64,
+    pairs_per_second: f64,
+}
+
+#[derive(Debug, serde::Serialize)]
+struct Report {
+    dim: usize,
+    n: usize,
+    targets: usize,
+    method: String,
+    reason: String,
+    outputs: String,
+    delta: Option<f64>,
+    scalar: String,
+    threads: usize,
+    level: &'static str,
+    compensated: bool,
+    workspace_bytes: usize,
+    near_fraction: f64,
+    polynomial_blocks: u64,
+    mollis: Times,
+    relative_error: f64,
+    c_loop: Option<Times>,
+    ratio_median: Option<f64>,
+    ratios: Vec<f64>,
+}
+
+impl Field {
+    /// Measures and prints.
+    pub fn run(&self) -> Result<()> {
+        let report = match (self.dim, self.scalar) {
+            (1, Scalar::F64) => self.measure::<f64, 1>()?,
+            (2, Scalar::F64) => self.measure::<f64, 2>()?,
+            (3, Scalar::F64) => self.measure::<f64, 3>()?,
+            (1, Scalar::F32) => self.measure::<f32, 1>()?,
+            (2, Scalar::F32) => self.measure::<f32, 2>()?,
+            (3, Scalar::F32) => self.measure::<f32, 3>()?,
+            _ => bail!("the dimension is 1, 2 or 3"),
+        };
+        if self.json {
+            println!("{}", serde_json::to_string(&report)?);
+            return Ok(());
+        }
+        println!(
+            "{}D {} {} {}: {:.3e} pairs/s (min; median {:.3e} s), relative error {:.1e}, near {:.2} %",
+            report.dim,
+            report.scalar,
+            report.level,
+            report.method,
+            report.mollis.pairs_per_second,
+            report.mollis.seconds_median,
+            report.relative_error,
+            100.0 * report.near_fraction
+        );
+        if let (Some(c), Some(ratio)) = (report.c_loop, report.ratio_median) {
+            println!(
+                "C loop (f64): {:.3e} pairs/s; ratio {ratio:.2} (median of {:?})",
+                c.pairs_per_second, report.ratios
+            );
+        }
+        Ok(())
+    }
+
+    fn delta<const D: usize>(&self) -> Option<f64> {
+        let ball = [2.0, std::f64::consts::PI, 4.0 / 3.0 * std::f64::consts::PI];
+        self.delta.or_else(|| self.near.map(|f| if f >= 1.0 { 2.0 } else { (f / ball[D - 1]).powf(1.0 / D as f64) }))
+    }
+
+    fn measure<T: Real, const D: usize>(&self) -> Result<Report> {
+        let scene = Scene::<D>::uniform(self.n, self.delta::<D>(), 1);
+        let n_targets = self.targets.unwrap_or(self.n).min(self.n);
+        let level = match Level::ALL.into_iter().find(|l| l.name() == self.level) {
+            Some(level) => level,
+            None if self.level == "auto" => Level::best(),
+            None => bail!("no such level: {}", self.level),
+        };
+        let (mut wanted, names) = (Wanted::default(), self.outputs.split(','));
+        for name in names {
+            match name {
+                "potential" => wanted.potential = true,
+                "gradient" => wanted.gradient = true,
+                "laplacian" => wanted.laplacian = true,
+                _ => bail!("outputs are potential, gradient, laplacian"),
+            }
+        }
+        let mollifier = match scene.delta {
+            Some(_) => Mollifier::Compact { order: self.order, exponent: self.exponent },
+            None => Mollifier::None,
+        };
+        let blob = Blob::<T, D>::new(mollifier, T::from_f64(scene.delta.unwrap_or(0.0)))?;
+        let positions: Vec<[T; D]> = scene.positions.iter().map(|x| x.map(T::from_f64)).collect();
+        let masses: Vec<T> = scene.masses.iter().map(|&m| T::from_f64(m)).collect();
+        let targets = &positions[..n_targets];
+        let options = Options {
+            accumulation: if self.compensated { Accumulation::Compensated } else { Accumulation::Blocked },
+            method: (self.method == MethodName::Direct).then_some(Method::Direct),
+            ..Options::default()
+        };
+        let plan = field::plan(&blob, self.n, n_targets, wanted, &options)?;
+        let pool = (self.threads > 1).then(|| mollis_mt::Pool::new(self.threads)).transpose()?;
+        let executor: &dyn Executor = pool.as_ref().map_or(&Serial, |p| p);
+        let bytes = plan.workspace_bytes(executor.workers())?;
+        let mut memory = vec![0_u8; bytes + 64];
+        let start = memory.as_ptr().align_offset(64);
+        let workspace = &mut memory[start..start + bytes];
+        let (mut potential, mut gradient) = (vec![T::ZERO; n_targets], vec![[T::ZERO; D]; n_targets]);
+        let mut laplacian = vec![T::ZERO; n_targets];
+        let mut counters = Counters::default();
+        let mut once = |counters: Option<&mut Counters>| {
+            let sources = Sources { positions: &positions, masses: &masses };
+            let outputs = Outputs {
+                potential: wanted.potential.then_some(&mut potential[..]),
+                gradient: wanted.gradient.then_some(&mut gradient[..]),
+                laplacian: wanted.laplacian.then_some(&mut laplacian[..]),
+            };
+            let mut run = Run { level, executor, counters, ..Run::default() };
+            field::evaluate(&plan, &blob, sources, targets, outputs, workspace, &mut run)
+        };
+        once(Some(&mut counters))?;
+        let mut peer =
+            if self.no_peer { None } else { Peer::new(&scene, n_targets, wanted.gradient, wanted.potential) };
+        let pairs = self.n as f64 * n_targets as f64;
+        let clock = if self.threads > 1 { wall_time } else { cpu_time };
+        let (mut ours, mut theirs, mut ratios) = (Vec::new(), Vec::new(), Vec::new());
+        for _ in 0..self.rounds.max(1) {
+            let (mut round, mut peer_round) = (Vec::new(), Vec::new());
+            for _ in 0..self.repetitions.max(1) {
+                let before = clock();
+                once(None)?;
+                round.push((clock() - before).as_secs_f64());
+                if let Some(peer) = &mut peer {
+                    let before = clock();
+                    peer.run();
+                    peer_round.push((clock() - before).as_secs_f64());
+                }
+            }
+            if peer.is_some() {
+                ratios.push(minimum(&peer_round) / minimum(&round));
+            }
+            ours.extend(round);
+            theirs.extend(peer_round);
+        }
+        ratios.sort_by(f64::total_cmp);
+        let times = |seconds: &mut Vec<f64>| {
+            seconds.sort_by(f64::total_cmp);
+            let (least, median) = (seconds[0], seconds[seconds.len() / 2]);
+            Times { seconds_min: least, seconds_median: median, pairs_per_second: pairs / least }
+        };
+        let relative_error = error::<T, D>(&scene, &blob, wanted, &potential, &gradient, &laplacian)?;
+        Ok(Report {
+            dim: D,
+            n: self.n,
+            targets: n_targets,
+            method: format!("{:?}", plan.method()).to_lowercase(),
+            reason: format!("{:?}", plan.reason()),
+            outputs: self.outputs.clone(),
+            delta: scene.delta,
+            scalar: format!("{:?}", self.scalar).to_lowercase(),
+            threads: self.threads,
+            level: level.name(),
+            compensated: self.compensated,
+            workspace_bytes: bytes,
+            near_fraction: counters.near_pairs as f64 / pairs,
+            polynomial_blocks: counters.polynomial_blocks,
+            mollis: times(&mut ours),
+            relative_error,
+            c_loop: peer.is_some().then(|| times(&mut theirs)),
+            ratio_median: ratios.get(ratios.len() / 2).copied(),
+            ratios,
+        })
+    }
+}
+
+fn minimum(seconds: &[f64]) -> f64 {
+    seconds.iter().copied().fold(f64::INFINITY, f64::min)
+}
+
+/// The relative l2 error over up to 32 targets, all outputs together by the worst, against f64 sums of accurate terms at
+/// the same particles (f32's are converted exactly).
+fn error<T: Real, const D: usize>(
+    scene: &Scene<D>,
+    blob: &Blob<T, D>,
+    wanted: Wanted,
+    potential: &[T],
+    gradient: &[[T; D]],
+    laplacian: &[T],
+) -> Result<f64> {
+    let blob = Blob::<f64, D>::new(blob.mollifier(), blob.delta().to_f64())?;
+    // [difference, size] squared, of the three outputs.
+    let mut norms = [[0.0_f64; 2]; 3];
+    for i in (0..gradient.len()).step_by(gradient.len().div_ceil(32).max(1)) {
+        let (mut u, mut du, mut ddu) = (0.0, [0.0; D], 0.0);
+        for (x, &m) in scene.positions.iter().zip(&scene.masses) {
+            let d: [f64; D] = std::array::from_fn(|k| scene.positions[i][k] - x[k]);
+            if wanted.potential {
+                u += m * blob.potential_at(&d);
+            }
+            if wanted.gradient {
+                let g = blob.gradient_at(&d);
+                (0..D).for_each(|k| du[k] += m * g[k]);
+            }
+            if wanted.laplacian {
+                ddu += m * blob.density_at(&d);
+            }
+        }
+        let mut add = |which: usize, got: T, want: f64| {
+            norms[which][0] += (got.to_f64() - want).powi(2);
+            norms[which][1] += want.powi(2);
+        };
+        if wanted.potential {
+            add(0, potential[i], u);
+        }
+        if wanted.gradient {
+            (0..D).for_each(|k| add(1, gradient[i][k], du[k]));
+        }
+        if wanted.laplacian {
+            add(2, laplacian[i], ddu);
+        }
+    }
+    Ok(norms.iter().filter(|n| n[1] > 0.0).map(|n| (n[0] / n[1]).sqrt()).fold(0.0, f64::max))
+}
+
+fn wall_time() -> Duration {
+    use std::sync::OnceLock;
+    static START: OnceLock<std::time::Instant> = OnceLock::new();
+    START.get_or_init(std::time::Instant::now).elapsed()
+}
+
+/// The thread's CPU time: what a shared machine disturbs least.
+fn cpu_time() -> Duration {
+    let mut now = Timespec { seconds: 0, nanoseconds: 0 };
+    const THREAD_CPU: i32 = 3;
+    // SAFETY: writes one structure of this layout (64-bit Linux).
+    #[expect(unsafe_code, reason = "the thread's CPU clock is not in std")]
+    let status = unsafe { clock_gettime(THREAD_CPU, &mut now) };
+    assert_eq!(status, 0, "no CPU clock");
+    Duration::new(now.seconds as u64, now.nanoseconds as u32)
+}
+
+#[repr(C)]
+struct Timespec {
+    seconds: i64,
+    nanoseconds: i64,
+}
+
+#[expect(unsafe_code, reason = "the thread's CPU clock is not in std")]
+unsafe extern "C" {
+    fn clock_gettime(clock: i32, time: *mut Timespec) -> i32;
+}

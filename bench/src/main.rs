@@ -1,0 +1,27 @@
+//! `mollis-bench`: run time against error, side by side with peers measured in the same run.
+
+mod field;
+mod peers;
+mod scene;
+
+use clap::{Parser, Subcommand};
+
+/// Run time against error, side by side with peers measured in the same run.
+#[derive(Debug, Parser)]
+#[command(name = "mollis-bench")]
+struct Arguments {
+    #[command(subcommand)]
+    what: What,
+}
+
+#[derive(Debug, Subcommand)]
+enum What {
+    /// Sums over sources.
+    Field(field::Field),
+}
+
+fn main() -> anyhow::Result<()> {
+    match Arguments::parse().what {
+        What::Field(field) => field.run(),
+    }
+}

@@ -1,0 +1,28 @@
+//! Scenes: particles in the unit cube, masses of both signs, the same for the same seed.
+
+/// Sources; the first of them are targets too.
+pub struct Scene<const D: usize> {
+    /// Where.
+    pub positions: Vec<[f64; D]>,
+    /// How much, in -1/2..1/2.
+    pub masses: Vec<f64>,
+    /// The mollifier's length, if any.
+    pub delta: Option<f64>,
+}
+
+impl<const D: usize> Scene<D> {
+    /// Uniform in the unit cube, by splitmix64.
+    pub fn uniform(n: usize, delta: Option<f64>, seed: u64) -> Self {
+        let mut state = seed;
+        let mut next = move || {
+            state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
+            let mut z = state;
+            z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+            z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+            // 24 bits, so that f32 has the same particles.
+            ((z ^ (z >> 31)) >> 40) as f64 / f64::from(1_u32 << 24)
+        };
+        let positions = (0..n).map(|_| std::array::from_fn(|_| next())).collect();
+        Self { positions, masses: (0..n).map(|_| next() - 0.5).collect(), delta }
+    }
+}

@@ -1,0 +1,401 @@
+//! One source against one register block of targets, for the Newtonian kernel, mollified or not: the innermost loop.
+//!
+//! Lanes are targets. With d = x_source - x_target and r2 = |d|^2 in the units of [`super::packed`], and S_D = 2, 2 pi, 4 pi:
+//!
+//! | | outside delta | inside, t = 1 - r2 / delta^2 (`BASIS`: powers of t, nothing cancels) |
+//! |---|---|---|
+//! | S_D g, grad K = g x | r^-D | delta^-D G(t) |
+//! | S_D K | \|x\|, log r, -1/r | delta (c + s R(t) / 2), log delta + P(t), P(t) / delta |
+//! | S_D Laplacian K | 0 | delta^-D b(t) |
+//!
+//! The block first asks whether any lane is inside. If none is, no polynomial is evaluated; if all are, nothing is divided;
+//! only a mixed block does both. In 2D the mass goes into the numerator, m / r2, with one division for two vectors; in 3D
+//! the cube of 1/r comes from a short seed and a series in e = 1 - r2 seed^2, (1 - e)^(-3/2) = 1 + 3/2 e + 15/8 e^2 + ...
+//!
+//! # Rounding
+//! With u the unit roundoff, each coordinate difference has 1 u, r2 has 3 u (D <= 3: two or three products, of which each
+//! has 3 u, and sums), so g has at most: 1D 2 u, 2D 7 u (3 of r2, 3 of the shared division, the mass), 3D 4.5 u of r2, 4 u of
+//! the series and its cut, 3 u of products; inside 12 u (`Polynomials`), 45 u for the 1D potential's t form, which is not used
+//! here. With the product by d, a term is good to c = 16 u. `direct` adds what the summation adds.
+//! The 2D potential is the logarithm of a rounded number: its error is relative to |log r| + 1, since r = 1 is a zero.
+
+use super::packed::{Units, least_square_exponent, power_of_two};
+use crate::isa::{Isa, log, log_numerator};
+use crate::mollifier::{Blob, MAX_TERMS, Mollifier, Polynomials};
+use crate::real::Real;
+
+/// Coefficients in powers of t, highest first.
+#[derive(Clone, Copy, Debug)]
+struct Descending<C> {
+    coefficients: [C; MAX_TERMS + 1],
+    terms: usize,
+}
+
+impl<T: Real> Descending<T> {
+    fn new(ascending: &[T], scale: T) -> Self {
+        let mut coefficients = [T::ZERO; MAX_TERMS + 1];
+        coefficients.iter_mut().zip(ascending.iter().rev()).for_each(|(to, &c)| *to = c * scale);
+        Self { coefficients, terms: ascending.len().min(MAX_TERMS + 1) }
+    }
+
+    #[inline(always)]
+    fn lanes<I: Isa<T>>(&self, isa: I) -> Descending<I::V> {
+        Descending { coefficients: self.coefficients.map(|c| isa.splat(c)), terms: self.terms }
+    }
+}
+
+impl<V: Copy> Descending<V> {
+    /// Horner's rule.
+    #[inline(always)]
+    fn at<T: Real, I: Isa<T, V = V>>(&self, isa: I, t: V) -> V {
+        let Some((&first, rest)) = self.coefficients.get(..self.terms).and_then(<[V]>::split_first) else {
+            return isa.splat(T::ZERO);
+        };
+        rest.iter().fold(first, |sum, &c| isa.mul_add(sum, t, c))
+    }
+}
+
+/// The inside of the support, in units.
+#[derive(Clone, Copy, Debug)]
+struct Inside<C> {
+    /// 1 / delta^2.
+    per_square: C,
+    gradient: Descending<C>,
+    potential: Descending<C>,
+    /// Added to the potential: 2 log delta in 2D (true units), delta c in 1D.
+    offset: C,
+    density: Descending<C>,
+}
+
+/// What the lanes know of a mollified Newtonian kernel.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Softened<C> {
+    /// Lanes with r2 below this are not plainly Newtonian: inside the support, or too close for the fast path.
+    edge: C,
+    /// `None`: what is below the edge takes the scaled path.
+    inside: Option<Inside<C>>,
+    /// Added to the exponent of r2, so that its logarithm is that of true units.
+    log_exponent: C,
+}
+
+impl<T: Real> Softened<T> {
+    /// Prepares the numbers, in units of which delta is at most about 1.
+    pub fn new<const D: usize>(blob: &Blob<T, D>, units: Units) -> Self {
+        let least = power_of_two::<T>(-least_square_exponent::<T>());
+        let delta = blob.delta() * power_of_two(units.position);
+        let square = delta * delta;
+        let inside = blob.polynomials().filter(|_| square >= least).map(|p| Self::inside::<D>(&p, blob.delta(), delta));
+        let edge = match blob.mollifier() {
+            _ if inside.is_some() => square,
+            Mollifier::Gaussian { .. } => {
+                let support = blob.delta() * T::from_f64(GAUSSIAN_SUPPORT) * power_of_two(units.position);
+                least.max(support * support)
+            }
+            _ => least,
+        };
+        Self { edge, inside, log_exponent: T::from_i32(units.position.saturating_mul(-2)) }
+    }
+
+    fn inside<const D: usize>(p: &Polynomials<T>, true_delta: T, delta: T) -> Inside<T> {
+        let per = T::ONE / delta;
+        let scale = per.powi(D as u32);
+        let (gradient, density) = (p.gradient.coefficients(), p.density.coefficients());
+        let (potential, offset) = match D {
+            1 => {
+                // R_j = sum over k >= j of g_k / (k + 1); c = 1 - R_0 / 2: every term is positive for orders 2 to 6.
+                let (mut rise, mut sum) = ([T::ZERO; MAX_TERMS], T::ZERO);
+                for ((k, &g), r) in gradient.iter().enumerate().rev().zip(rise.iter_mut().rev()) {
+                    sum += g / T::from_usize(k + 1);
+                    *r = sum;
+                }
+                let rise = rise.get(MAX_TERMS.saturating_sub(gradient.len())..).unwrap_or(&[]);
+                // s R(t) = (r2 / delta^2) R(t); the r2 is multiplied later.
+                (Descending::new(rise, T::HALF * per), delta * (T::ONE - T::HALF * sum))
+            }
+            2 => (Descending::new(p.potential.coefficients(), T::TWO), T::TWO * true_delta.log()),
+            _ => (Descending::new(p.potential.coefficients(), per), T::ZERO),
+        };
+        Inside {
+            per_square: per * per,
+            gradient: Descending::new(gradient, scale),
+            potential,
+            offset,
+            density: Descending::new(density, scale),
+        }
+    }
+
+    /// The same in every lane.
+    #[inline(always)]
+    pub fn lanes<I: Isa<T>>(&self, isa: I) -> Softened<I::V> {
+        Softened {
+            edge: isa.splat(self.edge),
+            inside: self.inside.as_ref().map(|inside| Inside {
+                per_square: isa.splat(inside.per_square),
+                gradient: inside.gradient.lanes(isa),
+                potential: inside.potential.lanes(isa),
+                offset: isa.splat(inside.offset),
+                density: inside.density.lanes(isa),
+            }),
+            log_exponent: isa.splat(self.log_exponent),
+        }
+    }
+}
+
+impl<V> Softened<V> {
+    /// Whether the inside of the support is evaluated in lanes.
+    #[inline(always)]
+    pub fn has_polynomials(&self) -> bool {
+        self.inside.is_some()
+    }
+}
+
+/// Beyond this many delta a Gaussian mollifier's field is Newtonian to rounding: e^{-r^2 / (4 delta)^2} < 2^-54 at the widest
+/// part of order 6, which is 4 delta.
+const GAUSSIAN_SUPPORT: f64 = 26.0;
+
+/// One vector of targets: where they are and what they have gathered.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Group<V, const D: usize> {
+    pub x: [V; D],
+    pub sums: Sums<V, D>,
+    /// What additions lost, in compensated sums.
+    pub lost: Sums<V, D>,
+}
+
+/// Sums of m S_D K (2D: twice that), m g d S_D and m S_D Laplacian K.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sums<V, const D: usize> {
+    pub potential: V,
+    pub gradient: [V; D],
+    pub laplacian: V,
+}
+
+impl<V: Copy, const D: usize> Sums<V, D> {
+    #[inline(always)]
+    pub fn zero<T: Real, I: Isa<T, V = V>>(isa: I) -> Self {
+        let zero = isa.splat(T::ZERO);
+        Self { potential: zero, gradient: [zero; D], laplacian: zero }
+    }
+
+    /// Adds other sums.
+    #[inline(always)]
+    pub fn add<T: Real, I: Isa<T, V = V>>(&mut self, isa: I, other: &Self) {
+        self.potential = isa.add(self.potential, other.potential);
+        self.gradient.iter_mut().zip(other.gradient).for_each(|(sum, other)| *sum = isa.add(*sum, other));
+        self.laplacian = isa.add(self.laplacian, other.laplacian);
+    }
+}
+
+/// What a step found below the edge, for counters and for the scaled path: one word of lanes a vector.
+pub(super) type Lanes<const NB: usize> = [u32; NB];
+
+/// Adds one source to `groups`; the potential if `P`, the gradient if `G`, with `C` compensated.
+///
+/// Returns the lanes below the edge, if there are any. Without polynomials they have been left out, for the scaled path.
+#[inline(always)]
+pub(super) fn step<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool, const G: bool, const C: bool>(
+    isa: I,
+    kernel: &Softened<I::V>,
+    laplacian: bool,
+    source: &[T; D],
+    mass: T,
+    groups: &mut [Group<I::V, D>; NB],
+) -> Option<Lanes<NB>> {
+    let (at, mass) = (source.map(|c| isa.splat(c)), isa.splat(mass));
+    let zero = isa.splat(T::ZERO);
+    let (mut d, mut r2) = ([[zero; D]; NB], [zero; NB]);
+    for ((d, r2), group) in d.iter_mut().zip(&mut r2).zip(groups.iter()) {
+        *d = difference(isa, at, group.x);
+        *r2 = square(isa, d);
+    }
+    if !isa.any_below(&r2, kernel.edge) {
+        if P || G {
+            let far = outside::<T, I, D, NB, P, G>(isa, kernel, mass, &d, &r2);
+            for ((group, d), (k, g)) in groups.iter_mut().zip(&d).zip(far) {
+                gather::<T, I, D, P, G, C>(isa, group, d, k, g);
+            }
+        }
+        return None;
+    }
+    let below = r2.map(|r2| isa.lt(r2, kernel.edge));
+    let lanes = below.map(|below| isa.bits(below));
+    match &kernel.inside {
+        Some(inside) => {
+            let full = u32::MAX >> (32 - I::LANES as u32);
+            let all = lanes.iter().all(|&lanes| lanes == full);
+            for ((group, d), (&r2, &below)) in groups.iter_mut().zip(&d).zip(r2.iter().zip(&below)) {
+                let t = isa.neg_mul_add(r2, inside.per_square, isa.splat(T::ONE));
+                let (mut k, mut g) = (zero, zero);
+                if G {
+                    g = isa.mul(mass, inside.gradient.at(isa, t));
+                }
+                if P {
+                    let series = inside.potential.at(isa, t);
+                    let value = match D {
+                        1 => isa.mul_add(series, r2, inside.offset),
+                        _ => isa.add(series, inside.offset),
+                    };
+                    k = isa.mul(mass, value);
+                }
+                if !all {
+                    let safe = isa.select(below, isa.splat(T::ONE), r2);
+                    let [(far_k, far_g)] = outside::<T, I, D, 1, P, G>(isa, kernel, mass, &[*d], &[safe]);
+                    (k, g) = (isa.select(below, k, far_k), isa.select(below, g, far_g));
+                }
+                gather::<T, I, D, P, G, C>(isa, group, d, k, g);
+                if laplacian {
+                    let b = isa.select(below, isa.mul(mass, inside.density.at(isa, t)), zero);
+                    let Group { sums, lost, .. } = group;
+                    accumulate::<T, I, C>(isa, &mut sums.laplacian, &mut lost.laplacian, b, isa.splat(T::ONE));
+                }
+            }
+        }
+        None if P || G => {
+            for ((group, d), (&r2, &below)) in groups.iter_mut().zip(&d).zip(r2.iter().zip(&below)) {
+                let safe = isa.select(below, isa.splat(T::ONE), r2);
+                let [(k, g)] = outside::<T, I, D, 1, P, G>(isa, kernel, mass, &[*d], &[safe]);
+                let (k, g) = (isa.select(below, zero, k), isa.select(below, zero, g));
+                gather::<T, I, D, P, G, C>(isa, group, d, k, g);
+            }
+        }
+        None => {}
+    }
+    Some(lanes)
+}
+
+/// Source minus target.
+#[inline(always)]
+fn difference<T: Real, I: Isa<T>, const D: usize>(isa: I, source: [I::V; D], target: [I::V; D]) -> [I::V; D] {
+    let mut d = source;
+    d.iter_mut().zip(target).for_each(|(d, x)| *d = isa.sub(*d, x));
+    d
+}
+
+#[inline(always)]
+fn square<T: Real, I: Isa<T>, const D: usize>(isa: I, d: &[I::V; D]) -> I::V {
+    let mut parts = d.iter();
+    let first = parts.next().map_or(isa.splat(T::ZERO), |&d| isa.mul(d, d));
+    parts.fold(first, |sum, &d| isa.mul_add(d, d, sum))
+}
+
+/// (m S_D K, m S_D g) of the bare kernel; in 2D the first is m log r2.
+#[inline(always)]
+fn outside<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool, const G: bool>(
+    isa: I,
+    kernel: &Softened<I::V>,
+    mass: I::V,
+    d: &[[I::V; D]; NB],
+    r2: &[I::V; NB],
+) -> [(I::V, I::V); NB] {
+    let zero = isa.splat(T::ZERO);
+    let mut result = [(zero, zero); NB];
+    match D {
+        1 => {
+            // K = |x| / 2; the gradient factor is 1 / |x|, of which only the sign of x remains: one division, no rounding
+            // of importance.
+            if G {
+                let distance = d.map(|d| d.first().map_or(zero, |&d| isa.abs(d)));
+                let g = isa.quotients(mass, distance);
+                result.iter_mut().zip(g).for_each(|(result, g)| result.1 = g);
+            }
+            if P {
+                for (result, d) in result.iter_mut().zip(d) {
+                    result.0 = d.first().map_or(zero, |&d| isa.mul(mass, isa.abs(d)));
+                }
+            }
+        }
+        2 if P => {
+            let two = isa.splat(T::TWO);
+            for (result, &r2) in result.iter_mut().zip(r2) {
+                let (z, e) = log_numerator(isa, r2);
+                let sum = isa.add(two, z);
+                let s = if G {
+                    // 1 / (r2 (2 + z)) serves both divisions.
+                    let [both] = isa.quotients(isa.splat(T::ONE), [isa.mul(r2, sum)]);
+                    result.1 = isa.mul(isa.mul(mass, both), sum);
+                    isa.mul(isa.mul(z, both), r2)
+                } else {
+                    isa.div(z, sum)
+                };
+                result.0 = isa.mul(mass, log(isa, z, isa.add(e, kernel.log_exponent), s));
+            }
+        }
+        2 => {
+            if G {
+                let g = isa.quotients(mass, *r2);
+                result.iter_mut().zip(g).for_each(|(result, g)| result.1 = g);
+            }
+        }
+        _ => {
+            for (result, &r2) in result.iter_mut().zip(r2) {
+                let seed = isa.root_seed(r2);
+                let square = isa.mul(seed, seed);
+                let e = isa.neg_mul_add(r2, square, isa.splat(T::ONE));
+                if P {
+                    let root = isa.mul(seed, series::<T, I>(isa, e, 0.5));
+                    let value = isa.mul(mass, root);
+                    result.0 = isa.sub(zero, value);
+                    result.1 = isa.mul(value, isa.mul(root, root));
+                } else if G {
+                    result.1 = isa.mul(isa.mul(isa.mul(mass, seed), square), series::<T, I>(isa, e, 1.5));
+                }
+            }
+        }
+    }
+    result
+}
+
+/// (1 - e)^-a, cut after [`Isa::ROOT_TERMS`] powers of e.
+#[inline(always)]
+fn series<T: Real, I: Isa<T>>(isa: I, e: I::V, a: f64) -> I::V {
+    // (a)_k / k!
+    let mut coefficients = [1.0_f64; 6];
+    let mut last = 1.0;
+    for (k, c) in coefficients.iter_mut().enumerate().skip(1) {
+        last *= (a + (k as f64 - 1.0)) / k as f64;
+        *c = last;
+    }
+    let mut sum = isa.splat(T::ZERO);
+    for (k, &c) in coefficients.iter().enumerate().rev() {
+        if k == I::ROOT_TERMS {
+            sum = isa.splat(T::from_f64(c));
+        } else if k < I::ROOT_TERMS {
+            sum = isa.mul_add(sum, e, isa.splat(T::from_f64(c)));
+        }
+    }
+    sum
+}
+
+#[inline(always)]
+fn gather<T: Real, I: Isa<T>, const D: usize, const P: bool, const G: bool, const C: bool>(
+    isa: I,
+    group: &mut Group<I::V, D>,
+    d: &[I::V; D],
+    k: I::V,
+    g: I::V,
+) {
+    let Group { sums, lost, .. } = group;
+    if P {
+        accumulate::<T, I, C>(isa, &mut sums.potential, &mut lost.potential, k, isa.splat(T::ONE));
+    }
+    if G {
+        for ((sum, lost), &d) in sums.gradient.iter_mut().zip(&mut lost.gradient).zip(d) {
+            accumulate::<T, I, C>(isa, sum, lost, g, d);
+        }
+    }
+}
+
+/// sum + a b; compensated, the addition's error (Knuth's two-sum) goes to `lost`.
+#[inline(always)]
+fn accumulate<T: Real, I: Isa<T>, const C: bool>(isa: I, sum: &mut I::V, lost: &mut I::V, a: I::V, b: I::V) {
+    if C {
+        let term = isa.mul(a, b);
+        let total = isa.add(*sum, term);
+        let back = isa.sub(total, *sum);
+        let error = isa.add(isa.sub(*sum, isa.sub(total, back)), isa.sub(term, back));
+        *lost = isa.add(*lost, error);
+        *sum = total;
+    } else {
+        *sum = isa.mul_add(a, b, *sum);
+    }
+}

@@ -1,0 +1,115 @@
+//! Sources as the sum wants them: without the massless ones, and in units in which nothing overflows.
+//!
+//! Coordinates and masses are multiplied by powers of two, so that the largest of each is about 1: exact, and r^2 <= 4 D
+//! needs no check for overflow in any inner loop. What such a scaling would bring near the underflow threshold (a
+//! coordinate or mass that is tiny beside the largest, but not zero) is *wild*: it keeps its own units and takes the scaled
+//! path, pair by pair. Between particles that are not wild every difference of coordinates is zero or normal.
+
+use crate::error::Result;
+use crate::real::Real;
+use crate::space::Space;
+
+/// Powers of two that the scaled numbers were multiplied with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Units {
+    /// A coordinate in these units is the true one times 2^position.
+    pub position: i32,
+    /// The same for masses.
+    pub mass: i32,
+}
+
+/// Below 2^-this a scaled coordinate or mass is wild. A coordinate's last bit is then above 2^-(this + digits), which is
+/// normal.
+const fn wild_exponent<T: Real>() -> i32 {
+    if T::DIGITS > 24 { 900 } else { 100 }
+}
+
+/// 2^-this is the least r^2, in units, of the lanes' fast path: m / (r^2 s^2) and 1 / r^3 stay normal, f64's r^2 is in
+/// f32's range too (where the 3D seed is made).
+pub(super) const fn least_square_exponent<T: Real>() -> i32 {
+    if T::DIGITS > 24 { 120 } else { 56 }
+}
+
+impl Units {
+    /// Units in which the largest magnitudes are between 1/2 and 1 (0 has no magnitude: unit 1).
+    pub fn new<T: Real>(largest_length: T, largest_mass: T) -> Self {
+        let limit = T::MAX_EXPONENT - 2;
+        let unit = |largest: T| largest.frexp().1.saturating_neg().clamp(-limit, limit);
+        Self { position: unit(largest_length), mass: unit(largest_mass) }
+    }
+
+    /// A point in these units, and whether it is wild.
+    #[inline]
+    pub fn point<T: Real, const D: usize>(&self, x: &[T; D]) -> ([T; D], bool) {
+        let (factor, least) = (power_of_two::<T>(self.position), power_of_two::<T>(-wild_exponent::<T>()));
+        let scaled = x.map(|x| x * factor);
+        let wild = x.iter().zip(&scaled).any(|(&x, &s)| x != T::ZERO && s.abs() < least);
+        (scaled, wild)
+    }
+
+    /// A mass in these units, and whether it is wild.
+    fn mass<T: Real>(&self, m: T) -> (T, bool) {
+        let scaled = m * power_of_two::<T>(self.mass);
+        (scaled, scaled.abs() < power_of_two::<T>(-wild_exponent::<T>()))
+    }
+}
+
+/// 2^n, for |n| below the largest exponent.
+pub(super) fn power_of_two<T: Real>(n: i32) -> T {
+    T::ONE.ldexp(n)
+}
+
+/// Compacted sources. Tame ones come first, in units and in the caller's order; wild ones last, in reverse order, as the
+/// caller gave them. Between them may be unused room.
+#[derive(Debug)]
+pub(super) struct Packed<'w, T, const D: usize> {
+    positions: &'w mut [[T; D]],
+    masses: &'w mut [T],
+    tame: usize,
+    wild: usize,
+}
+
+impl<'w, T: Real, const D: usize> Packed<'w, T, D> {
+    /// The layout: room for every source.
+    pub fn lay(space: &mut impl Space<'w>, n: usize) -> Result<Self> {
+        Ok(Self { positions: space.array(n)?, masses: space.array(n)?, tame: 0, wild: 0 })
+    }
+
+    /// Takes the sources in.
+    pub fn fill(&mut self, units: Units, positions: &[[T; D]], masses: &[T]) {
+        let Self { positions: to_positions, masses: to_masses, tame, wild } = self;
+        let mut room = to_positions.iter_mut().zip(to_masses.iter_mut());
+        for (x, &m) in positions.iter().zip(masses).filter(|&(_, &m)| m != T::ZERO) {
+            let ((point, far_out), (mass, light)) = (units.point(x), units.mass(m));
+            let (slot, value, count) = if far_out || light {
+                (room.next_back(), (*x, m), &mut *wild)
+            } else {
+                (room.next(), (point, mass), &mut *tame)
+            };
+            if let Some((to_x, to_m)) = slot {
+                (*to_x, *to_m) = value;
+                *count += 1;
+            }
+        }
+    }
+
+    /// Sources with mass.
+    pub fn len(&self) -> usize {
+        self.tame + self.wild
+    }
+
+    /// Whether any source is wild.
+    pub fn has_wild(&self) -> bool {
+        self.wild > 0
+    }
+
+    /// Those in units: positions and masses.
+    pub fn tame(&self) -> (&[[T; D]], &[T]) {
+        (self.positions.get(..self.tame).unwrap_or(&[]), self.masses.get(..self.tame).unwrap_or(&[]))
+    }
+
+    /// Those as the caller gave them, in the caller's order.
+    pub fn wild(&self) -> impl Iterator<Item = (&[T; D], T)> {
+        self.positions.iter().rev().zip(self.masses.iter().rev().copied()).take(self.wild)
+    }
+}

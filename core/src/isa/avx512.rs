@@ -1,0 +1,194 @@
+//! 512-bit vectors (x86-64-v4).
+
+use core::arch::x86_64::*;
+
+use super::Level;
+use super::lanes::{Isa, Job, MAX_LANES, paired_quotients};
+
+/// Proof that the processor has AVX-512 F, DQ, BW, VL, and that the system saves their registers.
+#[derive(Clone, Copy, Debug)]
+pub struct Avx512(());
+
+impl Avx512 {
+    /// The proof, where it holds.
+    #[inline(always)]
+    pub fn new() -> Option<Self> {
+        Level::Avx512.is_available().then_some(Self(()))
+    }
+}
+
+/// Runs the job with the features on.
+#[inline]
+#[expect(unsafe_code, reason = "enters the machine")]
+pub fn run<T: crate::Real, J: Job<T>>(machine: Avx512, job: J) -> J::Out
+where
+    Avx512: Isa<T>,
+{
+    #[target_feature(enable = "avx2,fma,avx512f,avx512dq,avx512bw,avx512vl")]
+    fn inside<T: crate::Real, J: Job<T>>(machine: Avx512, job: J) -> J::Out
+    where
+        Avx512: Isa<T>,
+    {
+        job.run(machine)
+    }
+    // SAFETY: `machine` exists, so the processor has the features.
+    unsafe { inside(machine, job) }
+}
+
+/// One instruction.
+macro_rules! op {
+    ($call:expr) => {{
+        // SAFETY: `self` exists, so the processor has the instruction; loads and stores stay inside the arrays.
+        #[expect(unsafe_code, reason = "an instruction that `self` proves to be there")]
+        unsafe {
+            $call
+        }
+    }};
+}
+
+macro_rules! common {
+    ($t:ty, $v:ty, $m:ty, $lanes:literal, $set1:ident $loadu:ident $storeu:ident $add:ident $sub:ident $mul:ident $div:ident
+     $sqrt:ident $fmadd:ident $fnmadd:ident $abs:ident $or:ident $cmp:ident $blend:ident $signs:ident $cast:ident) => {
+        type V = $v;
+        type M = $m;
+        const LANES: usize = $lanes;
+
+        #[inline(always)]
+        fn splat(self, a: $t) -> $v {
+            op!($set1(a))
+        }
+        #[inline(always)]
+        fn load(self, from: &[$t; MAX_LANES]) -> $v {
+            op!($loadu(from.as_ptr()))
+        }
+        #[inline(always)]
+        fn store(self, a: $v) -> [$t; MAX_LANES] {
+            let mut to = [0.0; MAX_LANES];
+            op!($storeu(to.as_mut_ptr(), a));
+            to
+        }
+        #[inline(always)]
+        fn add(self, a: $v, b: $v) -> $v {
+            op!($add(a, b))
+        }
+        #[inline(always)]
+        fn sub(self, a: $v, b: $v) -> $v {
+            op!($sub(a, b))
+        }
+        #[inline(always)]
+        fn mul(self, a: $v, b: $v) -> $v {
+            op!($mul(a, b))
+        }
+        #[inline(always)]
+        fn div(self, a: $v, b: $v) -> $v {
+            op!($div(a, b))
+        }
+        #[inline(always)]
+        fn sqrt(self, a: $v) -> $v {
+            op!($sqrt(a))
+        }
+        #[inline(always)]
+        fn abs(self, a: $v) -> $v {
+            op!($abs(a))
+        }
+        #[inline(always)]
+        fn mul_add(self, a: $v, b: $v, c: $v) -> $v {
+            op!($fmadd(a, b, c))
+        }
+        #[inline(always)]
+        fn neg_mul_add(self, a: $v, b: $v, c: $v) -> $v {
+            op!($fnmadd(a, b, c))
+        }
+        #[inline(always)]
+        fn lt(self, a: $v, b: $v) -> $m {
+            op!($cmp::<_CMP_LT_OQ>(a, b))
+        }
+        #[inline(always)]
+        fn select(self, m: $m, yes: $v, no: $v) -> $v {
+            op!($blend(m, no, yes))
+        }
+        #[inline(always)]
+        fn bits(self, m: $m) -> u32 {
+            u32::from(m)
+        }
+        // The signs of a - bound: subtractions run on units that multiplications leave free, comparisons do not.
+        #[inline(always)]
+        fn any_below<const N: usize>(self, a: &[$v; N], bound: $v) -> bool {
+            let mut signs = Isa::<$t>::splat(self, 0.0);
+            for &a in a {
+                signs = op!($or(signs, $sub(a, bound)));
+            }
+            op!($signs($cast(signs))) != 0
+        }
+    };
+}
+
+impl Isa<f64> for Avx512 {
+    common! { f64, __m512d, __mmask8, 8, _mm512_set1_pd _mm512_loadu_pd _mm512_storeu_pd _mm512_add_pd _mm512_sub_pd
+    _mm512_mul_pd _mm512_div_pd _mm512_sqrt_pd _mm512_fmadd_pd _mm512_fnmadd_pd _mm512_abs_pd _mm512_or_pd
+    _mm512_cmp_pd_mask _mm512_mask_blend_pd _mm512_movepi64_mask _mm512_castpd_si512 }
+
+    // The seed has 14 bits: e < 2^-13, and (1 - e)^(-3/2) is cut below 2.5 e^4 < 2^-50.7.
+    const ROOT_TERMS: usize = 3;
+
+    #[inline(always)]
+    fn root_seed(self, a: __m512d) -> __m512d {
+        op!(_mm512_rsqrt14_pd(a))
+    }
+
+    #[inline(always)]
+    fn quotients<const N: usize>(self, m: __m512d, a: [__m512d; N]) -> [__m512d; N] {
+        paired_quotients::<f64, _, N>(self, m, a)
+    }
+
+    #[inline(always)]
+    fn split(self, a: __m512d) -> (__m512d, __m512d) {
+        let (one, root) = (1.0_f64.to_bits() as i64, core::f64::consts::FRAC_1_SQRT_2.to_bits() as i64);
+        op!({
+            let k = _mm512_add_epi64(_mm512_castpd_si512(a), _mm512_set1_epi64(one - root));
+            let fraction = _mm512_and_si512(k, _mm512_set1_epi64(0x000F_FFFF_FFFF_FFFF));
+            let f = _mm512_castsi512_pd(_mm512_add_epi64(fraction, _mm512_set1_epi64(root)));
+            let e = _mm512_sub_epi64(_mm512_srli_epi64::<52>(k), _mm512_set1_epi64(1023));
+            (f, _mm512_cvtepi64_pd(e))
+        })
+    }
+}
+
+impl Isa<f32> for Avx512 {
+    common! { f32, __m512, __mmask16, 16, _mm512_set1_ps _mm512_loadu_ps _mm512_storeu_ps _mm512_add_ps _mm512_sub_ps
+    _mm512_mul_ps _mm512_div_ps _mm512_sqrt_ps _mm512_fmadd_ps _mm512_fnmadd_ps _mm512_abs_ps _mm512_or_ps
+    _mm512_cmp_ps_mask _mm512_mask_blend_ps _mm512_movepi32_mask _mm512_castps_si512 }
+
+    // e < 2^-13, cut below 1.9 e^2 < 2^-25.
+    const ROOT_TERMS: usize = 1;
+
+    #[inline(always)]
+    fn root_seed(self, a: __m512) -> __m512 {
+        op!(_mm512_rsqrt14_ps(a))
+    }
+
+    // The approximation has 14 bits; with e = 1 - a y, m / a = m y (1 + e) to e^2 < 2^-28.
+    #[inline(always)]
+    fn quotients<const N: usize>(self, m: __m512, a: [__m512; N]) -> [__m512; N] {
+        let mut result = a;
+        for a in &mut result {
+            let y = op!(_mm512_rcp14_ps(*a));
+            let (e, q) =
+                (Isa::<f32>::neg_mul_add(self, *a, y, Isa::<f32>::splat(self, 1.0)), Isa::<f32>::mul(self, m, y));
+            *a = Isa::<f32>::mul_add(self, q, e, q);
+        }
+        result
+    }
+
+    #[inline(always)]
+    fn split(self, a: __m512) -> (__m512, __m512) {
+        let (one, root) = (1.0_f32.to_bits() as i32, core::f32::consts::FRAC_1_SQRT_2.to_bits() as i32);
+        op!({
+            let k = _mm512_add_epi32(_mm512_castps_si512(a), _mm512_set1_epi32(one - root));
+            let fraction = _mm512_and_si512(k, _mm512_set1_epi32(0x007F_FFFF));
+            let f = _mm512_castsi512_ps(_mm512_add_epi32(fraction, _mm512_set1_epi32(root)));
+            let e = _mm512_sub_epi32(_mm512_srli_epi32::<23>(k), _mm512_set1_epi32(127));
+            (f, _mm512_cvtepi32_ps(e))
+        })
+    }
+}
