@@ -10,7 +10,7 @@
 //! Roundings of sums are as good as independent, so errors of a few u are what is seen. The bound supposes that no result
 //! underflows.
 
-use super::newtonian::{Group, Lanes, Softened, Sums, step};
+use super::newtonian::{Group, List, Softened, Sums, far_run, mixed, near_run};
 use super::packed::{Packed, Units};
 use super::{Accumulation, Counters, Options, Outputs, Run, Sources, Wanted};
 use crate::error::{Error, Result};
@@ -157,26 +157,33 @@ impl<T: Real, const D: usize, const P: bool, const G: bool, const C: bool> Job<T
     fn run<I: Isa<T>>(self, isa: I) {
         let Sum { shared, targets, outputs } = self;
         let kernel = shared.softened.lanes(isa);
-        let (mut counts, mut exact) = (Counters::default(), Exacts::new());
-        let mut writer = Writer::new(shared, outputs);
-        let mut left = targets;
-        while let Some((block, rest)) = left.split_at_checked(WIDE * I::LANES) {
-            left = rest;
-            let sums = block_sum::<T, I, D, WIDE, P, G, C>(isa, shared, &kernel, block, &mut exact, &mut counts);
-            writer.block::<I, WIDE>(isa, block.len(), &sums, &mut exact);
+        if I::REGISTERS >= 32 {
+            self_run::<T, I, D, 4, P, G, C>(isa, shared, &kernel, targets, outputs)
+        } else {
+            self_run::<T, I, D, 2, P, G, C>(isa, shared, &kernel, targets, outputs)
         }
-        while !left.is_empty() {
-            let (block, rest) = left.split_at_checked(I::LANES).unwrap_or((left, &[]));
-            left = rest;
-            let sums = block_sum::<T, I, D, 1, P, G, C>(isa, shared, &kernel, block, &mut exact, &mut counts);
-            writer.block::<I, 1>(isa, block.len(), &sums, &mut exact);
-        }
-        shared.tally.add(&counts);
     }
 }
 
-/// Vectors of targets in a register block.
+/// The most vectors of targets in a register block.
 const WIDE: usize = 4;
+
+#[inline(always)]
+fn self_run<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool, const G: bool, const C: bool>(
+    isa: I,
+    shared: &Shared<'_, T, D>,
+    kernel: &Softened<I::V>,
+    targets: &[[T; D]],
+    outputs: Outputs<'_, T, D>,
+) {
+    let (mut counts, mut exact) = (Counters::default(), Exacts::new());
+    let mut writer = Writer::new(shared, outputs);
+    for block in targets.chunks(NB * I::LANES) {
+        let sums = block_sum::<T, I, D, NB, P, G, C>(isa, shared, kernel, block, &mut exact, &mut counts);
+        writer.block::<I, NB>(isa, block.len(), &sums, &mut exact);
+    }
+    shared.tally.add(&counts);
+}
 
 /// The sums over all sources for one register block of targets.
 #[inline(always)]
@@ -197,20 +204,38 @@ fn block_sum<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool,
     }
     let mut total = groups;
     let (positions, masses) = shared.packed.tame();
+    let laplacian = shared.wanted.laplacian;
     // A compensated sum has nothing to gain from blocks.
     let each = if C { usize::MAX } else { BLOCK };
     for (positions, masses) in positions.chunks(each).zip(masses.chunks(each)) {
-        for (x, &m) in positions.iter().zip(masses) {
-            let below = step::<T, I, D, NB, P, G, C>(isa, kernel, shared.wanted.laplacian, x, m, &mut groups);
-            let Some(lanes) = below else { continue };
+        let mut left = (positions, masses);
+        while !left.0.is_empty() {
+            let far = far_run::<T, I, D, NB, P, G, C>(isa, kernel, left, &mut groups);
+            left = skip(left, far);
+            let near = if kernel.gradient_terms() == 5 {
+                near_run::<T, I, D, NB, P, G, C, 5>(isa, kernel, laplacian, left, &mut groups)
+            } else {
+                near_run::<T, I, D, NB, P, G, C, 0>(isa, kernel, laplacian, left, &mut groups)
+            };
+            left = skip(left, near);
+            let lanes_valid = valid.iter().map(|valid| u64::from(valid.count_ones())).sum::<u64>();
+            counts.all_near_blocks += near as u64;
+            counts.polynomial_blocks += near as u64;
+            counts.near_pairs += near as u64 * lanes_valid;
+            let (Some((x, positions)), Some((&m, masses))) = (left.0.split_first(), left.1.split_first()) else {
+                break;
+            };
+            if near > 0 {
+                continue;
+            }
+            left = (positions, masses);
+            let lanes = mixed::<T, I, D, NB, P, G, C>(isa, kernel, laplacian, x, m, &mut groups);
             if kernel.has_polynomials() {
                 counts.polynomial_blocks += 1;
-                counts.all_near_blocks += u64::from(lanes.iter().all(|l| l.count_ones() == I::LANES as u32));
                 for (lanes, valid) in lanes.iter().zip(&valid) {
                     counts.near_pairs += u64::from((lanes & valid).count_ones());
                 }
             } else {
-                let lanes = core::array::from_fn(|b| lanes.get(b).zip(valid.get(b)).map_or(0, |(l, v)| l & v));
                 exact.pairs::<NB>(shared, I::LANES, targets, x, m, lanes, counts);
             }
         }
@@ -222,6 +247,12 @@ fn block_sum<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool,
     }
     exact.wild(shared, targets, counts);
     total
+}
+
+/// The list without its first `n`.
+#[inline(always)]
+fn skip<'a, T, const D: usize>((positions, masses): List<'a, T, D>, n: usize) -> List<'a, T, D> {
+    (positions.get(n..).unwrap_or(&[]), masses.get(n..).unwrap_or(&[]))
 }
 
 /// Targets in units, one a lane; lanes beyond the last repeat it.
@@ -296,7 +327,7 @@ impl<T: Real, const D: usize> Exacts<T, D> {
         targets: &[[T; D]],
         source: &[T; D],
         mass: T,
-        lanes: Lanes<NB>,
+        lanes: [u32; NB],
         counts: &mut Counters,
     ) {
         let source = source.map(|x| x.ldexp(-shared.units.position));

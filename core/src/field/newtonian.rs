@@ -45,13 +45,37 @@ impl<T: Real> Descending<T> {
 }
 
 impl<V: Copy> Descending<V> {
-    /// Horner's rule.
+    /// Horner's rule. A `TERMS` above 0 must be the number of terms, as [`Descending::terms`] says it.
     #[inline(always)]
-    fn at<T: Real, I: Isa<T, V = V>>(&self, isa: I, t: V) -> V {
-        let Some((&first, rest)) = self.coefficients.get(..self.terms).and_then(<[V]>::split_first) else {
-            return isa.splat(T::ZERO);
+    fn at<T: Real, I: Isa<T, V = V>, const N: usize, const TERMS: usize>(&self, isa: I, t: &[V; N]) -> [V; N] {
+        let terms = if TERMS > 0 { TERMS } else { self.terms };
+        let Some((&first, rest)) = self.coefficients.get(..terms).and_then(<[V]>::split_first) else {
+            return [isa.splat(T::ZERO); N];
         };
-        rest.iter().fold(first, |sum, &c| isa.mul_add(sum, t, c))
+        let mut sums = [first; N];
+        for &c in rest {
+            for (sum, &t) in sums.iter_mut().zip(t) {
+                *sum = isa.mul_add(*sum, t, c);
+            }
+        }
+        sums
+    }
+}
+
+impl<V: Copy> Inside<V> {
+    /// S_D K_delta, twice that in 2D.
+    #[inline(always)]
+    fn potential<T: Real, I: Isa<T, V = V>, const D: usize, const N: usize>(
+        &self,
+        isa: I,
+        t: &[V; N],
+        r2: &[V; N],
+    ) -> [V; N] {
+        let mut k = self.potential.at::<T, I, N, 0>(isa, t);
+        for (k, &r2) in k.iter_mut().zip(r2) {
+            *k = if D == 1 { isa.mul_add(*k, r2, self.offset) } else { isa.add(*k, self.offset) };
+        }
+        k
     }
 }
 
@@ -142,6 +166,12 @@ impl<T: Real> Softened<T> {
 }
 
 impl<V> Softened<V> {
+    /// Terms of the gradient's polynomial.
+    #[inline(always)]
+    pub fn gradient_terms(&self) -> usize {
+        self.inside.as_ref().map_or(0, |inside| inside.gradient.terms)
+    }
+
     /// Whether the inside of the support is evaluated in lanes.
     #[inline(always)]
     pub fn has_polynomials(&self) -> bool {
@@ -186,81 +216,170 @@ impl<V: Copy, const D: usize> Sums<V, D> {
     }
 }
 
-/// What a step found below the edge, for counters and for the scaled path: one word of lanes a vector.
-pub(super) type Lanes<const NB: usize> = [u32; NB];
+/// Sources one after the other: positions and masses of equal length.
+pub(super) type List<'a, T, const D: usize> = (&'a [[T; D]], &'a [T]);
 
-/// Adds one source to `groups`; the potential if `P`, the gradient if `G`, with `C` compensated.
+/// Adds sources as long as no lane is below the edge; how many.
 ///
-/// Returns the lanes below the edge, if there are any. Without polynomials they have been left out, for the scaled path.
+/// Targets and sums live in registers here: this loop is where a sum without near pairs spends its time.
 #[inline(always)]
-pub(super) fn step<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool, const G: bool, const C: bool>(
+pub(super) fn far_run<
+    T: Real,
+    I: Isa<T>,
+    const D: usize,
+    const NB: usize,
+    const P: bool,
+    const G: bool,
+    const C: bool,
+>(
+    isa: I,
+    kernel: &Softened<I::V>,
+    sources: List<'_, T, D>,
+    groups: &mut [Group<I::V, D>; NB],
+) -> usize {
+    let mut done = 0;
+    let mut local = *groups;
+    for (x, &m) in sources.0.iter().zip(sources.1) {
+        let (d, r2) = distances(isa, x, &local);
+        if isa.any_below(&r2, kernel.edge) {
+            break;
+        }
+        if P || G {
+            let mass = isa.splat(m);
+            let far = outside::<T, I, D, NB, P, G>(isa, kernel, mass, &d, &r2);
+            for ((group, d), (k, g)) in local.iter_mut().zip(&d).zip(far) {
+                gather::<T, I, D, P, G, C>(isa, group, d, mass, k, g);
+            }
+        }
+        done += 1;
+    }
+    *groups = local;
+    done
+}
+
+/// Adds sources as long as every lane is inside the support; how many. Nothing is divided.
+///
+/// `TERMS` unrolls the gradient's polynomial where it has no more; 0 takes any length.
+#[inline(always)]
+pub(super) fn near_run<
+    T: Real,
+    I: Isa<T>,
+    const D: usize,
+    const NB: usize,
+    const P: bool,
+    const G: bool,
+    const C: bool,
+    const TERMS: usize,
+>(
+    isa: I,
+    kernel: &Softened<I::V>,
+    laplacian: bool,
+    sources: List<'_, T, D>,
+    groups: &mut [Group<I::V, D>; NB],
+) -> usize {
+    let Some(inside) = &kernel.inside else { return 0 };
+    let one = isa.splat(T::ONE);
+    let mut done = 0;
+    let mut local = *groups;
+    for (x, &m) in sources.0.iter().zip(sources.1) {
+        let (d, r2) = distances(isa, x, &local);
+        if !isa.all_below(&r2, kernel.edge) {
+            break;
+        }
+        let mass = isa.splat(m);
+        let t = r2.map(|r2| isa.neg_mul_add(r2, inside.per_square, one));
+        let (mut k, mut g) = (r2, r2);
+        if G {
+            g = inside.gradient.at::<T, I, NB, TERMS>(isa, &t);
+        }
+        if P {
+            k = inside.potential::<T, I, D, NB>(isa, &t, &r2);
+        }
+        for ((group, d), (&k, &g)) in local.iter_mut().zip(&d).zip(k.iter().zip(&g)) {
+            gather::<T, I, D, P, G, C>(isa, group, d, mass, k, if G { isa.mul(mass, g) } else { g });
+        }
+        if laplacian {
+            let b = inside.density.at::<T, I, NB, 0>(isa, &t);
+            for (group, b) in local.iter_mut().zip(b) {
+                let Group { sums, lost, .. } = group;
+                accumulate::<T, I, C>(isa, &mut sums.laplacian, &mut lost.laplacian, mass, b);
+            }
+        }
+        done += 1;
+    }
+    *groups = local;
+    done
+}
+
+/// Adds one source, whatever its lanes; returns one word of lanes a vector: those below the edge. Without polynomials they
+/// have been left out, for the scaled path.
+#[inline(always)]
+pub(super) fn mixed<
+    T: Real,
+    I: Isa<T>,
+    const D: usize,
+    const NB: usize,
+    const P: bool,
+    const G: bool,
+    const C: bool,
+>(
     isa: I,
     kernel: &Softened<I::V>,
     laplacian: bool,
     source: &[T; D],
     mass: T,
     groups: &mut [Group<I::V, D>; NB],
-) -> Option<Lanes<NB>> {
-    let (at, mass) = (source.map(|c| isa.splat(c)), isa.splat(mass));
+) -> [u32; NB] {
+    let (zero, one, mass) = (isa.splat(T::ZERO), isa.splat(T::ONE), isa.splat(mass));
+    let (d, r2) = distances(isa, source, groups);
+    let mut lanes = [0; NB];
+    for (((group, d), &r2), lanes) in groups.iter_mut().zip(&d).zip(&r2).zip(&mut lanes) {
+        let below = isa.lt(r2, kernel.edge);
+        *lanes = isa.bits(below);
+        let (mut k, mut g, mut b) = (zero, zero, zero);
+        if let Some(inside) = &kernel.inside {
+            let t = [isa.neg_mul_add(r2, inside.per_square, one)];
+            if G {
+                let [factor] = inside.gradient.at::<T, I, 1, 0>(isa, &t);
+                g = isa.mul(mass, factor);
+            }
+            if P {
+                [k] = inside.potential::<T, I, D, 1>(isa, &t, &[r2]);
+            }
+            if laplacian {
+                let [density] = inside.density.at::<T, I, 1, 0>(isa, &t);
+                b = isa.select(below, density, zero);
+            }
+        }
+        if P || G {
+            let safe = isa.select(below, one, r2);
+            let [(far_k, far_g)] = outside::<T, I, D, 1, P, G>(isa, kernel, mass, &[*d], &[safe]);
+            (k, g) = (isa.select(below, k, far_k), isa.select(below, g, far_g));
+            gather::<T, I, D, P, G, C>(isa, group, d, mass, k, g);
+        }
+        if laplacian {
+            let Group { sums, lost, .. } = group;
+            accumulate::<T, I, C>(isa, &mut sums.laplacian, &mut lost.laplacian, mass, b);
+        }
+    }
+    lanes
+}
+
+/// Source minus target, and its square, for every vector.
+#[inline(always)]
+fn distances<T: Real, I: Isa<T>, const D: usize, const NB: usize>(
+    isa: I,
+    source: &[T; D],
+    groups: &[Group<I::V, D>; NB],
+) -> ([[I::V; D]; NB], [I::V; NB]) {
     let zero = isa.splat(T::ZERO);
+    let at = source.map(|c| isa.splat(c));
     let (mut d, mut r2) = ([[zero; D]; NB], [zero; NB]);
-    for ((d, r2), group) in d.iter_mut().zip(&mut r2).zip(groups.iter()) {
+    for ((d, r2), group) in d.iter_mut().zip(&mut r2).zip(groups) {
         *d = difference(isa, at, group.x);
         *r2 = square(isa, d);
     }
-    if !isa.any_below(&r2, kernel.edge) {
-        if P || G {
-            let far = outside::<T, I, D, NB, P, G>(isa, kernel, mass, &d, &r2);
-            for ((group, d), (k, g)) in groups.iter_mut().zip(&d).zip(far) {
-                gather::<T, I, D, P, G, C>(isa, group, d, k, g);
-            }
-        }
-        return None;
-    }
-    let below = r2.map(|r2| isa.lt(r2, kernel.edge));
-    let lanes = below.map(|below| isa.bits(below));
-    match &kernel.inside {
-        Some(inside) => {
-            let full = u32::MAX >> (32 - I::LANES as u32);
-            let all = lanes.iter().all(|&lanes| lanes == full);
-            for ((group, d), (&r2, &below)) in groups.iter_mut().zip(&d).zip(r2.iter().zip(&below)) {
-                let t = isa.neg_mul_add(r2, inside.per_square, isa.splat(T::ONE));
-                let (mut k, mut g) = (zero, zero);
-                if G {
-                    g = isa.mul(mass, inside.gradient.at(isa, t));
-                }
-                if P {
-                    let series = inside.potential.at(isa, t);
-                    let value = match D {
-                        1 => isa.mul_add(series, r2, inside.offset),
-                        _ => isa.add(series, inside.offset),
-                    };
-                    k = isa.mul(mass, value);
-                }
-                if !all {
-                    let safe = isa.select(below, isa.splat(T::ONE), r2);
-                    let [(far_k, far_g)] = outside::<T, I, D, 1, P, G>(isa, kernel, mass, &[*d], &[safe]);
-                    (k, g) = (isa.select(below, k, far_k), isa.select(below, g, far_g));
-                }
-                gather::<T, I, D, P, G, C>(isa, group, d, k, g);
-                if laplacian {
-                    let b = isa.select(below, isa.mul(mass, inside.density.at(isa, t)), zero);
-                    let Group { sums, lost, .. } = group;
-                    accumulate::<T, I, C>(isa, &mut sums.laplacian, &mut lost.laplacian, b, isa.splat(T::ONE));
-                }
-            }
-        }
-        None if P || G => {
-            for ((group, d), (&r2, &below)) in groups.iter_mut().zip(&d).zip(r2.iter().zip(&below)) {
-                let safe = isa.select(below, isa.splat(T::ONE), r2);
-                let [(k, g)] = outside::<T, I, D, 1, P, G>(isa, kernel, mass, &[*d], &[safe]);
-                let (k, g) = (isa.select(below, zero, k), isa.select(below, zero, g));
-                gather::<T, I, D, P, G, C>(isa, group, d, k, g);
-            }
-        }
-        None => {}
-    }
-    Some(lanes)
+    (d, r2)
 }
 
 /// Source minus target.
@@ -278,7 +397,7 @@ fn square<T: Real, I: Isa<T>, const D: usize>(isa: I, d: &[I::V; D]) -> I::V {
     parts.fold(first, |sum, &d| isa.mul_add(d, d, sum))
 }
 
-/// (m S_D K, m S_D g) of the bare kernel; in 2D the first is m log r2.
+/// (S_D K, m S_D g) of the bare kernel; in 2D the first is log r2.
 #[inline(always)]
 fn outside<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool, const G: bool>(
     isa: I,
@@ -300,24 +419,24 @@ fn outside<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool, c
             }
             if P {
                 for (result, d) in result.iter_mut().zip(d) {
-                    result.0 = d.first().map_or(zero, |&d| isa.mul(mass, isa.abs(d)));
+                    result.0 = d.first().map_or(zero, |&d| isa.abs(d));
                 }
             }
         }
         2 if P => {
-            let two = isa.splat(T::TWO);
+            let (one, two) = (isa.splat(T::ONE), isa.splat(T::TWO));
             for (result, &r2) in result.iter_mut().zip(r2) {
                 let (z, e) = log_numerator(isa, r2);
                 let sum = isa.add(two, z);
                 let s = if G {
                     // 1 / (r2 (2 + z)) serves both divisions.
-                    let [both] = isa.quotients(isa.splat(T::ONE), [isa.mul(r2, sum)]);
+                    let both = isa.div(one, isa.mul(r2, sum));
                     result.1 = isa.mul(isa.mul(mass, both), sum);
                     isa.mul(isa.mul(z, both), r2)
                 } else {
                     isa.div(z, sum)
                 };
-                result.0 = isa.mul(mass, log(isa, z, isa.add(e, kernel.log_exponent), s));
+                result.0 = log(isa, isa.add(e, kernel.log_exponent), s);
             }
         }
         2 => {
@@ -333,9 +452,10 @@ fn outside<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool, c
                 let e = isa.neg_mul_add(r2, square, isa.splat(T::ONE));
                 if P {
                     let root = isa.mul(seed, series::<T, I>(isa, e, 0.5));
-                    let value = isa.mul(mass, root);
-                    result.0 = isa.sub(zero, value);
-                    result.1 = isa.mul(value, isa.mul(root, root));
+                    result.0 = isa.sub(zero, root);
+                    if G {
+                        result.1 = isa.mul(isa.mul(mass, root), isa.mul(root, root));
+                    }
                 } else if G {
                     result.1 = isa.mul(isa.mul(isa.mul(mass, seed), square), series::<T, I>(isa, e, 1.5));
                 }
@@ -371,12 +491,13 @@ fn gather<T: Real, I: Isa<T>, const D: usize, const P: bool, const G: bool, cons
     isa: I,
     group: &mut Group<I::V, D>,
     d: &[I::V; D],
+    mass: I::V,
     k: I::V,
     g: I::V,
 ) {
     let Group { sums, lost, .. } = group;
     if P {
-        accumulate::<T, I, C>(isa, &mut sums.potential, &mut lost.potential, k, isa.splat(T::ONE));
+        accumulate::<T, I, C>(isa, &mut sums.potential, &mut lost.potential, mass, k);
     }
     if G {
         for ((sum, lost), &d) in sums.gradient.iter_mut().zip(&mut lost.gradient).zip(d) {

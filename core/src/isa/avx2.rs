@@ -48,10 +48,11 @@ macro_rules! op {
 
 macro_rules! common {
     ($t:ty, $v:ty, $lanes:literal, $set1:ident $loadu:ident $storeu:ident $add:ident $sub:ident $mul:ident $div:ident
-     $sqrt:ident $fmadd:ident $fnmadd:ident $andnot:ident $or:ident $cmp:ident $blendv:ident $movemask:ident) => {
+     $sqrt:ident $fmadd:ident $fnmadd:ident $andnot:ident $and:ident $or:ident $cmp:ident $blendv:ident $movemask:ident) => {
         type V = $v;
         type M = $v;
         const LANES: usize = $lanes;
+        const REGISTERS: usize = 16;
 
         #[inline(always)]
         fn splat(self, a: $t) -> $v {
@@ -120,12 +121,20 @@ macro_rules! common {
             }
             Isa::<$t>::bits(self, signs) != 0
         }
+        #[inline(always)]
+        fn all_below<const N: usize>(self, a: &[$v; N], bound: $v) -> bool {
+            let mut signs = Isa::<$t>::splat(self, -0.0);
+            for &a in a {
+                signs = op!($and(signs, $sub(a, bound)));
+            }
+            Isa::<$t>::bits(self, signs) == (1 << $lanes) - 1
+        }
     };
 }
 
 impl Isa<f64> for Avx2 {
     common! { f64, __m256d, 4, _mm256_set1_pd _mm256_loadu_pd _mm256_storeu_pd _mm256_add_pd _mm256_sub_pd
-    _mm256_mul_pd _mm256_div_pd _mm256_sqrt_pd _mm256_fmadd_pd _mm256_fnmadd_pd _mm256_andnot_pd _mm256_or_pd
+    _mm256_mul_pd _mm256_div_pd _mm256_sqrt_pd _mm256_fmadd_pd _mm256_fnmadd_pd _mm256_andnot_pd _mm256_and_pd _mm256_or_pd
     _mm256_cmp_pd _mm256_blendv_pd _mm256_movemask_pd }
 
     // The seed has 12 bits: e < 2^-10.4, and (1 - e)^(-3/2) is cut below 3 e^6 < 2^-60.
@@ -158,7 +167,7 @@ impl Isa<f64> for Avx2 {
 
 impl Isa<f32> for Avx2 {
     common! { f32, __m256, 8, _mm256_set1_ps _mm256_loadu_ps _mm256_storeu_ps _mm256_add_ps _mm256_sub_ps
-    _mm256_mul_ps _mm256_div_ps _mm256_sqrt_ps _mm256_fmadd_ps _mm256_fnmadd_ps _mm256_andnot_ps _mm256_or_ps
+    _mm256_mul_ps _mm256_div_ps _mm256_sqrt_ps _mm256_fmadd_ps _mm256_fnmadd_ps _mm256_andnot_ps _mm256_and_ps _mm256_or_ps
     _mm256_cmp_ps _mm256_blendv_ps _mm256_movemask_ps }
 
     // e < 2^-10.4, cut below 2.2 e^3 < 2^-30.

@@ -48,10 +48,11 @@ macro_rules! op {
 
 macro_rules! common {
     ($t:ty, $v:ty, $m:ty, $lanes:literal, $set1:ident $loadu:ident $storeu:ident $add:ident $sub:ident $mul:ident $div:ident
-     $sqrt:ident $fmadd:ident $fnmadd:ident $abs:ident $or:ident $cmp:ident $blend:ident $signs:ident $cast:ident) => {
+     $sqrt:ident $fmadd:ident $fnmadd:ident $abs:ident $and:ident $or:ident $cmp:ident $blend:ident $signs:ident $cast:ident) => {
         type V = $v;
         type M = $m;
         const LANES: usize = $lanes;
+        const REGISTERS: usize = 32;
 
         #[inline(always)]
         fn splat(self, a: $t) -> $v {
@@ -120,12 +121,20 @@ macro_rules! common {
             }
             op!($signs($cast(signs))) != 0
         }
+        #[inline(always)]
+        fn all_below<const N: usize>(self, a: &[$v; N], bound: $v) -> bool {
+            let mut signs = Isa::<$t>::splat(self, -0.0);
+            for &a in a {
+                signs = op!($and(signs, $sub(a, bound)));
+            }
+            op!($signs($cast(signs))) == <$m>::MAX
+        }
     };
 }
 
 impl Isa<f64> for Avx512 {
     common! { f64, __m512d, __mmask8, 8, _mm512_set1_pd _mm512_loadu_pd _mm512_storeu_pd _mm512_add_pd _mm512_sub_pd
-    _mm512_mul_pd _mm512_div_pd _mm512_sqrt_pd _mm512_fmadd_pd _mm512_fnmadd_pd _mm512_abs_pd _mm512_or_pd
+    _mm512_mul_pd _mm512_div_pd _mm512_sqrt_pd _mm512_fmadd_pd _mm512_fnmadd_pd _mm512_abs_pd _mm512_and_pd _mm512_or_pd
     _mm512_cmp_pd_mask _mm512_mask_blend_pd _mm512_movepi64_mask _mm512_castpd_si512 }
 
     // The seed has 14 bits: e < 2^-13, and (1 - e)^(-3/2) is cut below 2.5 e^4 < 2^-50.7.
@@ -156,7 +165,7 @@ impl Isa<f64> for Avx512 {
 
 impl Isa<f32> for Avx512 {
     common! { f32, __m512, __mmask16, 16, _mm512_set1_ps _mm512_loadu_ps _mm512_storeu_ps _mm512_add_ps _mm512_sub_ps
-    _mm512_mul_ps _mm512_div_ps _mm512_sqrt_ps _mm512_fmadd_ps _mm512_fnmadd_ps _mm512_abs_ps _mm512_or_ps
+    _mm512_mul_ps _mm512_div_ps _mm512_sqrt_ps _mm512_fmadd_ps _mm512_fnmadd_ps _mm512_abs_ps _mm512_and_ps _mm512_or_ps
     _mm512_cmp_ps_mask _mm512_mask_blend_ps _mm512_movepi32_mask _mm512_castps_si512 }
 
     // e < 2^-13, cut below 1.9 e^2 < 2^-25.

@@ -14,6 +14,8 @@ pub trait Isa<T: Real>: Copy + Send + Sync {
     type M: Copy;
     /// Numbers in a vector.
     const LANES: usize;
+    /// Vectors that the machine holds at a time: how many targets a loop keeps.
+    const REGISTERS: usize;
     /// Terms of the series that turns [`Isa::root_seed`] into 1/sqrt; 0 where the seed is already that.
     const ROOT_TERMS: usize;
 
@@ -49,6 +51,9 @@ pub trait Isa<T: Real>: Copy + Send + Sync {
 
     /// Whether any lane of any of the vectors is below the bound. Neither may be NaN.
     fn any_below<const N: usize>(self, a: &[Self::V; N], bound: Self::V) -> bool;
+
+    /// Whether every lane of every vector is below the bound. Neither may be NaN.
+    fn all_below<const N: usize>(self, a: &[Self::V; N], bound: Self::V) -> bool;
 
     /// Approximately 1/sqrt(a), for a in 2^-120..2^120 (f32: 2^-100..2^100): `1 - a seed^2` is so small that the series
     /// of [`Isa::ROOT_TERMS`] terms in it reaches full precision.

@@ -1,23 +1,23 @@
-//! The natural logarithm over lanes, to full precision.
+//! The natural logarithm over lanes, to full precision, with its division left to the caller.
 //!
 //! With x = f 2^e, sqrt(1/2) <= f < sqrt(2), z = f - 1 (exact) and s = z / (2 + z):
-//! log f = log(1+s) - log(1-s) = 2s + s R(s^2), and, since 2s = z - s z and so that the rounding of s matters little,
-//! log f = z - (z^2/2 - s (z^2/2 + R)). R is the minimax polynomial of FreeBSD's `e_log.c` (K. C. Ng, 1993; error below
-//! 2^-58.45 on |s| < 0.1716) and of `e_logf.c` in f32 (below 2^-34.24).
+//! log x = e log 2 + log(1+s) - log(1-s) = e log 2 + s (2 + s^2 R(s^2)). R is the minimax polynomial of FreeBSD's `e_log.c`
+//! (K. C. Ng, 1993; error below 2^-58.45 on |s| < 0.1716), in f32 of `e_logf.c` (below 2^-34.24).
 
 use super::lanes::Isa;
 use crate::real::Real;
 
-const SERIES_F64: [f64; 7] = [
-    6.666666666666735130e-01,
-    3.999999999940941908e-01,
-    2.857142874366239149e-01,
-    2.222219843214978396e-01,
-    1.818357216161805012e-01,
-    1.531383769920937332e-01,
-    1.479819860511658591e-01,
+// The bits of 0.666..., 0.399..., ...: highest power first.
+const SERIES_F64: [u64; 7] = [
+    0x3FC2_F112_DF3E_5244,
+    0x3FC3_9A09_D078_C69F,
+    0x3FC7_4664_96CB_03DE,
+    0x3FCC_71C5_1D8E_78AF,
+    0x3FD2_4924_9422_9359,
+    0x3FD9_9999_9997_FA04,
+    0x3FE5_5555_5555_5593,
 ];
-const SERIES_F32: [f64; 4] = [0.66666662693, 0.40000972152, 0.28498786688, 0.24279078841];
+const SERIES_F32: [f64; 4] = [0.24279078841, 0.28498786688, 0.40000972152, 0.66666662693];
 
 /// (z, e) with x = (1 + z) 2^e: the part of the logarithm that comes before its division.
 #[inline(always)]
@@ -26,25 +26,25 @@ pub(crate) fn log_numerator<T: Real, I: Isa<T>>(isa: I, x: I::V) -> (I::V, I::V)
     (isa.sub(f, isa.splat(T::ONE)), e)
 }
 
-/// log((1 + z) 2^e), given s = z / (2 + z) to a few ulp. Error: 1 ulp, and 1 ulp more where the two parts cancel; relative
-/// even at x = 1, where e = 0.
+/// log((1 + z) 2^e), given s = z / (2 + z) to a few ulp: with an error of s of k u, to (k + 3) u, relative even around x = 1,
+/// where e = 0.
 #[inline(always)]
-pub(crate) fn log<T: Real, I: Isa<T>>(isa: I, z: I::V, e: I::V, s: I::V) -> I::V {
-    let constant = |x: f64| isa.splat(T::from_f64(x));
-    let series: &[f64] = if T::DIGITS > 24 { &SERIES_F64 } else { &SERIES_F32 };
+pub(crate) fn log<T: Real, I: Isa<T>>(isa: I, e: I::V, s: I::V) -> I::V {
     let w = isa.mul(s, s);
     let mut r = isa.splat(T::ZERO);
-    for &c in series.iter().rev() {
-        r = isa.mul_add(r, w, constant(c));
-    }
-    r = isa.mul(r, w);
-    let half_square = isa.mul(isa.mul(constant(0.5), z), z);
-    // ln 2 = high + low; e times the high part is exact, which has 11 (f32: 9) zero bits at its end.
-    let (high, low) = if T::DIGITS > 24 {
-        (6.931_471_803_691_238_164_90e-01, 1.908_214_929_270_587_700_02e-10)
+    if T::DIGITS > 24 {
+        let mut series = SERIES_F64.iter().map(|&bits| isa.splat(T::from_f64(f64::from_bits(bits))));
+        r = series.next().unwrap_or(r);
+        for c in series {
+            r = isa.mul_add(r, w, c);
+        }
     } else {
-        (6.931_381_225_6e-01, 9.058_000_614_5e-06)
-    };
-    let correction = isa.mul_add(s, isa.add(half_square, r), isa.mul(e, constant(low)));
-    isa.mul_add(e, constant(high), isa.sub(z, isa.sub(half_square, correction)))
+        let mut series = SERIES_F32.iter().map(|&c| isa.splat(T::from_f64(c)));
+        r = series.next().unwrap_or(r);
+        for c in series {
+            r = isa.mul_add(r, w, c);
+        }
+    }
+    let part = isa.mul(s, isa.mul_add(r, w, isa.splat(T::TWO)));
+    isa.mul_add(e, isa.splat(T::from_f64(core::f64::consts::LN_2)), part)
 }

@@ -28,6 +28,7 @@ macro_rules! neon {
             type V = $v;
             type M = $m;
             const LANES: usize = $lanes;
+            const REGISTERS: usize = 32;
             const ROOT_TERMS: usize = 0;
 
             #[inline(always)]
@@ -97,6 +98,10 @@ macro_rules! neon {
                     least = Isa::<$t>::select(self, Isa::<$t>::lt(self, a, least), a, least);
                 }
                 Isa::<$t>::any(self, Isa::<$t>::lt(self, least, bound))
+            }
+            #[inline(always)]
+            fn all_below<const N: usize>(self, a: &[$v; N], bound: $v) -> bool {
+                a.iter().all(|&a| Isa::<$t>::bits(self, Isa::<$t>::lt(self, a, bound)) == (1 << $lanes) - 1)
             }
             #[inline(always)]
             fn root_seed(self, a: $v) -> $v {

@@ -29,6 +29,7 @@ macro_rules! portable {
             type V = [$t; LANES];
             type M = [bool; LANES];
             const LANES: usize = LANES;
+            const REGISTERS: usize = 16;
             const ROOT_TERMS: usize = 0;
 
             #[inline(always)]
@@ -94,6 +95,10 @@ macro_rules! portable {
             #[inline(always)]
             fn any_below<const N: usize>(self, a: &[Self::V; N], bound: Self::V) -> bool {
                 a.iter().any(|&a| Isa::<$t>::any(self, Isa::<$t>::lt(self, a, bound)))
+            }
+            #[inline(always)]
+            fn all_below<const N: usize>(self, a: &[Self::V; N], bound: Self::V) -> bool {
+                a.iter().all(|&a| Isa::<$t>::lt(self, a, bound).iter().all(|&below| below))
             }
             #[inline(always)]
             fn root_seed(self, a: Self::V) -> Self::V {
