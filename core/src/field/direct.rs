@@ -137,7 +137,7 @@ struct Shared<'a, T: Real, const D: usize> {
     kernel: Newtonian<'a, T, D>,
     softened: &'a Softened<T>,
     packed: &'a Packed<'a, T, D>,
-    units: Units,
+    units: Units<T>,
     wanted: Wanted,
     options: &'a Options,
     tally: &'a Tally,
@@ -257,7 +257,7 @@ fn skip<'a, T, const D: usize>((positions, masses): List<'a, T, D>, n: usize) ->
 
 /// Targets in units, one a lane; lanes beyond the last repeat it.
 #[inline(always)]
-fn load<T: Real, I: Isa<T>, const D: usize>(isa: I, units: Units, targets: &[[T; D]]) -> [I::V; D] {
+fn load<T: Real, I: Isa<T>, const D: usize>(isa: I, units: Units<T>, targets: &[[T; D]]) -> [I::V; D] {
     let mut lanes = [[T::ZERO; MAX_LANES]; D];
     let last = targets.last().copied().unwrap_or([T::ZERO; D]);
     for l in 0..MAX_LANES {

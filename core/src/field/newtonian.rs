@@ -104,7 +104,7 @@ pub(super) struct Softened<C> {
 
 impl<T: Real> Softened<T> {
     /// Prepares the numbers, in units of which delta is at most about 1.
-    pub fn new<const D: usize>(blob: &Blob<T, D>, units: Units) -> Self {
+    pub fn new<const D: usize>(blob: &Blob<T, D>, units: Units<T>) -> Self {
         let least = power_of_two::<T>(-least_square_exponent::<T>());
         let delta = blob.delta() * power_of_two(units.position);
         let square = delta * delta;

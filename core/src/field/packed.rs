@@ -10,12 +10,16 @@ use crate::real::Real;
 use crate::space::Space;
 
 /// Powers of two that the scaled numbers were multiplied with.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Units {
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Units<T> {
     /// A coordinate in these units is the true one times 2^position.
     pub position: i32,
     /// The same for masses.
     pub mass: i32,
+    /// 2^position, 2^mass, and the magnitude below which a scaled number is wild.
+    position_factor: T,
+    mass_factor: T,
+    least: T,
 }
 
 /// Below 2^-this a scaled coordinate or mass is wild. A coordinate's last bit is then above 2^-(this + digits), which is
@@ -30,27 +34,34 @@ pub(super) const fn least_square_exponent<T: Real>() -> i32 {
     if T::DIGITS > 24 { 120 } else { 56 }
 }
 
-impl Units {
+impl<T: Real> Units<T> {
     /// Units in which the largest magnitudes are between 1/2 and 1 (0 has no magnitude: unit 1).
-    pub fn new<T: Real>(largest_length: T, largest_mass: T) -> Self {
+    pub fn new(largest_length: T, largest_mass: T) -> Self {
         let limit = T::MAX_EXPONENT - 2;
         let unit = |largest: T| largest.frexp().1.saturating_neg().clamp(-limit, limit);
-        Self { position: unit(largest_length), mass: unit(largest_mass) }
+        let (position, mass) = (unit(largest_length), unit(largest_mass));
+        Self {
+            position,
+            mass,
+            position_factor: power_of_two(position),
+            mass_factor: power_of_two(mass),
+            least: power_of_two(-wild_exponent::<T>()),
+        }
     }
 
     /// A point in these units, and whether it is wild.
-    #[inline]
-    pub fn point<T: Real, const D: usize>(&self, x: &[T; D]) -> ([T; D], bool) {
-        let (factor, least) = (power_of_two::<T>(self.position), power_of_two::<T>(-wild_exponent::<T>()));
-        let scaled = x.map(|x| x * factor);
-        let wild = x.iter().zip(&scaled).any(|(&x, &s)| x != T::ZERO && s.abs() < least);
+    #[inline(always)]
+    pub fn point<const D: usize>(&self, x: &[T; D]) -> ([T; D], bool) {
+        let scaled = x.map(|x| x * self.position_factor);
+        let wild = x.iter().zip(&scaled).any(|(&x, &s)| x != T::ZERO && s.abs() < self.least);
         (scaled, wild)
     }
 
     /// A mass in these units, and whether it is wild.
-    fn mass<T: Real>(&self, m: T) -> (T, bool) {
-        let scaled = m * power_of_two::<T>(self.mass);
-        (scaled, scaled.abs() < power_of_two::<T>(-wild_exponent::<T>()))
+    #[inline(always)]
+    fn mass(&self, m: T) -> (T, bool) {
+        let scaled = m * self.mass_factor;
+        (scaled, scaled.abs() < self.least)
     }
 }
 
@@ -76,7 +87,7 @@ impl<'w, T: Real, const D: usize> Packed<'w, T, D> {
     }
 
     /// Takes the sources in.
-    pub fn fill(&mut self, units: Units, positions: &[[T; D]], masses: &[T]) {
+    pub fn fill(&mut self, units: Units<T>, positions: &[[T; D]], masses: &[T]) {
         let Self { positions: to_positions, masses: to_masses, tame, wild } = self;
         let mut room = to_positions.iter_mut().zip(to_masses.iter_mut());
         for (x, &m) in positions.iter().zip(masses).filter(|&(_, &m)| m != T::ZERO) {
