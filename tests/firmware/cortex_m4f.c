@@ -1,0 +1,41 @@
+/* Cortex-M4F (QEMU mps2-an386): vectors, FPU, SysTick as a clock. */
+#include "board.h"
+#include "semihosting.h"
+
+extern uint32_t __stack_top[];
+
+void machine_start(void);
+void machine_init(void);
+
+static void fault(void) {
+  uintptr_t status[2] = {SEMIHOSTING_STOPPED, 99};
+  semihosting(SEMIHOSTING_EXIT, status);
+  for (;;) {
+  }
+}
+
+__attribute__((section(".vectors"), used)) static const uintptr_t vectors[16] = {
+    (uintptr_t)__stack_top, (uintptr_t)machine_start, (uintptr_t)fault, (uintptr_t)fault,
+    (uintptr_t)fault,       (uintptr_t)fault,         (uintptr_t)fault,
+};
+
+uintptr_t semihosting(uintptr_t request, const void *argument) {
+  register uintptr_t r0 __asm__("r0") = request;
+  register const void *r1 __asm__("r1") = argument;
+  __asm__ volatile("bkpt 0xab" : "+r"(r0) : "r"(r1) : "memory");
+  return r0;
+}
+
+static volatile uint32_t *const CPACR = (volatile uint32_t *)0xe000ed88;
+static volatile uint32_t *const SYSTICK = (volatile uint32_t *)0xe000e010;
+
+void machine_init(void) {
+  *CPACR |= 0xfu << 20; /* coprocessors 10 and 11, the FPU */
+  __asm__ volatile("dsb\n isb" ::: "memory");
+  SYSTICK[1] = 0xffffff; /* reload */
+  SYSTICK[2] = 0;        /* current */
+  SYSTICK[0] = 5;        /* on, processor clock, no interrupt */
+}
+
+/* QEMU with -icount shift=0 runs an instruction in one virtual nanosecond, and this machine's clock has 25 MHz. */
+uint32_t board_instructions(void) { return (0xffffff - SYSTICK[2]) * 40u; }
