@@ -20,7 +20,25 @@ mod machine {
         unsafe { _mm_cvtss_f32(_mm_sqrt_ss(_mm_set_ss(x))) }
     }
 }
-#[cfg(not(target_arch = "x86_64"))]
+#[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
+mod machine {
+    pub fn sqrt_f64(x: f64) -> f64 {
+        libm::sqrt(x)
+    }
+
+    #[inline(always)]
+    #[expect(unsafe_code, reason = "hard-float targets have the instruction, and core has no name for it")]
+    pub fn sqrt_f32(x: f32) -> f32 {
+        // The argument arrives and the result leaves in s0. The number is `vsqrt.f32 s0, s0`, which the assembler knows
+        // only with more of the unit than a Cortex-M4F has.
+        #[unsafe(naked)]
+        extern "C" fn vsqrt(x: f32) -> f32 {
+            core::arch::naked_asm!(".inst.w 0xeeb10ac0", "bx lr")
+        }
+        vsqrt(x)
+    }
+}
+#[cfg(not(any(target_arch = "x86_64", all(target_arch = "arm", target_abi = "eabihf"))))]
 mod machine {
     pub fn sqrt_f64(x: f64) -> f64 {
         libm::sqrt(x)

@@ -10,7 +10,7 @@ use super::{Mollifier, Quantity};
 use crate::error::{Error, Result};
 use crate::real::Real;
 
-/// A mollifier with its length delta in dimension `D` = 1, 2 or 3: a plain value, of 2 KiB at most.
+/// A mollifier with its length delta in dimension `D` = 1, 2 or 3: a plain value, of 300 bytes at most.
 ///
 /// Functions of r take its magnitude; where r is not finite they return NaN. Without a mollifier r = 0 counts as "no
 /// contribution": every function is 0 there.
@@ -49,7 +49,7 @@ impl<T: Real, const D: usize> Blob<T, D> {
         let (delta, shape) = match mollifier {
             Mollifier::None => (T::ZERO, Shape::None),
             _ if !(delta > T::ZERO && delta.is_finite()) => return Err(Error::Delta),
-            Mollifier::Compact { order, exponent } => (delta, Shape::Compact(Compact::new(D, order, exponent))),
+            Mollifier::Compact { order, exponent } => (delta, Shape::Compact(Compact::new::<D>(order, exponent))),
             Mollifier::Gaussian { order } => (delta, Shape::Gaussian(Gaussian::new(D, order))),
         };
         Ok(Self { mollifier, delta, length: Distance::new(delta), shape })
@@ -129,9 +129,9 @@ impl<T: Real, const D: usize> Blob<T, D> {
     pub(super) fn place(&self, r: Distance<T>) -> Place<'_, T> {
         match &self.shape {
             Shape::None if r.is_zero() => Place::Coincident,
-            Shape::Gaussian(shape) => Place::Gaussian(shape.place(D, self.length, r)),
+            Shape::Gaussian(shape) if cfg!(feature = "gaussian") => Place::Gaussian(shape.place(D, self.length, r)),
             Shape::Compact(shape) if !r.exceeds(&self.length) => Place::Compact(shape.inside(D, self.length, r)),
-            Shape::None | Shape::Compact(_) => Place::Outside(Newtonian { dimension: D, r }),
+            _ => Place::Outside(Newtonian { dimension: D, r }),
         }
     }
 }
@@ -139,10 +139,10 @@ impl<T: Real, const D: usize> Blob<T, D> {
 impl<T: Real> Place<'_, T> {
     pub fn value(&self, quantity: Quantity) -> Scaled<T> {
         match self {
-            Self::Coincident => Scaled::ZERO,
             Self::Outside(newtonian) => newtonian.value(quantity),
             Self::Compact(inside) => inside.value(quantity),
-            Self::Gaussian(around) => around.value(quantity),
+            Self::Gaussian(around) if cfg!(feature = "gaussian") => around.value(quantity),
+            Self::Coincident | Self::Gaussian(_) => Scaled::ZERO,
         }
     }
 }

@@ -3,7 +3,7 @@
 use super::Quantity;
 use super::distance::{Distance, sphere};
 use super::scaled::Scaled;
-use super::series::{Exact, Series};
+use super::series::{Exact, Polynomial};
 use crate::real::{DoubleWord, Real};
 
 /// A compact mollifier's shape: its coefficients, without a length.
@@ -25,8 +25,8 @@ pub(super) struct Inside<'a, T> {
 }
 
 impl<T: Real> Compact<T> {
-    pub fn new(dimension: usize, order: u32, exponent: u32) -> Self {
-        Self { exponent, series: Exact::new(dimension, order, exponent) }
+    pub fn new<const D: usize>(order: u32, exponent: u32) -> Self {
+        Self { exponent, series: Exact::new::<D>(order, exponent) }
     }
 
     /// The place at distance `r` <= `delta`.
@@ -53,32 +53,32 @@ impl<T: Real> Inside<'_, T> {
         value.over(sphere(self.dimension).times(self.delta.power(power)))
     }
 
-    fn polynomial(&self, series: &Series<DoubleWord<T>>) -> Scaled<T> {
-        Scaled::new(self.t.polynomial(series.coefficients()), 0)
+    fn polynomial(&self, of: Polynomial) -> Scaled<T> {
+        Scaled::new(self.shape.series.above_low(of, 0, self.t), 0)
     }
 
     /// t^low times a polynomial whose coefficients below `low` are zero: t^9 may underflow where the density does not.
-    fn high_polynomial(&self, series: &Series<DoubleWord<T>>, low: u32) -> Scaled<T> {
-        let rest = series.coefficients().get(low as usize..).unwrap_or(&[]);
-        Scaled::new(self.t, 0).powi(low).times(Scaled::new(self.t.polynomial(rest), 0))
+    fn high_polynomial(&self, of: Polynomial, low: u32) -> Scaled<T> {
+        let rest = self.shape.series.above_low(of, low as usize, self.t);
+        Scaled::new(self.t, 0).powi(low).times(Scaled::new(rest, 0))
     }
 
     fn density(&self) -> Scaled<T> {
-        let b = self.high_polynomial(&self.shape.series.density, self.shape.exponent);
+        let b = self.high_polynomial(Polynomial::Density, self.shape.exponent);
         self.over_power(b, self.dimension as u32)
     }
 
     fn density_slope(&self) -> Scaled<T> {
-        let q = self.high_polynomial(&self.shape.series.density_slope, self.shape.exponent - 1);
+        let q = self.high_polynomial(Polynomial::DensitySlope, self.shape.exponent - 1);
         self.over_power(q, self.dimension as u32 + 2)
     }
 
     fn gradient(&self) -> Scaled<T> {
-        self.over_power(self.polynomial(&self.shape.series.gradient), self.dimension as u32)
+        self.over_power(self.polynomial(Polynomial::Gradient), self.dimension as u32)
     }
 
     fn hessian(&self) -> Scaled<T> {
-        self.over_power(self.polynomial(&self.shape.series.hessian), self.dimension as u32 + 2)
+        self.over_power(self.polynomial(Polynomial::Hessian), self.dimension as u32 + 2)
     }
 
     fn potential(&self) -> Scaled<T> {
@@ -86,20 +86,22 @@ impl<T: Real> Inside<'_, T> {
             1 => {
                 // (delta/2) (c + (s/2) R(t)): in powers of t alone the terms cancel.
                 let s = self.r.square_in(self.delta.exponent) / self.delta.square;
-                let rise = s * self.t.polynomial(self.shape.series.rise.coefficients()) * T::HALF;
-                self.delta.length().scale((self.shape.series.centre + rise) * T::HALF)
+                let start = (DoubleWord::ZERO, DoubleWord::ZERO);
+                let (rise, lowest) = self.shape.series.rise().fold(start, |(sum, _), c| (sum * self.t + c, c));
+                let centre = DoubleWord::ONE - lowest * T::HALF;
+                self.delta.length().scale((centre + s * rise * T::HALF) * T::HALF)
             }
             2 => {
-                let p = self.t.polynomial(self.shape.series.potential.coefficients());
+                let p = self.shape.series.above_low(Polynomial::Potential, 0, self.t);
                 Scaled::new(p + self.delta.log(), 0).over(sphere(2))
             }
-            _ => self.over_power(self.polynomial(&self.shape.series.potential), 1),
+            _ => self.over_power(self.polynomial(Polynomial::Potential), 1),
         }
     }
 
     /// (r/delta)^N G(t).
     fn enclosed_mass(&self) -> Scaled<T> {
         let n = self.dimension as u32;
-        self.polynomial(&self.shape.series.gradient).times(self.r.power(n)).over(self.delta.power(n))
+        self.polynomial(Polynomial::Gradient).times(self.r.power(n)).over(self.delta.power(n))
     }
 }

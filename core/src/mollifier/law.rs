@@ -125,20 +125,59 @@ pub(super) const fn gradient(dimension: u32, exponent: u32, half_order: u32, k: 
     }
 }
 
-/// `g_(M+1)`, `g_(M+2)`, `g_(M+3)` (0 beyond the degree) by `[N-1][K-2][M-1]`: 1944 bytes, all that is stored.
-///
-/// They are binary fractions of at most 53 digits, so nothing is rounded.
-pub(super) static GRADIENT_TOPS: [[[[f64; 3]; 9]; 3]; 3] = gradient_tops();
+/// `g_(M+1)` to `g_(M+K-1)` of every mollifier of order 2K > 2 in one dimension: each the exact sum of three f32, at
+/// [`top`]. A dimension takes 648 bytes, all that is stored of its coefficients, and is linked only where it is used.
+type Tops = [[f32; 3]; 54];
+
+static TOPS_1: Tops = tops(1);
+static TOPS_2: Tops = tops(2);
+static TOPS_3: Tops = tops(3);
+
+/// Where a mollifier's first entry stands: behind those of lower orders and exponents.
+const fn top(exponent: usize, half_order: usize) -> usize {
+    9 * ((half_order - 1) * (half_order - 2) / 2) + (exponent - 1) * (half_order - 1)
+}
+
+/// The entries of one mollifier, highest parts first; none for order 2.
+#[inline(always)]
+pub(super) fn gradient_tops<const D: usize>(exponent: usize, half_order: usize) -> &'static [[f32; 3]] {
+    let tops = match D {
+        1 => &TOPS_1,
+        2 => &TOPS_2,
+        _ => &TOPS_3,
+    };
+    if !(2..=4).contains(&half_order) || !(1..=9).contains(&exponent) {
+        return &[];
+    }
+    let start = top(exponent, half_order);
+    tops.get(start..start + half_order - 1).unwrap_or(&[])
+}
 
 #[expect(clippy::indexing_slicing, reason = "runs in the compiler, where an index out of range is an error")]
-const fn gradient_tops() -> [[[[f64; 3]; 9]; 3]; 3] {
-    let mut tops = [[[[0.0; 3]; 9]; 3]; 3];
-    let mut entry = 0_usize;
-    while entry < 3 * 3 * 9 * 3 {
-        let (n, k, m, i) = (entry / 81, entry / 27 % 3, entry / 3 % 9, entry % 3);
-        let (dimension, half_order, exponent) = (n as u32 + 1, k as u32 + 2, m as u32 + 1);
-        tops[n][k][m][i] = gradient(dimension, exponent, half_order, exponent + 1 + i as u32).exact_f64();
-        entry += 1;
+const fn tops(dimension: u32) -> Tops {
+    let mut tops = [[0.0; 3]; 54];
+    let mut half_order = 2;
+    while half_order <= 4 {
+        let mut exponent = 1;
+        while exponent <= 9 {
+            let mut i = 1;
+            while i < half_order {
+                let value = gradient(dimension, exponent, half_order, exponent + i).exact_f64();
+                tops[top(exponent as usize, half_order as usize) + i as usize - 1] = three_parts(value);
+                i += 1;
+            }
+            exponent += 1;
+        }
+        half_order += 1;
     }
     tops
+}
+
+/// 53 digits as three times 24.
+const fn three_parts(value: f64) -> [f32; 3] {
+    let first = value as f32;
+    let second = (value - first as f64) as f32;
+    let third = (value - first as f64 - second as f64) as f32;
+    assert!(first as f64 + second as f64 + third as f64 == value, "more than three parts");
+    [first, second, third]
 }

@@ -83,6 +83,7 @@ impl Mollifier {
             Self::None => Ok(()),
             Self::Compact { order: 2 | 4 | 6 | 8, exponent } if (1..=MAX_EXPONENT).contains(&exponent) => Ok(()),
             Self::Compact { order: 2 | 4 | 6 | 8, .. } => Err(Error::Exponent),
+            Self::Gaussian { .. } if !cfg!(feature = "gaussian") => Err(Error::Unsupported),
             Self::Gaussian { order: 4 } if dimension <= 2 => Ok(()),
             Self::Gaussian { order: 6 } if dimension == 1 => Ok(()),
             Self::Compact { .. } | Self::Gaussian { .. } => Err(Error::Order),

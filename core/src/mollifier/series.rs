@@ -1,7 +1,7 @@
 //! The coefficients of compact mollifiers in powers of t = 1 - (r/delta)^2, prepared in a scalar type.
 
 use super::distance::{Distance, sphere};
-use super::law::{GRADIENT_TOPS, MAX_TERMS};
+use super::law::{MAX_TERMS, gradient_tops};
 use super::scaled::Scaled;
 use crate::real::{DoubleWord, Real};
 
@@ -44,14 +44,6 @@ impl<C: Copy> Series<C> {
     pub fn degree(&self) -> usize {
         self.terms.saturating_sub(1)
     }
-
-    fn map<E: Copy>(&self, zero: E, f: impl Fn(C) -> E) -> Series<E> {
-        let mut result = Series::empty(zero);
-        for (k, &c) in self.coefficients().iter().enumerate() {
-            result.set(k, f(c));
-        }
-        result
-    }
 }
 
 impl<T: Real> Series<T> {
@@ -63,80 +55,98 @@ impl<T: Real> Series<T> {
     }
 }
 
+/// The polynomials in t that describe a compact mollifier and its field.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Polynomial {
+    /// b.
+    Density,
+    /// B'/r: -2 b'.
+    DensitySlope,
+    /// G.
+    Gradient,
+    /// H.
+    Hessian,
+    /// P.
+    Potential,
+}
+
 /// The exact coefficients, as sums of two numbers. For N = 1, 2, 3 all but the potential's fit in one f64.
+///
+/// Those of G are held. Every other one is made of one or two of them where it is used, which keeps the value small.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Exact<T> {
-    /// b.
-    pub density: Series<DoubleWord<T>>,
-    /// B'/r: -2 b'.
-    pub density_slope: Series<DoubleWord<T>>,
-    /// G.
-    pub gradient: Series<DoubleWord<T>>,
-    /// H.
-    pub hessian: Series<DoubleWord<T>>,
-    /// P.
-    pub potential: Series<DoubleWord<T>>,
-    /// In 1D the potential also is (delta/2) (`centre` + (s/2) R(t)), s = 1 - t, all positive for orders 2 and 4: R, empty
-    /// in 2D and 3D.
-    pub rise: Series<DoubleWord<T>>,
-    pub centre: DoubleWord<T>,
+    dimension: usize,
+    exponent: usize,
+    gradient: Series<DoubleWord<T>>,
 }
 
 impl<T: Real> Exact<T> {
     /// The coefficients of a mollifier that [`Mollifier::check`](super::Mollifier::check) accepts.
-    pub fn new(dimension: usize, order: u32, exponent: u32) -> Self {
-        let zero = DoubleWord::ZERO;
+    pub fn new<const D: usize>(order: u32, exponent: u32) -> Self {
         let (m, half_order) = (exponent as usize, order as usize / 2);
         let small = |n: usize| T::from_usize(n);
-        let mut gradient = Series::empty(zero);
+        let mut gradient = Series::empty(DoubleWord::ZERO);
         let mut taylor = DoubleWord::ONE;
-        for k in 0..=m {
+        for k in 0..m + 1 {
             gradient.set(k, taylor);
-            taylor = taylor * small(dimension + 2 * k) / small(2 * (k + 1));
+            taylor = taylor * small(D + 2 * k) / small(2 * (k + 1));
         }
-        let tops = GRADIENT_TOPS
-            .get(dimension.wrapping_sub(1))
-            .and_then(|by_order| by_order.get(half_order.wrapping_sub(2)))
-            .and_then(|by_exponent| by_exponent.get(m.wrapping_sub(1)));
-        for (i, &top) in tops.into_iter().flatten().take(half_order.saturating_sub(1)).enumerate() {
-            gradient.set(m + 1 + i, DoubleWord::from_parts(top, 0.0));
+        for (i, &[first, second, third]) in gradient_tops::<D>(m, half_order).iter().enumerate() {
+            // In f32 the third part is below the last digit of the second; in f64 all three make one number.
+            let rest = T::from_f32(second) + T::from_f32(third);
+            gradient.set(m + 1 + i, DoubleWord::sum(T::from_f32(first), rest));
         }
+        Self { dimension: D, exponent: m, gradient }
+    }
 
-        let mut result = Self {
-            density: Series::empty(zero),
-            density_slope: Series::empty(zero),
-            gradient,
-            hessian: Series::empty(zero),
-            potential: Series::empty(zero),
-            rise: Series::empty(zero),
-            centre: zero,
-        };
-        let at_edge = [T::ONE, T::ZERO, -T::ONE];
-        result.potential.set(0, at_edge.get(dimension.wrapping_sub(1)).copied().unwrap_or(T::ZERO).into());
-        let mut next = gradient.coefficients().iter().skip(1);
-        for (k, &g) in gradient.coefficients().iter().enumerate() {
-            let above = next.next().copied().unwrap_or(zero) * small(k + 1);
+    fn g(&self, k: usize) -> DoubleWord<T> {
+        self.gradient.coefficients().get(k).copied().unwrap_or(DoubleWord::ZERO)
+    }
+
+    /// `2 (k+1) g_(k+1)`.
+    fn above(&self, k: usize) -> DoubleWord<T> {
+        self.g(k + 1) * T::from_usize(k + 1) * T::TWO
+    }
+
+    /// The coefficient of `t^k`.
+    pub fn coefficient(&self, of: Polynomial, k: usize) -> DoubleWord<T> {
+        let small = |n: usize| T::from_usize(n);
+        match of {
             // (N + 2k) g_k - 2 (k+1) g_(k+1); below k = M it is zero exactly
-            let b = if k < m { zero } else { g * small(dimension + 2 * k) - above * T::TWO };
-            result.density.set(k, b);
-            if k > 0 {
-                result.density_slope.set(k - 1, -(b * small(2 * k)));
-            }
-            if k + 1 < m + half_order {
-                result.hessian.set(k, -(above * T::TWO));
-            }
-            result.potential.set(k + 1, -(g / small(2 * (k + 1))));
+            Polynomial::Density if k < self.exponent => DoubleWord::ZERO,
+            Polynomial::Density => self.g(k) * small(self.dimension + 2 * k) - self.above(k),
+            Polynomial::DensitySlope => -(self.coefficient(Polynomial::Density, k + 1) * small(2 * (k + 1))),
+            Polynomial::Gradient => self.g(k),
+            Polynomial::Hessian => -self.above(k),
+            Polynomial::Potential if k > 0 => -(self.g(k - 1) / small(2 * k)),
+            // At the edge: 2 - N
+            Polynomial::Potential => (T::TWO - small(self.dimension)).into(),
         }
-        if dimension == 1 {
-            // R_j = sum over k >= j of g_k / (k+1), centre = 1 - R_0 / 2
-            let mut sum = zero;
-            for (k, &g) in gradient.coefficients().iter().enumerate().rev() {
-                sum = sum + g / small(k + 1);
-                result.rise.set(k, sum);
-            }
-            result.centre = DoubleWord::ONE - sum * T::HALF;
+    }
+
+    /// How many coefficients there are, zeros at the start counted.
+    pub fn terms(&self, of: Polynomial) -> usize {
+        let terms = self.gradient.coefficients().len();
+        match of {
+            Polynomial::Density | Polynomial::Gradient => terms,
+            Polynomial::DensitySlope | Polynomial::Hessian => terms - 1,
+            Polynomial::Potential => terms + 1,
         }
-        result
+    }
+
+    /// The value without its lowest terms, divided by `t^low`, by Horner's rule.
+    pub fn above_low(&self, of: Polynomial, low: usize, t: DoubleWord<T>) -> DoubleWord<T> {
+        (low..self.terms(of)).rev().fold(DoubleWord::ZERO, |sum, k| sum * t + self.coefficient(of, k))
+    }
+
+    /// In 1D the potential also is (delta/2) (centre + (s/2) R(t)), s = 1 - t, all positive for orders 2 and 4: the
+    /// coefficients R_j, the sum over k >= j of g_k / (k+1), highest first. The centre is 1 - R_0 / 2.
+    pub fn rise(&self) -> impl Iterator<Item = DoubleWord<T>> {
+        let mut sum = DoubleWord::ZERO;
+        (0..self.gradient.coefficients().len()).rev().map(move |k| {
+            sum = sum + self.g(k) / T::from_usize(k + 1);
+            sum
+        })
     }
 }
 
@@ -173,17 +183,23 @@ pub struct Polynomials<T> {
 
 impl<T: Real> Polynomials<T> {
     pub(super) fn new(dimension: usize, exact: &Exact<T>, delta: T) -> Self {
-        let plain = |series: &Series<DoubleWord<T>>| series.map(T::ZERO, |c| c.hi);
+        let plain = |of: Polynomial| {
+            let mut series = Series::empty(T::ZERO);
+            for k in 0..exact.terms(of) {
+                series.set(k, exact.coefficient(of, k).hi);
+            }
+            series
+        };
         let length = Distance::new(delta);
         let scale = Scaled::from(T::ONE).over(sphere(dimension).times(length.power(dimension as u32)));
         let square = length.squared();
         let offset = if dimension == 2 { Scaled::new(length.log(), 0).over(sphere(2)).round() } else { T::ZERO };
         Self {
-            density: plain(&exact.density),
-            density_slope: plain(&exact.density_slope),
-            gradient: plain(&exact.gradient),
-            hessian: plain(&exact.hessian),
-            potential: plain(&exact.potential),
+            density: plain(Polynomial::Density),
+            density_slope: plain(Polynomial::DensitySlope),
+            gradient: plain(Polynomial::Gradient),
+            hessian: plain(Polynomial::Hessian),
+            potential: plain(Polynomial::Potential),
             delta,
             scale: scale.round(),
             hessian_scale: scale.over(square).round(),

@@ -81,7 +81,8 @@ impl<T: Real> DoubleWord<T> {
     }
 
     /// The positive square root; 0 of 0.
-    #[inline]
+    #[cfg_attr(feature = "small", inline(never))]
+    #[cfg_attr(not(feature = "small"), inline)]
     #[must_use]
     pub fn sqrt(self) -> Self {
         if self.hi <= T::ZERO {
@@ -93,24 +94,19 @@ impl<T: Real> DoubleWord<T> {
     }
 
     /// `self * 2^n`, exactly unless a part leaves the normal range.
-    #[inline]
+    #[cfg_attr(feature = "small", inline(never))]
+    #[cfg_attr(not(feature = "small"), inline)]
     #[must_use]
     pub fn ldexp(self, n: i32) -> Self {
         Self { hi: self.hi.ldexp(n), lo: self.lo.ldexp(n) }
     }
 
     /// `self` to a small non-negative power, by repeated multiplication.
-    #[inline]
+    #[cfg_attr(feature = "small", inline(never))]
+    #[cfg_attr(not(feature = "small"), inline)]
     #[must_use]
     pub fn powi(self, n: u32) -> Self {
         (0..n).fold(Self::ONE, |power, _| power * self)
-    }
-
-    /// `sum of c_k self^k`, by Horner's rule.
-    #[inline]
-    #[must_use]
-    pub fn polynomial(self, coefficients: &[Self]) -> Self {
-        coefficients.iter().rev().fold(Self::ZERO, |sum, &c| sum * self + c)
     }
 }
 
@@ -132,7 +128,8 @@ impl<T: Real> Neg for DoubleWord<T> {
 impl<T: Real> Add for DoubleWord<T> {
     type Output = Self;
     /// AccurateDWPlusDW: the bound holds for opposite signs too.
-    #[inline(always)]
+    #[cfg_attr(feature = "small", inline(never))]
+    #[cfg_attr(not(feature = "small"), inline(always))]
     fn add(self, other: Self) -> Self {
         let s = Self::sum(self.hi, other.hi);
         let t = Self::sum(self.lo, other.lo);
@@ -143,7 +140,8 @@ impl<T: Real> Add for DoubleWord<T> {
 
 impl<T: Real> Sub for DoubleWord<T> {
     type Output = Self;
-    #[inline(always)]
+    #[cfg_attr(feature = "small", inline(never))]
+    #[cfg_attr(not(feature = "small"), inline(always))]
     fn sub(self, other: Self) -> Self {
         self + -other
     }
@@ -151,7 +149,8 @@ impl<T: Real> Sub for DoubleWord<T> {
 
 impl<T: Real> Mul<T> for DoubleWord<T> {
     type Output = Self;
-    #[inline(always)]
+    #[cfg_attr(feature = "small", inline(never))]
+    #[cfg_attr(not(feature = "small"), inline(always))]
     fn mul(self, other: T) -> Self {
         let c = Self::product(self.hi, other);
         fast_two_sum(c.hi, c.lo + self.lo * other)
@@ -160,7 +159,8 @@ impl<T: Real> Mul<T> for DoubleWord<T> {
 
 impl<T: Real> Mul for DoubleWord<T> {
     type Output = Self;
-    #[inline(always)]
+    #[cfg_attr(feature = "small", inline(never))]
+    #[cfg_attr(not(feature = "small"), inline(always))]
     fn mul(self, other: Self) -> Self {
         let c = Self::product(self.hi, other.hi);
         fast_two_sum(c.hi, c.lo + (self.hi * other.lo + self.lo * other.hi))
@@ -169,7 +169,8 @@ impl<T: Real> Mul for DoubleWord<T> {
 
 impl<T: Real> Div for DoubleWord<T> {
     type Output = Self;
-    #[inline(always)]
+    #[cfg_attr(feature = "small", inline(never))]
+    #[cfg_attr(not(feature = "small"), inline(always))]
     fn div(self, other: Self) -> Self {
         let first = self.hi / other.hi;
         let rest = self - other * first;
@@ -179,7 +180,8 @@ impl<T: Real> Div for DoubleWord<T> {
 
 impl<T: Real> Div<T> for DoubleWord<T> {
     type Output = Self;
-    #[inline(always)]
+    #[cfg_attr(feature = "small", inline(never))]
+    #[cfg_attr(not(feature = "small"), inline(always))]
     fn div(self, other: T) -> Self {
         self / Self::from(other)
     }

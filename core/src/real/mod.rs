@@ -71,6 +71,10 @@ pub trait Real:
 
     /// The nearest value to `x`.
     fn from_f64(x: f64) -> Self;
+    /// The integer part, for |x| < 2^31.
+    fn to_i32(self) -> i32;
+    /// Exact.
+    fn from_f32(x: f32) -> Self;
     /// Exact.
     fn to_f64(self) -> f64;
     /// The nearest value to `n`.
@@ -168,6 +172,14 @@ macro_rules! real {
             #[inline(always)]
             fn to_f64(self) -> f64 {
                 f64::from(self)
+            }
+            #[inline(always)]
+            fn to_i32(self) -> i32 {
+                self as i32
+            }
+            #[inline(always)]
+            fn from_f32(x: f32) -> Self {
+                $t::from(x)
             }
             #[inline(always)]
             fn from_usize(n: usize) -> Self {

@@ -23,7 +23,7 @@ pub(crate) fn exp<T: Real>(x: DoubleWord<T>) -> (DoubleWord<T>, i32) {
     // 1 + r (1 + r/2 (1 + r/3 ...)): 0.35^k / k! is below u^2 at k = 14 (f32), 24 (f64).
     let terms = if T::DIGITS > 24 { 24 } else { 14 };
     let m = (1..=terms).rev().fold(DoubleWord::ONE, |sum, k| DoubleWord::ONE + r * sum / T::from_i32(k));
-    (m, n.to_f64() as i32)
+    (m, n.to_i32())
 }
 
 /// log x for x > 0 in the normal range: absolute error below 100 u^2, and below 2 u relative, near x = 1 too.
