@@ -1,7 +1,7 @@
 //! Cloud-in-cell deposit: each particle's mass onto the four nodes of its cell, by bilinear weights, in fixed point.
 
 use super::fixed::nearest;
-use super::mesh::{Locator, Mesh, Place};
+use super::mesh::{BLOCK, Locator, Mesh, OUTSIDE, Places};
 use super::{MassScale, Walls};
 use crate::error::{Error, Result};
 use crate::isa::Plain;
@@ -10,8 +10,6 @@ use crate::real::Real;
 /// Words after the nodes' masses: what lies outside the mesh (number, mass, first moments about the centre), padded to a
 /// cache line.
 pub(super) const TAIL: usize = 8;
-/// Particles that go through the vectorised part together.
-const BLOCK: usize = 64;
 /// Offsets of outside particles are cut at 2^10 mesh widths; moments are in units of 2^-10 mass units.
 const MOMENT: f64 = 1024.0;
 
@@ -36,19 +34,23 @@ impl<T: Real> Plain for Deposit<'_, T> {
         let (words, tail) = words.split_at_mut_checked(nodes).ok_or(Error::LengthMismatch)?;
         let tail = tail.first_chunk_mut::<TAIL>().ok_or(Error::LengthMismatch)?;
         let (per_mass, pitch) = (scale.per_mass(), mesh.cells()[0] + 1);
-        let mut places = [Place::default(); BLOCK];
-        let mut shares = [[0_i64; 4]; BLOCK];
+        let mut places = Places::NONE;
+        let mut shares = [[0_i64; BLOCK]; 4];
         for (positions, masses) in positions.chunks(BLOCK).zip(masses.chunks(BLOCK)) {
-            for (((place, shares), &x), m) in places.iter_mut().zip(&mut shares).zip(positions).zip(masses) {
-                *place = locator.place(x);
-                *shares = divide(m.to_f64() * per_mass, place.fraction);
+            locator.places(positions, &mut places);
+            let Places { node, x, y } = &places;
+            let [a, b, c, d] = &mut shares;
+            for ((((((a, b), c), d), &x), &y), m) in a.iter_mut().zip(b).zip(c).zip(d).zip(x).zip(y).zip(masses) {
+                [*a, *b, *c, *d] = divide(m.to_f64() * per_mass, [x, y]);
             }
-            for ((place, shares), (&x, m)) in places.iter().zip(&shares).zip(positions.iter().zip(masses)) {
-                if place.inside {
-                    scatter(words, pitch, place.node as usize, shares);
-                } else {
+            let [a, b, c, d] = &shares;
+            let shares = a.iter().zip(b).zip(c).zip(d);
+            for ((&node, (((&a, &b), &c), &d)), (&x, m)) in node.iter().zip(shares).zip(positions.iter().zip(masses)) {
+                if node == OUTSIDE {
                     let m = m.to_f64() * per_mass;
                     away(mesh, &locator, walls, x, m, pitch, words, tail)?;
+                } else {
+                    scatter(words, pitch, node as usize, [a, b, c, d]);
                 }
             }
         }
@@ -67,7 +69,7 @@ fn divide(m: f64, [fx, fy]: [f64; 2]) -> [i64; 4] {
 }
 
 #[inline(always)]
-fn scatter(words: &mut [i64], pitch: usize, node: usize, shares: &[i64; 4]) {
+fn scatter(words: &mut [i64], pitch: usize, node: usize, shares: [i64; 4]) {
     let add = |words: &mut [i64], at: usize, a: i64, b: i64| {
         if let Some([left, right]) = words.get_mut(at..).and_then(|w| w.first_chunk_mut::<2>()) {
             *left = left.wrapping_add(a);
@@ -96,9 +98,9 @@ fn away<T: Real>(
     }
     match walls {
         Walls::NoFlux => {
-            let place = locator.place(mesh.reflect(x).0);
-            if place.inside {
-                scatter(words, pitch, place.node as usize, &divide(m, place.fraction));
+            let (node, fraction) = locator.place(mesh.reflect(x).0);
+            if node != OUTSIDE {
+                scatter(words, pitch, node as usize, divide(m, fraction));
             }
         }
         Walls::Free => {

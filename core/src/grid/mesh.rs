@@ -113,40 +113,49 @@ pub(super) struct Locator {
 /// 2^52: added to a number in 0..2^51 it rounds it to an integer, which then stands in the low bits.
 const ROUND: f64 = 4_503_599_627_370_496.0;
 
-/// Where a particle is: its cell's lower left node and its place in the cell, 0 to 1 each way.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Place {
-    /// `j (nx + 1) + i`; meaningless when outside.
-    pub node: u64,
-    pub fraction: [f64; 2],
-    pub inside: bool,
+/// Particles that are located together.
+pub(super) const BLOCK: usize = 64;
+/// The node of a particle that is outside.
+pub(super) const OUTSIDE: u64 = u64::MAX;
+
+/// Where particles are: the lower left nodes `j (nx + 1) + i` of their cells and their places there, 0 to 1 each way.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Places {
+    pub node: [u64; BLOCK],
+    pub x: [f64; BLOCK],
+    pub y: [f64; BLOCK],
+}
+
+impl Places {
+    pub(super) const NONE: Self = Self { node: [OUTSIDE; BLOCK], x: [0.0; BLOCK], y: [0.0; BLOCK] };
 }
 
 impl Locator {
     pub(super) fn new<T: Real>(mesh: &Mesh<T>) -> Self {
-        let width = |k: usize| match k {
-            0 => mesh.upper[0].to_f64() - mesh.lower[0].to_f64(),
-            _ => mesh.upper[1].to_f64() - mesh.lower[1].to_f64(),
-        };
+        let (l, u) = (mesh.lower.map(Real::to_f64), mesh.upper.map(Real::to_f64));
         let cells = mesh.cells.map(|n| n as f64);
-        Self {
-            lower: mesh.lower.map(Real::to_f64),
-            inverse: [cells[0] / width(0), cells[1] / width(1)],
-            cells,
-            pitch: cells[0] + 1.0,
+        let inverse = [cells[0] / (u[0] - l[0]), cells[1] / (u[1] - l[1])];
+        Self { lower: l, inverse, cells, pitch: cells[0] + 1.0 }
+    }
+
+    /// Finds the places of at most [`BLOCK`] particles.
+    #[inline(always)]
+    pub(super) fn places<T: Real>(&self, positions: &[[T; 2]], places: &mut Places) {
+        let Places { node, x, y } = places;
+        for (((node, x), y), &at) in node.iter_mut().zip(x).zip(y).zip(positions) {
+            (*node, [*x, *y]) = self.place(at);
         }
     }
 
     /// Branch-free, so that it is compiled for several particles at a time. NaN counts as outside.
     #[inline(always)]
-    pub(super) fn place<T: Real>(&self, x: [T; 2]) -> Place {
+    pub(super) fn place<T: Real>(&self, x: [T; 2]) -> (u64, [f64; 2]) {
         let [x, y] = x.map(Real::to_f64);
         let (gx, gy) = ((x - self.lower[0]) * self.inverse[0], (y - self.lower[1]) * self.inverse[1]);
-        let inside = gx >= 0.0 && gx <= self.cells[0] && gy >= 0.0 && gy <= self.cells[1];
-        let (gx, gy) = if inside { (gx, gy) } else { (0.0, 0.0) };
+        let inside = (gx >= 0.0) & (gx <= self.cells[0]) & (gy >= 0.0) & (gy <= self.cells[1]);
         let (cx, cy) = (cell(gx, self.cells[0]), cell(gy, self.cells[1]));
         let node = (cy * self.pitch + cx + ROUND).to_bits() & ((1 << 52) - 1);
-        Place { node, fraction: [gx - cx, gy - cy], inside }
+        (if inside { node } else { OUTSIDE }, [gx - cx, gy - cy])
     }
 }
 

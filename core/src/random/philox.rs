@@ -126,22 +126,26 @@ const fn join(low: u32, high: u32) -> u64 {
     low as u64 | (high as u64) << 32
 }
 
-/// The ten rounds over several counters under one key.
+/// The ten rounds over several counters under one key. A word stands in 64 bits, of which only the low half counts until
+/// the end: so each product is one widening multiplication of vector registers.
 #[inline(always)]
-fn rounds<const L: usize>(mut key: [u32; 2], mut counter: [[u32; L]; 4]) -> [[u32; L]; 4] {
+fn rounds<const L: usize>(mut key: [u32; 2], counter: [[u32; L]; 4]) -> [[u32; L]; 4] {
+    let low = |word: u64| word & 0xFFFF_FFFF;
+    let mut wide = counter.map(|words| words.map(u64::from));
     for _ in 0..ROUNDS {
-        let [c0, c1, c2, c3] = &mut counter;
+        let [c0, c1, c2, c3] = &mut wide;
+        let [k0, k1] = key.map(u64::from);
         for (((c0, c1), c2), c3) in c0.iter_mut().zip(c1).zip(c2).zip(c3) {
-            let p0 = u64::from(MULTIPLY[0]) * u64::from(*c0);
-            let p1 = u64::from(MULTIPLY[1]) * u64::from(*c2);
-            *c0 = (p1 >> 32) as u32 ^ *c1 ^ key[0];
-            *c1 = p1 as u32;
-            *c2 = (p0 >> 32) as u32 ^ *c3 ^ key[1];
-            *c3 = p0 as u32;
+            let p0 = u64::from(MULTIPLY[0]) * low(*c0);
+            let p1 = u64::from(MULTIPLY[1]) * low(*c2);
+            *c0 = p1 >> 32 ^ *c1 ^ k0;
+            *c1 = p1;
+            *c2 = p0 >> 32 ^ *c3 ^ k1;
+            *c3 = p0;
         }
         key = [key[0].wrapping_add(WEYL[0]), key[1].wrapping_add(WEYL[1])];
     }
-    counter
+    wide.map(|words| words.map(|word| word as u32))
 }
 
 #[cfg(test)]
