@@ -6,6 +6,7 @@
 //! is by position, so no index map is needed.
 
 mod direct;
+mod kernels;
 mod newtonian;
 mod packed;
 mod plan;

@@ -1,1 +1,173 @@
 //! The interaction: kernels K and their mollified forms K_delta = K * psi_delta.
+//!
+//! A sum of up to [`MAX_TERMS`] laws ([`Law`]) is prepared once, with a mollifier and its length, into the caller's buffer;
+//! the result ([`Kernel`]) gives value, gradient factor and Laplacian at any distance. Sources: K. Craig, A. L. Bertozzi, "A
+//! blob method for the aggregation equation", (1.2) and Section 2; each file names the formulas it uses.
+//!
+//! | kernel | inside the mollifier | outside |
+//! |---|---|---|
+//! | Newtonian | [`Blob`](crate::mollifier::Blob) | exactly Newtonian |
+//! | even powers; odd powers in 1D and 3D (compact) | polynomial in s or t | finite Laurent sum |
+//! | other powers, log | Chebyshev fit in sqrt(1 - s) | r^p times a fit in (delta/r)^2 |
+//! | screened, 1D exponential | series from the edge (k delta <= 3) or fit | a constant times itself, exactly |
+//! | 3D exponential | fit | two terms, exactly |
+//! | 2D exponential | fit | e^{-r/l} times a fit in delta/r |
+//! | a user's [`RadialKernel`] | fit | fits on octaves up to its reach |
+//!
+//! Under a Gaussian mollifier "inside" is a few octaves of fits. Fits are made of the convolution integrals themselves,
+//! to about 1e-15 of the function's size, and need neither the seed's tables nor an interpolation.
+
+mod block;
+mod chebyshev;
+mod convolution;
+mod edge_series;
+mod fit;
+mod law;
+mod part;
+mod profile;
+mod quadrature;
+
+pub use block::Supplied;
+pub use law::{Law, MAX_TERMS, RadialKernel, Term};
+
+use crate::error::Result;
+use crate::mollifier::{Blob, Mollifier};
+use crate::real::Real;
+use part::Part;
+
+/// A prepared sum of kernels K_delta. It borrows its tables; a sum of Newtonian terms has none.
+#[derive(Clone, Copy, Debug)]
+pub struct Kernel<'k, T: Real, const D: usize> {
+    blob: Blob<T, D>,
+    newtonian: T,
+    terms: [Term; MAX_TERMS],
+    count: usize,
+    parts: [Part<T>; MAX_TERMS],
+    used: usize,
+    tables: &'k [T],
+    fit_error: f64,
+}
+
+impl<T: Real, const D: usize> Kernel<'_, T, D> {
+    /// The Newtonian kernel times `coefficient` (+1 attracts, -1 repels). Needs no memory.
+    ///
+    /// # Errors
+    /// Those of [`Blob::new`]; [`crate::Error::NotFinite`]: the coefficient.
+    pub fn newtonian(coefficient: T, mollifier: Mollifier, delta: T) -> Result<Kernel<'static, T, D>> {
+        if !coefficient.is_finite() {
+            return Err(crate::Error::NotFinite);
+        }
+        let blob = Blob::new(mollifier, delta)?;
+        let term = Term { law: Law::Newtonian, coefficient: coefficient.to_f64() };
+        let mut kernel = Kernel::empty(blob);
+        kernel.newtonian = coefficient;
+        if let Some(slot) = kernel.terms.first_mut() {
+            *slot = term;
+        }
+        kernel.count = 1;
+        Ok(kernel)
+    }
+
+    /// The mollifier.
+    #[must_use]
+    pub fn mollifier(&self) -> Mollifier {
+        self.blob.mollifier()
+    }
+
+    /// delta; 0 without a mollifier.
+    #[must_use]
+    pub fn delta(&self) -> T {
+        self.blob.delta()
+    }
+
+    /// Whether there is no mollifier, so that coincident pairs contribute nothing.
+    #[must_use]
+    pub fn is_singular(&self) -> bool {
+        self.blob.mollifier() == Mollifier::None
+    }
+
+    /// The mollifier prepared with its length, and the Newtonian field of it.
+    #[must_use]
+    pub fn blob(&self) -> &Blob<T, D> {
+        &self.blob
+    }
+
+    /// The sum of the coefficients of the terms that are Newtonian (powers with p = 2 - d included).
+    #[must_use]
+    pub fn newtonian_coefficient(&self) -> T {
+        self.newtonian
+    }
+
+    /// Whether every term is Newtonian, so that `newtonian_coefficient` and `blob` say everything.
+    #[must_use]
+    pub fn is_newtonian(&self) -> bool {
+        self.used == 0
+    }
+
+    /// The terms, as they were given; a user's own kernel is not among them.
+    #[must_use]
+    pub fn terms(&self) -> &[Term] {
+        self.terms.get(..self.count).unwrap_or(&[])
+    }
+
+    /// Whether the terms say everything: false when a user's kernel takes part.
+    #[must_use]
+    pub fn is_known(&self) -> bool {
+        self.parts.iter().take(self.used).all(|part| part.law != Law::Newtonian)
+    }
+
+    /// What the worst fit misses, relative to the size of the function on the fit's interval; 0 for closed forms. Above 1e-14
+    /// only for mollifiers that are too rough for the kernel's Laplacian (M = 1 with p close to 1 - d).
+    #[must_use]
+    pub fn fit_error(&self) -> f64 {
+        self.fit_error
+    }
+
+    /// K_delta(r), r >= 0; 0 at r = 0 without a mollifier.
+    #[must_use]
+    pub fn value(&self, r: T) -> T {
+        let near = self.others(r)[0];
+        if self.newtonian == T::ZERO { near } else { self.newtonian * self.blob.potential(r) + near }
+    }
+
+    /// K_delta'(r)/r: the gradient is this times x. 0 at r = 0 without a mollifier.
+    #[must_use]
+    pub fn gradient_factor(&self, r: T) -> T {
+        let near = self.others(r)[1];
+        if self.newtonian == T::ZERO { near } else { self.newtonian * self.blob.gradient_factor(r) + near }
+    }
+
+    /// The Laplacian of K_delta at r. 0 at r = 0 without a mollifier.
+    #[must_use]
+    pub fn laplacian(&self, r: T) -> T {
+        let near = self.others(r)[2];
+        if self.newtonian == T::ZERO { near } else { self.newtonian * self.blob.density(r) + near }
+    }
+
+    /// Value, gradient factor and Laplacian of all terms that are not Newtonian, in one pass over the tables: for sums,
+    /// which take the Newtonian part from [`Blob::polynomials`].
+    #[must_use]
+    #[inline]
+    pub fn others(&self, r: T) -> [T; 3] {
+        let mut sum = [T::ZERO; 3];
+        if self.used == 0 || (r == T::ZERO && self.is_singular()) {
+            return sum;
+        }
+        for part in self.parts.iter().take(self.used) {
+            let [u, g, l] = part.at::<D>(self.tables, r);
+            sum = [sum[0] + u, sum[1] + g, sum[2] + l];
+        }
+        sum
+    }
+
+    /// Value, gradient factor and Laplacian.
+    #[must_use]
+    pub fn at(&self, r: T) -> [T; 3] {
+        let [u, g, l] = self.others(r);
+        if self.newtonian == T::ZERO {
+            return [u, g, l];
+        }
+        let (c, blob) = (self.newtonian, &self.blob);
+        [u + c * blob.potential(r), g + c * blob.gradient_factor(r), l + c * blob.density(r)]
+    }
+}

@@ -153,6 +153,43 @@ impl<'w> Space<'w> for Carve<'w> {
     }
 }
 
+/// Finds the arrays of a prepared block again, to read them: several threads may do so at a time.
+#[derive(Clone, Copy, Debug)]
+pub struct View<'w> {
+    rest: &'w [u8],
+}
+
+impl<'w> View<'w> {
+    /// Starts at the beginning of `memory`.
+    ///
+    /// # Errors
+    /// [`Error::Misaligned`]: `memory` does not start at a multiple of [`ALIGN`].
+    pub fn new(memory: &'w [u8]) -> Result<Self> {
+        if !memory.is_empty() && !memory.as_ptr().addr().is_multiple_of(ALIGN) {
+            return Err(Error::Misaligned);
+        }
+        Ok(Self { rest: memory })
+    }
+
+    /// The next `n` elements, as they were left.
+    ///
+    /// # Errors
+    /// [`Error::TooLarge`]: the size overflows. [`Error::WorkspaceTooSmall`]: not enough bytes are left.
+    #[expect(unsafe_code, reason = "turns a checked part of the buffer into an array")]
+    pub fn array<T: Plain>(&mut self, n: usize) -> Result<&'w [T]> {
+        const { assert!(align_of::<T>() <= ALIGN) }
+        let bytes = padded_bytes::<T>(n)?;
+        let (mine, rest) = self.rest.split_at_checked(bytes).ok_or(Error::WorkspaceTooSmall)?;
+        self.rest = rest;
+        if mine.is_empty() {
+            return Ok(&[]);
+        }
+        // SAFETY: `mine` holds n elements' bytes, starts at a multiple of ALIGN (the block does, and all steps are
+        // multiples), is initialised, and any bytes are valid as `T: Plain`.
+        Ok(unsafe { core::slice::from_raw_parts(mine.as_ptr().cast::<T>(), n) })
+    }
+}
+
 // SAFETY: `Carve` is the mutable borrow of the buffer, which may move between threads.
 #[expect(unsafe_code, reason = "an exclusive borrow of bytes")]
 unsafe impl Send for Carve<'_> {}

@@ -26,7 +26,7 @@ mod columns;
 #[cfg(target_has_atomic = "ptr")]
 mod divide;
 
-pub use carve::{ALIGN, Carve, Measure, Plain, Space};
+pub use carve::{ALIGN, Carve, Measure, Plain, Space, View};
 #[cfg(target_has_atomic = "ptr")]
 pub use columns::{Block, Columns};
 #[cfg(target_has_atomic = "ptr")]

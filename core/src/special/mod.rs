@@ -1,5 +1,6 @@
 //! Special functions that libm lacks, stated once over the scalar.
 
+pub mod bessel;
 pub(crate) mod elementary;
 pub mod exponential_integral;
 pub mod incomplete_gamma;

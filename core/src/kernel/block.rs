@@ -1,0 +1,267 @@
+//! The prepared block in the caller's buffer: head, terms and parts as numbers, tables. No pointers: it may be copied,
+//! moved and saved, and opened by any machine of the same byte order.
+
+use super::Kernel;
+use super::fit::{Builder, Task, USER_OCTAVES, capacity};
+use super::law::{Law, MAX_TERMS, RadialKernel, Term};
+use super::part::{Outer, Part, RECORD};
+use super::profile::Profile;
+use crate::error::{Error, Result};
+use crate::mollifier::{Blob, Mollifier};
+use crate::real::Real;
+use crate::space::{Carve, Measure, Space, View};
+
+/// "mollis K" in ASCII, as a number: swapped bytes show another machine's block.
+const MAGIC: u64 = 0x6D6F_6C6C_6973_204B;
+/// Changes whenever the meaning of a block does.
+const VERSION: u64 = 1;
+/// Numbers of the head.
+const HEAD: usize = 8;
+/// Numbers of a term's record.
+const TERM: usize = 3;
+/// Numbers before the terms: mollifier kind, order, exponent, delta, Newtonian coefficient, fit error.
+const START: usize = 6;
+/// Numbers of the records.
+const RECORDS: usize = START + MAX_TERMS * (TERM + RECORD);
+
+/// A user's kernel in a sum.
+#[derive(Clone, Copy)]
+pub struct Supplied<'a> {
+    /// The kernel, called while the sum is prepared and never afterwards.
+    pub kernel: &'a dyn RadialKernel,
+    /// Its factor in the sum.
+    pub coefficient: f64,
+    /// Pairs further apart than this get nothing from it. With a mollifier, the kernel is called for r up to a little more.
+    pub reach: f64,
+}
+
+impl core::fmt::Debug for Supplied<'_> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("Supplied").field("coefficient", &self.coefficient).field("reach", &self.reach).finish()
+    }
+}
+
+/// The three arrays of a block.
+fn lay<'w, T: Real>(space: &mut impl Space<'w>, tables: usize) -> Result<(&'w mut [u64], &'w mut [f64], &'w mut [T])> {
+    Ok((space.array(HEAD)?, space.array(RECORDS)?, space.array(tables)?))
+}
+
+/// Checks terms; answers with the numbers their tables may take.
+fn check<const D: usize>(terms: &[Term], supplied: bool, mollifier: Mollifier) -> Result<usize> {
+    mollifier.check(D)?;
+    let count = terms.len() + usize::from(supplied);
+    if count == 0 || count > MAX_TERMS {
+        return Err(Error::KernelTerms);
+    }
+    let profile = Profile::new(mollifier, D);
+    let mut tables = 0;
+    for term in terms {
+        term.law.check(D)?;
+        if !term.coefficient.is_finite() {
+            return Err(Error::NotFinite);
+        }
+        let (law, _) = term.law.canonical(D);
+        if law != Law::Newtonian {
+            tables += capacity(Some(law), profile.as_ref(), D);
+        }
+    }
+    if supplied {
+        tables += capacity(None, profile.as_ref(), D);
+    }
+    Ok(tables)
+}
+
+impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
+    /// A kernel without terms.
+    pub(super) fn empty(blob: Blob<T, D>) -> Self {
+        let outer = Outer::Bare { factor: T::ZERO };
+        let part = Part { law: Law::Newtonian, radius: T::ZERO, panels: 0, first: 0, outer };
+        let term = Term { law: Law::Newtonian, coefficient: 0.0 };
+        Self {
+            blob,
+            newtonian: T::ZERO,
+            terms: [term; MAX_TERMS],
+            count: 0,
+            parts: [part; MAX_TERMS],
+            used: 0,
+            tables: &[],
+            fit_error: 0.0,
+        }
+    }
+
+    /// The exact size of a block for these terms under this mollifier, in bytes.
+    ///
+    /// # Errors
+    /// As [`Kernel::prepare`].
+    pub fn workspace_bytes(terms: &[Term], mollifier: Mollifier) -> Result<usize> {
+        Self::workspace_bytes_with(terms, false, mollifier)
+    }
+
+    /// As [`Kernel::workspace_bytes`], with a user's kernel.
+    ///
+    /// # Errors
+    /// As [`Kernel::prepare`].
+    pub fn workspace_bytes_with(terms: &[Term], supplied: bool, mollifier: Mollifier) -> Result<usize> {
+        let tables = check::<D>(terms, supplied, mollifier)?;
+        Measure::of(|space| lay::<T>(space, tables).map(|_| ()))
+    }
+
+    /// Prepares the sum of `terms`, mollified over the length `delta` (not looked at for [`Mollifier::None`]), into
+    /// `memory`, which needs [`Kernel::workspace_bytes`]. Tables are computed in double precision for either scalar.
+    ///
+    /// Cost: closed forms microseconds, fits some milliseconds (2D exponentials and general powers tens of them).
+    ///
+    /// # Errors
+    /// [`Error::KernelTerms`]: no term, or more than [`MAX_TERMS`]. [`Error::KernelParameter`], [`Error::NotFinite`]: a
+    /// parameter. [`Error::Delta`], [`Error::Dimension`], [`Error::Order`], [`Error::Exponent`]: the mollifier.
+    /// [`Error::WorkspaceTooSmall`], [`Error::Misaligned`]: the memory. [`Error::Unsupported`]: k delta (delta/l) is too
+    /// large (about 600 for compact mollifiers, 13 to 26 for Gaussians), so that the exterior factor overflows.
+    /// [`Error::OutOfDomain`]: a coefficient leaves the range of the scalar. After an error `memory` holds no block.
+    pub fn prepare(memory: &'k mut [u8], terms: &[Term], mollifier: Mollifier, delta: T) -> Result<Self> {
+        Self::prepare_with(memory, terms, None, mollifier, delta)
+    }
+
+    /// As [`Kernel::prepare`], with a user's kernel added to the sum.
+    ///
+    /// # Errors
+    /// As [`Kernel::prepare`]; [`Error::NotFinite`]: the user's kernel returned a value that is not finite;
+    /// [`Error::OutOfDomain`]: its reach is not positive; [`Error::Unsupported`]: its reach is beyond 2^40 delta.
+    pub fn prepare_with(
+        memory: &'k mut [u8],
+        terms: &[Term],
+        supplied: Option<Supplied<'_>>,
+        mollifier: Mollifier,
+        delta: T,
+    ) -> Result<Self> {
+        let size = check::<D>(terms, supplied.is_some(), mollifier)?;
+        let blob = Blob::<T, D>::new(mollifier, delta)?;
+        if let Some(s) = supplied {
+            if !s.coefficient.is_finite() || s.reach.is_nan() {
+                return Err(Error::NotFinite);
+            }
+            if !(s.reach > 0.0 && s.reach < 1e150) {
+                return Err(Error::OutOfDomain);
+            }
+        }
+        if memory.len() < Measure::of(|space| lay::<T>(space, size).map(|_| ()))? {
+            return Err(Error::WorkspaceTooSmall);
+        }
+        let (head, records, tables) = lay::<T>(&mut Carve::new(memory)?, size)?;
+        let profile = Profile::new(mollifier, D);
+        let delta = delta.to_f64();
+        let mut builder = Builder::new(tables);
+        let (mut newtonian, mut used) = (0.0, 0_usize);
+        let (start, rest) = records.split_at_mut_checked(START).ok_or(Error::WorkspaceTooSmall)?;
+        let (term_records, part_records) =
+            rest.split_at_mut_checked(MAX_TERMS * TERM).ok_or(Error::WorkspaceTooSmall)?;
+        let mut part_slots = part_records.as_chunks_mut::<RECORD>().0.iter_mut();
+        let mut store = |part: Part<T>| -> Result<()> {
+            *part_slots.next().ok_or(Error::KernelTerms)? = part.to_record();
+            used += 1;
+            Ok(())
+        };
+        for (term, slot) in terms.iter().zip(term_records.as_chunks_mut::<TERM>().0) {
+            let (kind, parameter) = term.law.to_numbers();
+            *slot = [kind, parameter, term.coefficient];
+            let (law, factor) = term.law.canonical(D);
+            let coefficient = factor * term.coefficient;
+            if law == Law::Newtonian {
+                newtonian += coefficient;
+            } else {
+                let task = Task { dimension: D, profile: profile.as_ref(), delta, coefficient };
+                store(task.prepare::<T, D>(law, &mut builder)?)?;
+            }
+        }
+        if let Some(s) = supplied {
+            let task = Task { dimension: D, profile: profile.as_ref(), delta, coefficient: s.coefficient };
+            store(task.supplied(s.kernel, s.reach, &mut builder)?)?;
+        }
+        builder.finish(D, delta)?;
+        let (kind, order, exponent) = match mollifier {
+            Mollifier::None => (0.0, 0, 0),
+            Mollifier::Compact { order, exponent } => (1.0, order, exponent),
+            Mollifier::Gaussian { order } => (2.0, order, 0),
+        };
+        let values = [kind, f64::from(order), f64::from(exponent), delta, newtonian, builder.error];
+        start.iter_mut().zip(values).for_each(|(slot, v)| *slot = v);
+        let values = [
+            MAGIC,
+            VERSION,
+            u64::from(T::BYTES),
+            D as u64,
+            terms.len() as u64,
+            used as u64,
+            size as u64,
+            u64::from(supplied.is_some()),
+        ];
+        head.iter_mut().zip(values).for_each(|(slot, v)| *slot = v);
+        Self::decode(head, records, tables, blob)
+    }
+
+    /// Opens a block that [`Kernel::prepare`] made, perhaps elsewhere.
+    ///
+    /// # Errors
+    /// [`Error::NotPrepared`]: no block, or one of another dimension. [`Error::WrongVersion`], [`Error::WrongScalar`],
+    /// [`Error::WrongByteOrder`]: as they say. [`Error::WorkspaceTooSmall`]: bytes are missing. [`Error::Misaligned`].
+    pub fn open(memory: &'k [u8]) -> Result<Self> {
+        let mut view = View::new(memory)?;
+        let head: &[u64] = view.array(HEAD).map_err(|_| Error::NotPrepared)?;
+        let &[magic, version, bytes, dimension, _, _, size, _] =
+            head.first_chunk::<HEAD>().ok_or(Error::NotPrepared)?;
+        if magic == MAGIC.swap_bytes() {
+            return Err(Error::WrongByteOrder);
+        }
+        if magic != MAGIC {
+            return Err(Error::NotPrepared);
+        }
+        if version != VERSION {
+            return Err(Error::WrongVersion);
+        }
+        if bytes != u64::from(T::BYTES) {
+            return Err(Error::WrongScalar);
+        }
+        if dimension != D as u64 {
+            return Err(Error::NotPrepared);
+        }
+        let records: &[f64] = view.array(RECORDS)?;
+        let tables: &[T] = view.array(usize::try_from(size).map_err(|_| Error::NotPrepared)?)?;
+        let &[kind, order, exponent, delta, ..] = records.first_chunk::<START>().ok_or(Error::NotPrepared)?;
+        let (order, exponent) = (order as u32, exponent as u32);
+        let mollifier = match kind as u32 {
+            0 => Mollifier::None,
+            1 => Mollifier::Compact { order, exponent },
+            _ => Mollifier::Gaussian { order },
+        };
+        let blob = Blob::new(mollifier, T::from_f64(delta)).map_err(|_| Error::NotPrepared)?;
+        Self::decode(head, records, tables, blob)
+    }
+
+    /// The size of an opened or prepared block in bytes.
+    ///
+    /// # Errors
+    /// [`Error::TooLarge`].
+    pub fn block_bytes(&self) -> Result<usize> {
+        Measure::of(|space| lay::<T>(space, self.tables.len()).map(|_| ()))
+    }
+
+    fn decode(head: &[u64], records: &[f64], tables: &'k [T], blob: Blob<T, D>) -> Result<Self> {
+        let &[_, _, _, _, count, used, _, _] = head.first_chunk::<HEAD>().ok_or(Error::NotPrepared)?;
+        let (start, rest) = records.split_at_checked(START).ok_or(Error::NotPrepared)?;
+        let &[_, _, _, _, newtonian, fit_error] = start.first_chunk::<START>().ok_or(Error::NotPrepared)?;
+        let (terms, parts) = rest.split_at_checked(MAX_TERMS * TERM).ok_or(Error::NotPrepared)?;
+        let mut kernel = Self::empty(blob);
+        kernel.newtonian = T::from_f64(newtonian);
+        kernel.fit_error = fit_error;
+        kernel.tables = tables;
+        kernel.count = usize::try_from(count).unwrap_or(0).min(MAX_TERMS);
+        kernel.used = usize::try_from(used).unwrap_or(0).min(MAX_TERMS);
+        for (slot, &[kind, parameter, coefficient]) in kernel.terms.iter_mut().zip(terms.as_chunks::<TERM>().0) {
+            *slot = Term { law: Law::from_numbers(kind, parameter), coefficient };
+        }
+        for (slot, record) in kernel.parts.iter_mut().zip(parts.as_chunks::<RECORD>().0) {
+            *slot = Part::from_record(record);
+            slot.panels = slot.panels.min(USER_OCTAVES + 2);
+        }
+        Ok(kernel)
+    }
+}

@@ -1,0 +1,165 @@
+//! The bare kernels: names, ranges, and K, K'/r, Laplacian K away from the origin.
+
+use crate::error::{Error, Result};
+use crate::real::Real;
+use crate::special::bessel::{k0_scaled, k1_scaled};
+
+/// One radial kernel, before its coefficient. Newtonian and screened ones are fundamental solutions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Law {
+    /// Laplacian K = +Dirac: |x|/2, log|x|/(2 pi), -1/(4 pi |x|) in 1, 2, 3 dimensions.
+    Newtonian,
+    /// |x|^p / p, and log|x| for p = 0. Real p > 1 - d; in one dimension p = 0 too, whose gradient is a principal value.
+    Power {
+        /// p.
+        exponent: f64,
+    },
+    /// e^{-|x|/l}: a term of a Morse potential.
+    Exponential {
+        /// l > 0.
+        length: f64,
+    },
+    /// (Laplacian - k^2) K = Dirac: -e^{-k|x|}/(2k), -K0(k|x|)/(2 pi), -e^{-k|x|}/(4 pi |x|).
+    Screened {
+        /// k > 0, an inverse length.
+        k: f64,
+    },
+}
+
+/// A kernel with its coefficient: +1 attracts where K grows, -1 repels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Term {
+    /// Which kernel.
+    pub law: Law,
+    /// Its factor in the sum; any finite number.
+    pub coefficient: f64,
+}
+
+/// The most terms of a sum.
+pub const MAX_TERMS: usize = 8;
+
+impl Law {
+    /// Whether the parameter is in its range in this dimension.
+    ///
+    /// # Errors
+    /// [`Error::NotFinite`], [`Error::KernelParameter`].
+    pub fn check(self, dimension: usize) -> Result<()> {
+        let d = dimension as f64;
+        let (value, allowed) = match self {
+            Law::Newtonian => return Ok(()),
+            // 1D log|x| is locally integrable and its principal-value gradient exists, though p = 1 - d.
+            Law::Power { exponent: p } => (p, p > 1.0 - d || (dimension == 1 && p == 0.0)),
+            Law::Exponential { length } => (length, length > 0.0),
+            Law::Screened { k } => (k, k > 0.0),
+        };
+        if !value.is_finite() {
+            return Err(Error::NotFinite);
+        }
+        if allowed { Ok(()) } else { Err(Error::KernelParameter) }
+    }
+
+    /// The same kernel as a multiple of a simpler law: powers that are Newtonian, and 1D exponentials, which are screened.
+    pub(crate) fn canonical(self, dimension: usize) -> (Self, f64) {
+        use core::f64::consts::PI;
+        match self {
+            Law::Power { exponent } if exponent == 2.0 - dimension as f64 => match dimension {
+                1 => (Law::Newtonian, 2.0),
+                2 => (Law::Newtonian, 2.0 * PI),
+                _ => (Law::Newtonian, 4.0 * PI),
+            },
+            // e^{-k|x|} = -2k V with V = -e^{-k|x|}/(2k)
+            Law::Exponential { length } if dimension == 1 => (Law::Screened { k: 1.0 / length }, -2.0 / length),
+            law => (law, 1.0),
+        }
+    }
+
+    /// Kind and parameter, as a prepared block keeps them.
+    pub(crate) fn to_numbers(self) -> (f64, f64) {
+        match self {
+            Law::Newtonian => (0.0, 0.0),
+            Law::Power { exponent } => (1.0, exponent),
+            Law::Exponential { length } => (2.0, length),
+            Law::Screened { k } => (3.0, k),
+        }
+    }
+
+    pub(crate) fn from_numbers(kind: f64, parameter: f64) -> Self {
+        match kind as u32 {
+            0 => Law::Newtonian,
+            1 => Law::Power { exponent: parameter },
+            2 => Law::Exponential { length: parameter },
+            _ => Law::Screened { k: parameter },
+        }
+    }
+
+    /// K, K'/r and the Laplacian of K at r > 0.
+    pub(crate) fn bare<T: Real, const D: usize>(self, r: T) -> [T; 3] {
+        let d = T::from_usize(D);
+        let per_r = T::ONE / r;
+        match self {
+            Law::Newtonian => match D {
+                1 => [T::HALF * r, T::HALF * per_r, T::ZERO],
+                2 => {
+                    let c = T::HALF / T::PI;
+                    [c * r.log(), c * per_r * per_r, T::ZERO]
+                }
+                _ => {
+                    let c = T::from_f64(0.25) / T::PI * per_r;
+                    [-c, c * per_r * per_r, T::ZERO]
+                }
+            },
+            Law::Power { exponent } => {
+                let p = T::from_f64(exponent);
+                let power = power(r, exponent);
+                let gradient = power * per_r * per_r;
+                let value = if exponent == 0.0 { r.log() } else { power / p };
+                [value, gradient, (p + d - T::TWO) * gradient]
+            }
+            Law::Exponential { length } => {
+                let k = T::from_f64(1.0 / length);
+                let e = (-(k * r)).exp();
+                let gradient = -k * e * per_r;
+                [e, gradient, k * k * e + (d - T::ONE) * gradient]
+            }
+            Law::Screened { k } => {
+                let k = T::from_f64(k);
+                let x = k * r;
+                let e = (-x).exp();
+                let (value, gradient) = match D {
+                    1 => (-T::HALF / k * e, T::HALF * e * per_r),
+                    2 => {
+                        let c = T::HALF / T::PI * e;
+                        (-c * k0_scaled(x), c * k * k1_scaled(x) * per_r)
+                    }
+                    _ => {
+                        let c = T::from_f64(0.25) / T::PI * e * per_r;
+                        (-c, c * (T::ONE + x) * per_r * per_r)
+                    }
+                };
+                [value, gradient, k * k * value]
+            }
+        }
+    }
+}
+
+/// r^p: by multiplications and a square root for small half-integers, by `pow` else.
+#[inline]
+pub(crate) fn power<T: Real>(r: T, p: f64) -> T {
+    let doubled = 2.0 * p;
+    if doubled.abs() > 32.0 || doubled != (doubled as i32) as f64 {
+        return r.pow(T::from_f64(p));
+    }
+    let n = (doubled as i32).unsigned_abs();
+    let whole = r.powi(n / 2);
+    let result = if n % 2 == 1 { whole * r.sqrt() } else { whole };
+    if p < 0.0 { T::ONE / result } else { result }
+}
+
+/// A radial kernel that the user supplies.
+///
+/// Only called while a kernel is prepared; never stored. The three functions must belong together: the library does not
+/// differentiate. They may grow without bound as r goes to 0, but K must be integrable there: r^(d-1) K, r^d K'.
+pub trait RadialKernel {
+    /// `[K(r), K'(r)/r, (Laplacian K)(r)]` at r > 0.
+    fn at(&self, r: f64) -> [f64; 3];
+}
