@@ -107,7 +107,8 @@ impl Convolution {
             let mut matters = false;
             for (sum, part) in sums.iter_mut().zip(add) {
                 *sum += part;
-                matters |= !(part.abs() <= 1e-20 * sum.abs());
+                // a NaN must not look like nothing
+                matters |= part.is_nan() || part.abs() > 1e-20 * sum.abs();
             }
             matters
         });

@@ -69,6 +69,8 @@ pub(crate) struct Builder<'a, T> {
     /// The largest part that a fit misses, relative to the largest coefficient of this and the panels inside of it.
     pub(crate) error: f64,
     size: [f64; 3],
+    /// No panel reaches further.
+    limit: f64,
     /// The sum of all screened terms inside a compact mollifier, in powers of t and units of delta, and the place reserved
     /// for it: psi and the Newtonian part of each, large at small delta, cancel in a Morse potential before they round.
     screened: [[DoubleWord<f64>; 3]; LENGTH],
@@ -83,6 +85,7 @@ impl<'a, T: Real> Builder<'a, T> {
             next: 0,
             error: 0.0,
             size: [0.0; 3],
+            limit: f64::INFINITY,
             screened: [[DoubleWord::ZERO; 3]; LENGTH],
             reserved: None,
         }
@@ -117,7 +120,7 @@ impl<'a, T: Real> Builder<'a, T> {
             }
         }
         self.next += 3 * len;
-        let header = Panel { end: real(end), variable, start, len, scale: real(scale), shift: real(shift) };
+        let header = Panel { end: real(end.min(self.limit)), variable, start, len, scale: real(scale), shift: real(shift) };
         let place = self.tables.get_mut(self.headers..).and_then(|t| t.first_chunk_mut::<HEADER>());
         *place.ok_or(Error::WorkspaceTooSmall)? = header.to_header();
         self.headers += HEADER;
@@ -413,6 +416,7 @@ impl Task<'_> {
         builder: &mut Builder<'_, T>,
     ) -> Result<Part<T>> {
         let law = Law::Newtonian;
+        builder.limit = reach;
         let Some(profile) = self.profile else {
             // octaves downwards from the reach, in units of it
             let unit = Task { delta: reach, ..*self };

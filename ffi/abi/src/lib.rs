@@ -25,6 +25,7 @@ mod random;
 mod run;
 mod status;
 
+pub use kernel::*;
 pub use mollifier::*;
 pub use run::*;
 pub use status::*;
