@@ -120,7 +120,8 @@ impl<'a, T: Real> Builder<'a, T> {
             }
         }
         self.next += 3 * len;
-        let header = Panel { end: real(end.min(self.limit)), variable, start, len, scale: real(scale), shift: real(shift) };
+        let header =
+            Panel { end: real(end.min(self.limit)), variable, start, len, scale: real(scale), shift: real(shift) };
         let place = self.tables.get_mut(self.headers..).and_then(|t| t.first_chunk_mut::<HEADER>());
         *place.ok_or(Error::WorkspaceTooSmall)? = header.to_header();
         self.headers += HEADER;
