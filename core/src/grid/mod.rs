@@ -249,6 +249,29 @@ impl<'w, T: Real> Grid<'w, T> {
         &self.monopole
     }
 
+    /// Finds the total mass, its centre and the number of particles outside, as [`Grid::solve`] does first.
+    pub fn locate_mass(&mut self) {
+        let sum = deposit::sum(&self.mesh, self.words());
+        self.outside = sum.outside;
+        self.monopole.mass = T::from_f64(sum.units as f64 * self.scale.unit());
+        self.monopole.centre = sum.centre.map(T::from_f64);
+    }
+
+    /// Overwrites `out` with the masses at the nodes, node (i, j) at `j (cells[0] + 1) + i`.
+    ///
+    /// # Errors
+    /// [`Error::LengthMismatch`] before anything is written.
+    pub fn masses(&self, out: &mut [T]) -> Result<()> {
+        if out.len() != self.mesh.nodes() {
+            return Err(Error::LengthMismatch);
+        }
+        let unit = self.scale.unit();
+        for (mass, &units) in out.iter_mut().zip(self.words()) {
+            *mass = T::from_f64(units as f64 * unit);
+        }
+        Ok(())
+    }
+
     /// Solves for the potential and its gradient at the nodes.
     ///
     /// Cost and accuracy: see `poisson`.
@@ -257,12 +280,8 @@ impl<'w, T: Real> Grid<'w, T> {
     /// [`Error::WorkspaceTooSmall`]: the executor has more workers than the grid was prepared for.
     pub fn solve(&mut self, executor: &dyn Executor) -> Result<()> {
         self.check_workers(executor)?;
+        self.locate_mass();
         let each = self.mesh.nodes() + TAIL;
-        let words = self.arrays.words.get(..each).ok_or(Error::WorkspaceTooSmall)?;
-        let sum = deposit::sum(&self.mesh, words);
-        self.outside = sum.outside;
-        self.monopole.mass = T::from_f64(sum.units as f64 * self.scale.unit());
-        self.monopole.centre = sum.centre.map(T::from_f64);
         let Arrays { words, gradient, solver } = &mut self.arrays;
         let words = words.get(..each).ok_or(Error::WorkspaceTooSmall)?;
         solver.solve(&self.mesh, &self.equation, &self.monopole, self.scale, words, executor)?;

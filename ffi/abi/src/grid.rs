@@ -1,1 +1,409 @@
 //! Mesh fields.
+
+use core::ffi::c_void;
+
+use mollis_core::grid::{Equation, Grid, Mesh, Walls};
+use mollis_core::{Error, Real, Result};
+
+use crate::buffers::{Input, Output, disjoint, workspace};
+use crate::options::{self, Options};
+use crate::run::{HostRun, mollis_run};
+use crate::status::{mollis_status, status};
+
+/// Free space: the field of all mass at its centre is prescribed on the mesh's border.
+pub const MOLLIS_WALLS_FREE: i32 = 0;
+/// No flux through the border: particles outside act from, and are driven at, their mirror places.
+pub const MOLLIS_WALLS_NO_FLUX: i32 = 1;
+
+/// A rectangle cut into cells[0] by cells[1] equal cells, at least 2 each way. It has (cells[0] + 1) (cells[1] + 1) nodes; arrays over
+/// the nodes run along x first.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct mollis_mesh2 {
+    /// The lower left corner.
+    pub lower: [f64; 2],
+    /// The upper right corner.
+    pub upper: [f64; 2],
+    /// Cells along x and y.
+    pub cells: [usize; 2],
+}
+
+impl mollis_mesh2 {
+    /// # Safety
+    /// The crate's contract for `mesh`.
+    pub(crate) unsafe fn read<T: Real>(mesh: *const Self) -> Result<Mesh<T>> {
+        if mesh.is_null() {
+            return Err(Error::NullPointer);
+        }
+        if !mesh.is_aligned() {
+            return Err(Error::Misaligned);
+        }
+        // SAFETY: not null, aligned, and the caller promises a mesh there.
+        let mesh = unsafe { *mesh };
+        Mesh::new(mesh.lower.map(T::from_f64), mesh.upper.map(T::from_f64), mesh.cells)
+    }
+}
+
+/// Which field a grid solves for. Fill it with `mollis_grid2_options_init`; null means the defaults.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct mollis_grid2_options {
+    /// Bytes of this structure, as `mollis_grid2_options_init` sets it.
+    pub size: u32,
+    /// `MOLLIS_WALLS_*`. Default: free space.
+    pub walls: i32,
+    /// k >= 0 of Laplacian(u) - k^2 u = density. Default: 0.
+    pub screening: f64,
+}
+
+// SAFETY: `repr(C)`, the size first; older versions are prefixes, and all members take any bytes an older caller wrote.
+unsafe impl Options for mollis_grid2_options {
+    const DEFAULT: Self = Self { size: size_of::<Self>() as u32, walls: MOLLIS_WALLS_FREE, screening: 0.0 };
+}
+
+fn equation<T: Real>(options: &mollis_grid2_options) -> Result<Equation<T>> {
+    let walls = match options.walls {
+        MOLLIS_WALLS_FREE => Walls::Free,
+        MOLLIS_WALLS_NO_FLUX => Walls::NoFlux,
+        _ => return Err(Error::UnknownValue),
+    };
+    Ok(Equation { screening: T::from_f64(options.screening), walls })
+}
+
+/// Fills `options` with the defaults. `size` is `sizeof *options`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mollis_grid2_options_init(options: *mut mollis_grid2_options, size: usize) -> mollis_status {
+    // SAFETY: the caller promises the crate's contract.
+    status(unsafe { options::init(options, size) })
+}
+
+unsafe fn workspace_bytes<T: Real>(
+    mesh: *const mollis_mesh2,
+    options: *const mollis_grid2_options,
+    run: *const mollis_run,
+    bytes: *mut usize,
+) -> Result<()> {
+    let bytes = Output::new(bytes, 1)?;
+    // SAFETY: the caller promises the crate's contract.
+    let (mesh, options, run) =
+        unsafe { (mollis_mesh2::read::<T>(mesh)?, options::read(options)?, HostRun::read(run)?) };
+    let needed = Grid::workspace_bytes(&mesh, &equation(&options)?, run.workers())?;
+    // SAFETY: as above.
+    unsafe { bytes.slice() }.iter_mut().for_each(|slot| *slot = needed);
+    Ok(())
+}
+
+/// The exact size of the workspace that mollis_grid2_eval needs for this mesh and these options, with this run's executor.
+///
+/// Refused: MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_NOT_FINITE, MOLLIS_ERR_OUT_OF_DOMAIN (an empty rectangle, fewer than 2 cells),
+/// MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_UNKNOWN_VALUE (walls), MOLLIS_ERR_KERNEL_PARAMETER (screening), MOLLIS_ERR_OPTIONS_SIZE.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mollis_grid2_workspace_bytes(
+    mesh: *const mollis_mesh2,
+    options: *const mollis_grid2_options,
+    run: *const mollis_run,
+    bytes: *mut usize,
+) -> mollis_status {
+    // SAFETY: the caller promises the crate's contract.
+    status(unsafe { workspace_bytes::<f64>(mesh, options, run, bytes) })
+}
+
+/// As mollis_grid2_workspace_bytes, for mollis_grid2_eval_f32.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mollis_grid2_workspace_bytes_f32(
+    mesh: *const mollis_mesh2,
+    options: *const mollis_grid2_options,
+    run: *const mollis_run,
+    bytes: *mut usize,
+) -> mollis_status {
+    // SAFETY: the caller promises the crate's contract.
+    status(unsafe { workspace_bytes::<f32>(mesh, options, run, bytes) })
+}
+
+#[expect(clippy::too_many_arguments, reason = "one optional output each")]
+unsafe fn eval<T: Real>(
+    mesh: *const mollis_mesh2,
+    options: *const mollis_grid2_options,
+    n_sources: usize,
+    sources: *const [T; 2],
+    masses: *const T,
+    n_targets: usize,
+    targets: *const [T; 2],
+    gradient: *mut [T; 2],
+    node_mass: *mut T,
+    node_potential: *mut T,
+    node_gradient: *mut [T; 2],
+    total: *mut [T; 3],
+    outside: *mut u64,
+    memory: *mut c_void,
+    bytes: usize,
+    run: *const mollis_run,
+) -> Result<()> {
+    // SAFETY: the caller promises the crate's contract, here and below.
+    let (mesh, options, run) =
+        unsafe { (mollis_mesh2::read::<T>(mesh)?, options::read(options)?, HostRun::read(run)?) };
+    let (nodes, equation) = (mesh.nodes(), equation(&options)?);
+    let (sources, masses) = (Input::new(sources, n_sources)?, Input::new(masses, n_sources)?);
+    let targets = Input::new(targets, n_targets)?;
+    let gradient = Output::optional(gradient, n_targets)?;
+    let node_mass = Output::optional(node_mass, nodes)?;
+    let node_potential = Output::optional(node_potential, nodes)?;
+    let node_gradient = Output::optional(node_gradient, nodes)?;
+    let total = Output::optional(total, 1)?;
+    let outside = Output::optional(outside, 1)?;
+    let memory = workspace(memory, bytes)?;
+    disjoint(
+        &[
+            gradient.map(Output::range),
+            node_mass.map(Output::range),
+            node_potential.map(Output::range),
+            node_gradient.map(Output::range),
+            total.map(Output::range),
+            outside.map(Output::range),
+            Some(memory.range()),
+        ],
+        &[sources.range(), masses.range(), targets.range()],
+    )?;
+    // SAFETY: as above; outputs overlap nothing.
+    let (sources, masses, targets) = unsafe { (sources.slice(), masses.slice(), targets.slice()) };
+    if !sources.iter().chain(targets).flatten().chain(masses).all(|v| v.is_finite()) {
+        return Err(Error::NotFinite);
+    }
+    run.enter(|run| {
+        // SAFETY: as above.
+        let memory = unsafe { memory.slice() };
+        let mut grid = Grid::prepare(memory, mesh, equation, run.executor.workers())?;
+        let go_on = || if run.should_stop.is_some_and(|ask| ask()) { Err(Error::Stopped) } else { Ok(()) };
+        grid.deposit(sources, masses, run.executor)?;
+        go_on()?;
+        if gradient.is_some() || node_potential.is_some() || node_gradient.is_some() {
+            grid.solve(run.executor)?;
+            go_on()?;
+        } else {
+            grid.locate_mass();
+        }
+        // SAFETY: as above, for each output.
+        unsafe {
+            if let Some(out) = gradient {
+                grid.interpolate(targets, out.slice(), run.executor)?;
+            }
+            if let Some(out) = node_mass {
+                grid.masses(out.slice())?;
+            }
+            if let Some(out) = node_potential {
+                grid.potential(out.slice())?;
+            }
+            if let Some(out) = node_gradient {
+                for (slot, &value) in out.slice().iter_mut().zip(grid.gradient()) {
+                    *slot = value;
+                }
+            }
+            if let Some(out) = total {
+                let monopole = grid.monopole();
+                let [x, y] = monopole.centre;
+                out.slice().iter_mut().for_each(|slot| *slot = [monopole.mass, x, y]);
+            }
+            if let Some(out) = outside {
+                out.slice().iter_mut().for_each(|slot| *slot = grid.outside());
+            }
+        }
+        Ok(())
+    })
+}
+
+/// The field of n_sources masses (any sign) on a mesh: u = sum_j masses[j] V(x - sources[j]), V = log r / (2 pi), or -K0(k r) / (2 pi) with
+/// screening k. Cloud-in-cell deposit in 64-bit fixed point, the five-point scheme solved exactly, bilinear interpolation of its centred
+/// differences (Zhelezov & Fatkullin, (3.6) to (3.10), whose c is -u).
+///
+/// | output            | shape        |                                                                                  |
+/// |-------------------|--------------|----------------------------------------------------------------------------------|
+/// | gradient          | n_targets, 2 | grad u at the targets; outside the mesh that of all mass at its centre            |
+/// | node_mass         | nodes        | the mass at each node                                                            |
+/// | node_potential    | nodes        | u at the nodes                                                                   |
+/// | node_gradient     | nodes, 2     | centred differences of u                                                         |
+/// | total             | 3            | total mass and its centre                                                        |
+/// | outside           | 1            | sources outside the mesh; they act through the total mass only                   |
+///
+/// Each output is overwritten, null is "not wanted"; what no output needs is not computed. The bits do not depend on the order of the
+/// sources, on the executor or on the level. The workspace is scratch, of mollis_grid2_workspace_bytes.
+///
+/// Refused, with nothing written: the errors of mollis_grid2_workspace_bytes, MOLLIS_ERR_WORKSPACE_TOO_SMALL, MOLLIS_ERR_MISALIGNED,
+/// MOLLIS_ERR_OVERLAP, MOLLIS_ERR_NOT_FINITE. MOLLIS_ERR_STOPPED, MOLLIS_ERR_EXECUTOR: outputs are then undefined.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mollis_grid2_eval(
+    mesh: *const mollis_mesh2,
+    options: *const mollis_grid2_options,
+    n_sources: usize,
+    sources: *const [f64; 2],
+    masses: *const f64,
+    n_targets: usize,
+    targets: *const [f64; 2],
+    gradient: *mut [f64; 2],
+    node_mass: *mut f64,
+    node_potential: *mut f64,
+    node_gradient: *mut [f64; 2],
+    total: *mut [f64; 3],
+    outside: *mut u64,
+    workspace: *mut c_void,
+    bytes: usize,
+    run: *const mollis_run,
+) -> mollis_status {
+    // SAFETY: the caller promises the crate's contract.
+    status(unsafe {
+        eval(
+            mesh,
+            options,
+            n_sources,
+            sources,
+            masses,
+            n_targets,
+            targets,
+            gradient,
+            node_mass,
+            node_potential,
+            node_gradient,
+            total,
+            outside,
+            workspace,
+            bytes,
+            run,
+        )
+    })
+}
+
+/// As mollis_grid2_eval, in single precision.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mollis_grid2_eval_f32(
+    mesh: *const mollis_mesh2,
+    options: *const mollis_grid2_options,
+    n_sources: usize,
+    sources: *const [f32; 2],
+    masses: *const f32,
+    n_targets: usize,
+    targets: *const [f32; 2],
+    gradient: *mut [f32; 2],
+    node_mass: *mut f32,
+    node_potential: *mut f32,
+    node_gradient: *mut [f32; 2],
+    total: *mut [f32; 3],
+    outside: *mut u64,
+    workspace: *mut c_void,
+    bytes: usize,
+    run: *const mollis_run,
+) -> mollis_status {
+    // SAFETY: the caller promises the crate's contract.
+    status(unsafe {
+        eval(
+            mesh,
+            options,
+            n_sources,
+            sources,
+            masses,
+            n_targets,
+            targets,
+            gradient,
+            node_mass,
+            node_potential,
+            node_gradient,
+            total,
+            outside,
+            workspace,
+            bytes,
+            run,
+        )
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use core::ptr::{null, null_mut};
+
+    #[repr(align(64))]
+    struct Aligned([u8; 1 << 16]);
+
+    #[test]
+    fn the_call_does_what_core_does_and_refuses_without_writing() {
+        let mesh = mollis_mesh2 { lower: [-1.0, -1.0], upper: [1.0, 1.0], cells: [12, 10] };
+        let (x, m) = ([[0.1, 0.2], [-0.3, 0.4], [2.0, 0.0]], [1.0, 2.0, 0.5]);
+        let mut memory = std::boxed::Box::new(Aligned([0xAA; 1 << 16]));
+        let memory = memory.0.as_mut_ptr().cast::<c_void>();
+        let nodes = 13 * 11;
+        let (mut gradient, mut total, mut outside) = ([[7.0; 2]; 3], [7.0; 3], 7_u64);
+        let (mut mass, mut u, mut du) = (std::vec![7.0; nodes], std::vec![7.0; nodes], std::vec![[7.0; 2]; nodes]);
+        let mut bytes = 0;
+        // SAFETY: live arrays of these lengths.
+        unsafe {
+            assert_eq!(mollis_grid2_workspace_bytes(&raw const mesh, null(), null(), &raw mut bytes), 0);
+            assert!(bytes <= 1 << 16);
+            let mut call =
+                |mesh: *const mollis_mesh2, options: *const mollis_grid2_options, x: *const [f64; 2], bytes: usize| {
+                    mollis_grid2_eval(
+                        mesh,
+                        options,
+                        3,
+                        x,
+                        m.as_ptr(),
+                        3,
+                        x,
+                        gradient.as_mut_ptr(),
+                        mass.as_mut_ptr(),
+                        u.as_mut_ptr(),
+                        du.as_mut_ptr(),
+                        &raw mut total,
+                        &raw mut outside,
+                        memory,
+                        bytes,
+                        null(),
+                    )
+                };
+            let bad = [[0.1, f64::NAN], [0.0; 2], [0.0; 2]];
+            let thin = mollis_mesh2 { cells: [1, 10], ..mesh };
+            let unknown = mollis_grid2_options { walls: 9, ..mollis_grid2_options::DEFAULT };
+            let negative = mollis_grid2_options { screening: -1.0, ..mollis_grid2_options::DEFAULT };
+            for (status, error) in [
+                (call(null(), null(), x.as_ptr(), bytes), Error::NullPointer),
+                (call(&raw const thin, null(), x.as_ptr(), bytes), Error::OutOfDomain),
+                (call(&raw const mesh, &raw const unknown, x.as_ptr(), bytes), Error::UnknownValue),
+                (call(&raw const mesh, &raw const negative, x.as_ptr(), bytes), Error::KernelParameter),
+                (call(&raw const mesh, null(), x.as_ptr(), bytes - 1), Error::WorkspaceTooSmall),
+                (call(&raw const mesh, null(), bad.as_ptr(), bytes), Error::NotFinite),
+                (call(&raw const mesh, null(), memory.cast::<[f64; 2]>(), bytes), Error::Overlap),
+            ] {
+                assert_eq!(status, error as i32);
+            }
+            assert!(call(&raw const mesh, null(), x.as_ptr(), bytes) == 0);
+        }
+        assert_eq!((outside, total[0]), (1, 3.5));
+        assert!((mass.iter().sum::<f64>() - 3.0).abs() < 1e-13);
+        let exact = [(0.1 - 0.6 + 1.0) / 3.5, (0.2 + 0.8) / 3.5];
+        assert!((total[1] - exact[0]).abs() < 1e-12 && (total[2] - exact[1]).abs() < 1e-12);
+        assert!(gradient.iter().chain(&du).flatten().chain(&u).all(|v| v.is_finite() && *v != 7.0));
+
+        // Only what is wanted, by single precision: the total alone needs no field.
+        let (x32, m32) = (x.map(|x| x.map(|v| v as f32)), m.map(|m| m as f32));
+        let mut total32 = [0.0_f32; 3];
+        // SAFETY: live arrays of these lengths.
+        let status = unsafe {
+            mollis_grid2_eval_f32(
+                &raw const mesh,
+                null(),
+                3,
+                x32.as_ptr(),
+                m32.as_ptr(),
+                0,
+                null(),
+                null_mut(),
+                null_mut(),
+                null_mut(),
+                null_mut(),
+                &raw mut total32,
+                null_mut(),
+                memory,
+                bytes,
+                null(),
+            )
+        };
+        assert_eq!((status, total32[0]), (0, 3.5));
+    }
+}

@@ -25,8 +25,10 @@ mod random;
 mod run;
 mod status;
 
+pub use grid::*;
 pub use kernel::*;
 pub use mollifier::*;
+pub use random::*;
 pub use run::*;
 pub use status::*;
 

@@ -1,1 +1,220 @@
-//! Generators.
+//! Random numbers: the host's generator, the ready Philox, and words to normals.
+
+use core::ffi::c_void;
+
+use mollis_core::random::{self, Generator, Philox};
+use mollis_core::space::Plain;
+use mollis_core::{Error, Real, Result};
+
+use crate::buffers::{Input, Output, disjoint};
+use crate::status::{mollis_status, status};
+
+/// A host's random generator: one stream of uniform bits, drawn serially in the order of the arrays.
+///
+/// `fill` overwrites out[0 .. n] with uniform 64-bit words and returns 0; another status ends the call and comes back. A
+/// run continues bit for bit when the host saves its state with the buffers.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct mollis_generator {
+    /// Passed to `fill`.
+    pub state: *mut c_void,
+    /// Draws the next n words.
+    pub fill: Option<unsafe extern "C" fn(state: *mut c_void, out: *mut u64, n: usize) -> i32>,
+}
+
+/// A C caller's generator as core's.
+#[allow(dead_code, reason = "taken by the functions that draw")]
+pub(crate) struct HostGenerator {
+    state: *mut c_void,
+    fill: unsafe extern "C" fn(*mut c_void, *mut u64, usize) -> i32,
+}
+
+#[allow(dead_code, reason = "taken by the functions that draw")]
+impl HostGenerator {
+    /// # Safety
+    /// The crate's contract for `generator` and what it points to.
+    pub(crate) unsafe fn read(generator: *const mollis_generator) -> Result<Self> {
+        if generator.is_null() {
+            return Err(Error::NullPointer);
+        }
+        if !generator.is_aligned() {
+            return Err(Error::Misaligned);
+        }
+        // SAFETY: not null, aligned, and the caller promises a generator there.
+        let mollis_generator { state, fill } = unsafe { *generator };
+        Ok(Self { state, fill: fill.ok_or(Error::NullPointer)? })
+    }
+}
+
+impl Generator for HostGenerator {
+    fn fill(&mut self, _: u64, _: u32, _: u32, out: &mut [u64]) -> Result<()> {
+        // SAFETY: the host's own function, with what its contract says.
+        match unsafe { (self.fill)(self.state, out.as_mut_ptr(), out.len()) } {
+            0 => Ok(()),
+            code => Err(Error::from_code(code).unwrap_or(Error::Generator)),
+        }
+    }
+}
+
+/// Overwrites out[0 .. n] with uniform 64-bit words of the built-in generator for the particle `label` at time step `step`,
+/// sub-step `substep`.
+///
+/// Words 0 and 1 are Philox4x32-10 (Salmon et al. 2011) with key = (low, high half of the seed) and counter = (low, high half of the
+/// label, step, substep), its 32-bit results w0..w3 joined as w0 + 2^32 w1 and w2 + 2^32 w3. Later pairs b = 1, 2, ... have
+/// the same counter and as key the first 64-bit word of label b, step = substep = 2^32 - 1 under the seed. No state.
+///
+/// Refused: MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_TOO_LARGE.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mollis_philox_eval(
+    seed: u64,
+    label: u64,
+    step: u32,
+    substep: u32,
+    n: usize,
+    out: *mut u64,
+) -> mollis_status {
+    status(Output::new(out, n).map(|out| {
+        // SAFETY: the caller promises the crate's contract.
+        Philox::new(seed).words(label, step, substep, unsafe { out.slice() });
+    }))
+}
+
+unsafe fn philox_normals<T: Real>(
+    seed: u64,
+    n: usize,
+    labels: *const u64,
+    step: u32,
+    substep: u32,
+    normals: *mut [T; 2],
+) -> Result<()>
+where
+    [T; 2]: Plain,
+{
+    let (labels, normals) = (Input::new(labels, n)?, Output::new(normals, n)?);
+    disjoint(&[Some(normals.range())], &[labels.range()])?;
+    // SAFETY: the caller promises the crate's contract.
+    Philox::new(seed).normals(unsafe { labels.slice() }, step, substep, unsafe { normals.slice() });
+    Ok(())
+}
+
+/// Overwrites normals[i] with two independent standard normal numbers for the particle labels[i], i < n: what mollis_normal_eval
+/// makes of words 0 and 1 of mollis_philox_eval, many particles at a time. The bits are the same on every machine.
+///
+/// Refused: MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_OVERLAP.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mollis_philox2_eval(
+    seed: u64,
+    n: usize,
+    labels: *const u64,
+    step: u32,
+    substep: u32,
+    normals: *mut [f64; 2],
+) -> mollis_status {
+    // SAFETY: the caller promises the crate's contract.
+    status(unsafe { philox_normals(seed, n, labels, step, substep, normals) })
+}
+
+/// As mollis_philox2_eval, in single precision.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mollis_philox2_eval_f32(
+    seed: u64,
+    n: usize,
+    labels: *const u64,
+    step: u32,
+    substep: u32,
+    normals: *mut [f32; 2],
+) -> mollis_status {
+    // SAFETY: the caller promises the crate's contract.
+    status(unsafe { philox_normals(seed, n, labels, step, substep, normals) })
+}
+
+unsafe fn normals<T: Real>(n: usize, words: *const u64, out: *mut T) -> Result<()> {
+    let n_words = n.checked_add(n % 2).ok_or(Error::TooLarge)?;
+    let (words, out) = (Input::new(words, n_words)?, Output::new(out, n)?);
+    disjoint(&[Some(out.range())], &[words.range()])?;
+    // SAFETY: the caller promises the crate's contract.
+    random::normals(unsafe { words.slice() }, unsafe { out.slice() });
+    Ok(())
+}
+
+/// Overwrites out[0 .. n] with independent standard normal numbers from uniform 64-bit words (Box & Muller 1958). `words` holds n
+/// words, n + 1 if n is odd. The bits are the same on every machine; |out| <= 8.58.
+///
+/// Refused: MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_OVERLAP.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mollis_normal_eval(n: usize, words: *const u64, out: *mut f64) -> mollis_status {
+    // SAFETY: the caller promises the crate's contract.
+    status(unsafe { normals(n, words, out) })
+}
+
+/// As mollis_normal_eval, in single precision.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mollis_normal_eval_f32(n: usize, words: *const u64, out: *mut f32) -> mollis_status {
+    // SAFETY: the caller promises the crate's contract.
+    status(unsafe { normals(n, words, out) })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    unsafe extern "C" fn count(state: *mut c_void, out: *mut u64, n: usize) -> i32 {
+        for i in 0..n {
+            // SAFETY: the test passes its counter, mollis n words.
+            unsafe {
+                *state.cast::<u64>() += 1;
+                *out.add(i) = *state.cast::<u64>();
+            }
+        }
+        // SAFETY: as above.
+        if unsafe { *state.cast::<u64>() } > 5 { -7 } else { 0 }
+    }
+
+    #[test]
+    fn a_host_generator_is_drawn_in_order_and_may_fail() {
+        let mut state = 0_u64;
+        let generator = mollis_generator { state: (&raw mut state).cast(), fill: Some(count) };
+        // SAFETY: live locals.
+        let mut host = unsafe { HostGenerator::read(&raw const generator) }.unwrap();
+        let mut out = [0; 3];
+        assert_eq!((host.fill(9, 9, 9, &mut out), out), (Ok(()), [1, 2, 3]));
+        assert_eq!(host.fill(0, 0, 0, &mut out), Err(Error::Generator));
+        // SAFETY: null is refused, and a missing function is.
+        unsafe {
+            assert_eq!(HostGenerator::read(core::ptr::null()).err(), Some(Error::NullPointer));
+            let none = mollis_generator { fill: None, ..generator };
+            assert_eq!(HostGenerator::read(&raw const none).err(), Some(Error::NullPointer));
+        }
+    }
+
+    #[test]
+    fn words_and_normals_are_those_of_core() {
+        let labels = [5_u64, 6, u64::MAX];
+        let (mut words, mut want) = ([0_u64; 5], [0_u64; 5]);
+        let (mut pairs, mut single) = ([[0.0_f64; 2]; 3], [0.0_f64; 2]);
+        // SAFETY: live arrays of these lengths.
+        unsafe {
+            assert_eq!(mollis_philox_eval(1, 2, 3, 4, 5, words.as_mut_ptr()), 0);
+            assert_eq!(mollis_philox2_eval(1, 3, labels.as_ptr(), 7, 8, pairs.as_mut_ptr()), 0);
+            for (&label, pair) in labels.iter().zip(&pairs) {
+                let mut two = [0_u64; 2];
+                assert_eq!(mollis_philox_eval(1, label, 7, 8, 2, two.as_mut_ptr()), 0);
+                assert_eq!(mollis_normal_eval(2, two.as_ptr(), single.as_mut_ptr()), 0);
+                assert_eq!(*pair, single);
+            }
+            // The same memory as input and output is refused, untouched.
+            let before = words;
+            assert_eq!(mollis_normal_eval(4, words.as_ptr(), words.as_mut_ptr().cast()), Error::Overlap as i32);
+            assert_eq!(words, before);
+            assert_eq!(mollis_philox_eval(0, 0, 0, 0, 1, core::ptr::null_mut()), Error::NullPointer as i32);
+            assert_eq!(mollis_philox_eval(0, 0, 0, 0, 0, core::ptr::null_mut()), 0);
+            let mut floats = [[0.0_f32; 2]; 3];
+            assert_eq!(mollis_philox2_eval_f32(1, 3, labels.as_ptr(), 7, 8, floats.as_mut_ptr()), 0);
+            assert!((f64::from(floats[0][1]) - pairs[0][1]).abs() < 1e-5);
+            let mut three = [0.0_f32; 3];
+            assert_eq!(mollis_normal_eval_f32(3, words.as_ptr(), three.as_mut_ptr()), 0);
+        }
+        Philox::new(1).words(2, 3, 4, &mut want);
+        assert_eq!(words, want);
+    }
+}
