@@ -1,6 +1,7 @@
 //! The field of all mass at its centre: Dirichlet data, and the drift outside the mesh.
 
 use crate::real::Real;
+use crate::special::bessel::{k0_scaled, k1_scaled};
 
 /// `mass` at `centre`, with the kernel of the equation.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,7 +25,7 @@ impl<T: Real> Monopole<T> {
     /// `mass V(x - centre)`, V = log r / (2 pi) or -K0(k r) / (2 pi): (3.10) with the sign of V * rho.
     pub fn potential(&self, x: [T; 2]) -> T {
         let (_, r) = self.distance(x);
-        let v = if self.screening > T::ZERO { -k0(self.screening * r) } else { r.log() };
+        let v = if self.screening > T::ZERO { -unscaled(self.screening * r, k0_scaled) } else { r.log() };
         self.mass * v / (T::TWO * T::PI)
     }
 
@@ -33,32 +34,14 @@ impl<T: Real> Monopole<T> {
         let (d, r) = self.distance(x);
         let k = self.screening;
         // V' / r
-        let slope = if k > T::ZERO { k * k1(k * r) / r } else { T::ONE / (r * r) };
+        let slope = if k > T::ZERO { k * unscaled(k * r, k1_scaled) / r } else { T::ONE / (r * r) };
         let factor = self.mass * slope / (T::TWO * T::PI);
         [factor * d[0], factor * d[1]]
     }
 }
 
-/// K0 and K1 by the trapezoidal rule on their integral, for now.
-fn k0<T: Real>(x: T) -> T {
-    integral(x, false)
-}
-fn k1<T: Real>(x: T) -> T {
-    integral(x, true)
-}
-fn integral<T: Real>(x: T, weighted: bool) -> T {
-    let x = x.to_f64();
-    let mut sum = 0.5 * (-x).exp();
-    for n in 1..400 {
-        let cosh = {
-            let e = (0.05 * f64::from(n)).exp();
-            0.5 * (e + 1.0 / e)
-        };
-        let term = (-x * cosh).exp();
-        if term == 0.0 {
-            break;
-        }
-        sum += if weighted { term * cosh } else { term };
-    }
-    T::from_f64(sum * 0.05)
+/// e^-x times the scaled function; 0 where that is below the scalar's range, whatever the function's own range is.
+fn unscaled<T: Real>(x: T, scaled: impl Fn(T) -> T) -> T {
+    let decay = (-x).exp();
+    if decay > T::ZERO { decay * scaled(x) } else { T::ZERO }
 }
