@@ -84,6 +84,16 @@
 
 
 /**
+ * Free space: the field of all mass at its centre is prescribed on the mesh's border.
+ */
+#define MOLLIS_WALLS_FREE 0
+
+/**
+ * No flux through the border: particles outside act from, and are driven at, their mirror places.
+ */
+#define MOLLIS_WALLS_NO_FLUX 1
+
+/**
  * Laplacian K = +Dirac: |x|/2, log|x|/(2 pi), -1/(4 pi |x|) in 1, 2, 3 dimensions. No parameter.
  */
 #define MOLLIS_KERNEL_NEWTONIAN 0
@@ -154,6 +164,96 @@
 typedef int32_t mollis_status;
 
 /**
+ * Which field a grid solves for. Fill it with `mollis_grid2_options_init`; null means the defaults.
+ */
+typedef struct mollis_grid2_options {
+  /**
+   * Bytes of this structure, as `mollis_grid2_options_init` sets it.
+   */
+  uint32_t size;
+  /**
+   * `MOLLIS_WALLS_*`. Default: free space.
+   */
+  int32_t walls;
+  /**
+   * k >= 0 of Laplacian(u) - k^2 u = density. Default: 0.
+   */
+  double screening;
+} mollis_grid2_options;
+
+/**
+ * A rectangle cut into cells[0] by cells[1] equal cells, at least 2 each way. It has (cells[0] + 1) (cells[1] + 1) nodes; arrays over
+ * the nodes run along x first.
+ */
+typedef struct mollis_mesh2 {
+  /**
+   * The lower left corner.
+   */
+  double lower[2];
+  /**
+   * The upper right corner.
+   */
+  double upper[2];
+  /**
+   * Cells along x and y.
+   */
+  size_t cells[2];
+} mollis_mesh2;
+
+/**
+ * One task of a call: `mollis` passes it to `parallel_for`, which calls it.
+ */
+typedef int32_t (*mollis_task)(void *data, size_t index, size_t worker);
+
+/**
+ * The host's way to run independent tasks, perhaps on several threads.
+ *
+ * `parallel_for` must call `task(data, index, worker)` once for every `index` in `0 .. tasks`, with `worker < workers` and never two calls
+ * with the same `worker` at a time, and return after all have returned: 0, or a status that ends the call. Results do not
+ * depend on the order or on the number of threads, bit for bit.
+ */
+typedef struct mollis_executor {
+  /**
+   * Passed to `parallel_for`.
+   */
+  void *context;
+  /**
+   * How many tasks may run at a time: 1 to 64. Workspaces are sized for this number.
+   */
+  size_t workers;
+  /**
+   * Runs the tasks.
+   */
+  int32_t (*parallel_for)(void *context, size_t tasks, mollis_task task, void *data);
+} mollis_executor;
+
+/**
+ * How a call runs. Fill it with `mollis_run_init`, then change what you want; null means the defaults.
+ */
+typedef struct mollis_run {
+  /**
+   * Bytes of this structure, as `mollis_run_init` sets it.
+   */
+  uint32_t size;
+  /**
+   * The instruction set: `MOLLIS_LEVEL_*`. Default: the best of the machine.
+   */
+  int32_t level;
+  /**
+   * Who runs the tasks; null (the default): the calling thread.
+   */
+  const struct mollis_executor *executor;
+  /**
+   * Asked between tasks, perhaps from several threads; nonzero stops the call with `MOLLIS_ERR_STOPPED`. May be null.
+   */
+  int32_t (*should_stop)(void *context);
+  /**
+   * Passed to `should_stop`.
+   */
+  void *stop_context;
+} mollis_run;
+
+/**
  * One term of a kernel sum: coefficient (+1 attracts where K grows, -1 repels) times K.
  */
 typedef struct mollis_kernel_term {
@@ -216,62 +316,90 @@ typedef struct mollis_mollifier {
   int32_t exponent;
 } mollis_mollifier;
 
-/**
- * One task of a call: `mollis` passes it to `parallel_for`, which calls it.
- */
-typedef int32_t (*mollis_task)(void *data, size_t index, size_t worker);
-
-/**
- * The host's way to run independent tasks, perhaps on several threads.
- *
- * `parallel_for` must call `task(data, index, worker)` once for every `index` in `0 .. tasks`, with `worker < workers` and never two calls
- * with the same `worker` at a time, and return after all have returned: 0, or a status that ends the call. Results do not
- * depend on the order or on the number of threads, bit for bit.
- */
-typedef struct mollis_executor {
-  /**
-   * Passed to `parallel_for`.
-   */
-  void *context;
-  /**
-   * How many tasks may run at a time: 1 to 64. Workspaces are sized for this number.
-   */
-  size_t workers;
-  /**
-   * Runs the tasks.
-   */
-  int32_t (*parallel_for)(void *context, size_t tasks, mollis_task task, void *data);
-} mollis_executor;
-
-/**
- * How a call runs. Fill it with `mollis_run_init`, then change what you want; null means the defaults.
- */
-typedef struct mollis_run {
-  /**
-   * Bytes of this structure, as `mollis_run_init` sets it.
-   */
-  uint32_t size;
-  /**
-   * The instruction set: `MOLLIS_LEVEL_*`. Default: the best of the machine.
-   */
-  int32_t level;
-  /**
-   * Who runs the tasks; null (the default): the calling thread.
-   */
-  const struct mollis_executor *executor;
-  /**
-   * Asked between tasks, perhaps from several threads; nonzero stops the call with `MOLLIS_ERR_STOPPED`. May be null.
-   */
-  int32_t (*should_stop)(void *context);
-  /**
-   * Passed to `should_stop`.
-   */
-  void *stop_context;
-} mollis_run;
-
 #ifdef __cplusplus
 extern "C" {
 #endif // __cplusplus
+
+/**
+ * Fills `options` with the defaults. `size` is `sizeof *options`.
+ */
+mollis_status mollis_grid2_options_init(struct mollis_grid2_options *options, size_t size);
+
+/**
+ * The exact size of the workspace that mollis_grid2_eval needs for this mesh and these options, with this run's executor.
+ *
+ * Refused: MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_NOT_FINITE, MOLLIS_ERR_OUT_OF_DOMAIN (an empty rectangle, fewer than 2 cells),
+ * MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_UNKNOWN_VALUE (walls), MOLLIS_ERR_KERNEL_PARAMETER (screening), MOLLIS_ERR_OPTIONS_SIZE.
+ */
+mollis_status mollis_grid2_workspace_bytes(const struct mollis_mesh2 *mesh,
+                                           const struct mollis_grid2_options *options,
+                                           const struct mollis_run *run,
+                                           size_t *bytes);
+
+/**
+ * As mollis_grid2_workspace_bytes, for mollis_grid2_eval_f32.
+ */
+mollis_status mollis_grid2_workspace_bytes_f32(const struct mollis_mesh2 *mesh,
+                                               const struct mollis_grid2_options *options,
+                                               const struct mollis_run *run,
+                                               size_t *bytes);
+
+/**
+ * The field of n_sources masses (any sign) on a mesh: u = sum_j masses[j] V(x - sources[j]), V = log r / (2 pi), or -K0(k r) / (2 pi) with
+ * screening k. Cloud-in-cell deposit in 64-bit fixed point, the five-point scheme solved exactly, bilinear interpolation of its centred
+ * differences (Zhelezov & Fatkullin, (3.6) to (3.10), whose c is -u).
+ *
+ * | output            | shape        |                                                                                  |
+ * |-------------------|--------------|----------------------------------------------------------------------------------|
+ * | gradient          | n_targets, 2 | grad u at the targets; outside the mesh that of all mass at its centre            |
+ * | node_mass         | nodes        | the mass at each node                                                            |
+ * | node_potential    | nodes        | u at the nodes                                                                   |
+ * | node_gradient     | nodes, 2     | centred differences of u                                                         |
+ * | total             | 3            | total mass and its centre                                                        |
+ * | outside           | 1            | sources outside the mesh; they act through the total mass only                   |
+ *
+ * Each output is overwritten, null is "not wanted"; what no output needs is not computed. The bits do not depend on the order of the
+ * sources, on the executor or on the level. The workspace is scratch, of mollis_grid2_workspace_bytes.
+ *
+ * Refused, with nothing written: the errors of mollis_grid2_workspace_bytes, MOLLIS_ERR_WORKSPACE_TOO_SMALL, MOLLIS_ERR_MISALIGNED,
+ * MOLLIS_ERR_OVERLAP, MOLLIS_ERR_NOT_FINITE. MOLLIS_ERR_STOPPED, MOLLIS_ERR_EXECUTOR: outputs are then undefined.
+ */
+mollis_status mollis_grid2_eval(const struct mollis_mesh2 *mesh,
+                                const struct mollis_grid2_options *options,
+                                size_t n_sources,
+                                const double (*sources)[2],
+                                const double *masses,
+                                size_t n_targets,
+                                const double (*targets)[2],
+                                double (*gradient)[2],
+                                double *node_mass,
+                                double *node_potential,
+                                double (*node_gradient)[2],
+                                double (*total)[3],
+                                uint64_t *outside,
+                                void *workspace,
+                                size_t bytes,
+                                const struct mollis_run *run);
+
+/**
+ * As mollis_grid2_eval, in single precision.
+ */
+mollis_status mollis_grid2_eval_f32(const struct mollis_mesh2 *mesh,
+                                    const struct mollis_grid2_options *options,
+                                    size_t n_sources,
+                                    const float (*sources)[2],
+                                    const float *masses,
+                                    size_t n_targets,
+                                    const float (*targets)[2],
+                                    float (*gradient)[2],
+                                    float *node_mass,
+                                    float *node_potential,
+                                    float (*node_gradient)[2],
+                                    float (*total)[3],
+                                    uint64_t *outside,
+                                    void *workspace,
+                                    size_t bytes,
+                                    const struct mollis_run *run);
 
 /**
  * Writes the exact size in bytes of a prepared kernel in two dimensions: the sum of n_terms terms (at most
@@ -829,6 +957,61 @@ mollis_status mollis_moment3_eval_f32(struct mollis_mollifier mollifier,
                                       float delta,
                                       uint32_t k,
                                       float *value);
+
+/**
+ * Overwrites out[0 .. n] with uniform 64-bit words of the built-in generator for the particle `label` at time step `step`,
+ * sub-step `substep`.
+ *
+ * Words 0 and 1 are Philox4x32-10 (Salmon et al. 2011) with key = (low, high half of the seed) and counter = (low, high half of the
+ * label, step, substep), its 32-bit results w0..w3 joined as w0 + 2^32 w1 and w2 + 2^32 w3. Later pairs b = 1, 2, ... have
+ * the same counter and as key the first 64-bit word of label b, step = substep = 2^32 - 1 under the seed. No state.
+ *
+ * Refused: MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_TOO_LARGE.
+ */
+mollis_status mollis_philox_eval(uint64_t seed,
+                                 uint64_t label,
+                                 uint32_t step,
+                                 uint32_t substep,
+                                 size_t n,
+                                 uint64_t *out);
+
+/**
+ * Overwrites normals[i] with two independent standard normal numbers for the particle labels[i], i < n: what mollis_normal_eval
+ * makes of words 0 and 1 of mollis_philox_eval, many particles at a time. The bits are the same on every machine.
+ *
+ * Refused: MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_OVERLAP.
+ */
+mollis_status mollis_philox2_eval(uint64_t seed,
+                                  size_t n,
+                                  const uint64_t *labels,
+                                  uint32_t step,
+                                  uint32_t substep,
+                                  double (*normals)[2]);
+
+/**
+ * As mollis_philox2_eval, in single precision.
+ */
+mollis_status mollis_philox2_eval_f32(uint64_t seed,
+                                      size_t n,
+                                      const uint64_t *labels,
+                                      uint32_t step,
+                                      uint32_t substep,
+                                      float (*normals)[2]);
+
+/**
+ * Overwrites out[0 .. n] with independent standard normal numbers from uniform 64-bit words (Box & Muller 1958). `words` holds n
+ * words, n + 1 if n is odd. The bits are the same on every machine; |out| <= 8.58.
+ *
+ * Refused: MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_OVERLAP.
+ */
+mollis_status mollis_normal_eval(size_t n,
+                                 const uint64_t *words,
+                                 double *out);
+
+/**
+ * As mollis_normal_eval, in single precision.
+ */
+mollis_status mollis_normal_eval_f32(size_t n, const uint64_t *words, float *out);
 
 /**
  * Fills `run` with the defaults. `size` is `sizeof *run`.
