@@ -1,0 +1,224 @@
+//! Whether an isolated cluster collapses within a step, and when.
+//!
+//! The second moment Y of an isolated cluster follows `dY = alpha dt + 2 beta sqrt(Y) dW~` (2.3), a squared Bessel process of index nu
+//! (2.7) on the clock beta^2 t. For nu < 0 it hits zero at `tau = Y / (2 beta^2 U)`, U ~ Gamma(|nu|, 1) ((2.10) with its constant
+//! restored), so within dt with probability `Q(|nu|, Y / (2 beta^2 dt))`.
+//!
+//! [`CollisionLaw::Exact`] turns the recorded increment into a uniform number `u = Phi(dW~ / sqrt dt)` and merges if u < Q; the time
+//! is then the one with `Q(|nu|, Y / (2 beta^2 tau)) = u`. [`CollisionLaw::Printed`] takes one Gaussian step of Y, (3.11) in the reading
+//! `Y + dY <= 0`: it merges close pairs, whose nu is barely below zero, far too often.
+
+use super::theory::{Group, Law};
+use crate::real::Real;
+use crate::special::{incomplete_gamma, normal};
+
+/// How a cluster's collision is decided.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum CollisionLaw {
+    /// The law of the hitting time of zero.
+    #[default]
+    Exact,
+    /// One Gaussian increment of the second moment, (3.2) and (3.11).
+    Printed,
+}
+
+/// Which collisions are inelastic.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Merging {
+    /// All that can happen: nu < 0.
+    #[default]
+    All,
+    /// Only those that must happen: nu <= -1. The paper's "hard" collisions.
+    Hard,
+    /// None: particles never merge and no cluster is searched for.
+    Never,
+}
+
+/// The decision, prepared for one step.
+#[derive(Clone, Copy, Debug)]
+pub struct Criterion<T> {
+    /// chi, mu~, gamma.
+    pub constants: Law<T>,
+    /// Exact or printed.
+    pub law: CollisionLaw,
+    /// Soft and hard, or hard only.
+    pub merging: Merging,
+    /// p: clusters that collide with a smaller probability are left alone.
+    pub probability: T,
+    /// Phi^{-1}(p), for the printed law.
+    pub quantile: T,
+    /// The step.
+    pub dt: T,
+}
+
+impl<T: Real> Criterion<T> {
+    /// Prepares the decision.
+    #[must_use]
+    pub fn new(constants: Law<T>, law: CollisionLaw, merging: Merging, probability: T, dt: T) -> Self {
+        let quantile = match law {
+            CollisionLaw::Exact => T::ZERO,
+            CollisionLaw::Printed => normal::quantile(probability),
+        };
+        Self { constants, law, merging, probability, quantile, dt }
+    }
+
+    /// Whether no group at all can collide, by a bound: then no search is needed.
+    ///
+    /// Nothing attracts (every index is then N - 2 >= 0); or only hard collisions count and, with k = gamma chi / (4 mu~),
+    /// `k m M < 1` for the largest mass m and the total mass M: for a group of N' of mass M' nu <= -1 needs
+    /// `N' - 1 <= k (M'^2 - sum m_i^2) <= k M' (M' - M'/N')`, that is `N' <= k M'^2 <= k M N' m`.
+    #[must_use]
+    pub fn impossible(&self, largest: T, total: T) -> bool {
+        let strength = self.constants.gamma * self.constants.chi;
+        match self.merging {
+            Merging::Never => true,
+            _ if strength <= T::ZERO => true,
+            Merging::All => false,
+            // A margin for the rounding of the sum of the masses.
+            Merging::Hard => strength * largest * total < T::from_f64(3.99) * self.constants.noise,
+        }
+    }
+
+    /// Whether a collision at this index merges.
+    #[inline]
+    fn inelastic(&self, index: T) -> bool {
+        match self.merging {
+            Merging::All => index < T::ZERO,
+            Merging::Hard => index <= -T::ONE,
+            Merging::Never => false,
+        }
+    }
+
+    /// Whether the group with second moment Y may collide within the step, with a probability that counts.
+    #[inline]
+    #[must_use]
+    pub fn collidable(&self, group: &Group<T>, moment: T) -> bool {
+        let index = self.constants.index(group);
+        if !self.inelastic(index) {
+            return false;
+        }
+        if self.law == CollisionLaw::Printed || self.constants.noise == T::ZERO {
+            return self.increment(group, moment, self.quantile) < T::ZERO;
+        }
+        // Y / (2 beta^2 dt)
+        let x = moment * group.mass / (T::from_i32(4) * self.constants.noise * self.dt);
+        let a = -index;
+        !negligible(a, x, self.probability) && incomplete_gamma::upper(a, x) > self.probability
+    }
+
+    /// Y + alpha dt + 2 beta sqrt(Y dt) z: one Gaussian step of the second moment (3.2), (3.11).
+    fn increment(&self, group: &Group<T>, moment: T, z: T) -> T {
+        let spread = if self.constants.noise == T::ZERO {
+            T::ZERO
+        } else {
+            T::TWO * (self.constants.beta_squared(group) * moment * self.dt).sqrt() * z
+        };
+        moment + self.constants.alpha(group) * self.dt + spread
+    }
+
+    /// When, as a time in (0, dt], the group merges if its increment is `z sqrt(dt)`; `None` if it doesn't.
+    #[must_use]
+    pub fn time(&self, group: &Group<T>, moment: T, z: T) -> Option<T> {
+        let clamp = |tau: T| if tau < self.dt { tau.max(T::ZERO) } else { self.dt };
+        if moment <= T::ZERO {
+            return Some(T::ZERO);
+        }
+        if self.law == CollisionLaw::Printed || self.constants.noise == T::ZERO {
+            let after = self.increment(group, moment, z);
+            // The straight line from Y to Y + dY.
+            return (after <= T::ZERO).then(|| clamp(self.dt * (moment / (moment - after))));
+        }
+        let a = -self.constants.index(group);
+        let scale = group.mass / (T::from_i32(4) * self.constants.noise);
+        let u = normal::distribution(z);
+        if u >= incomplete_gamma::upper(a, moment * scale / self.dt) {
+            return None;
+        }
+        Some(clamp(moment * scale / incomplete_gamma::upper_inverse(a, u)))
+    }
+}
+
+/// A bound without special functions: `true` only if Q(a, x) <= p.
+///
+/// For a <= 1, Gamma(1 + a) >= 0.88, so with t^a <= max(1, t): x >= 1: Q <= 1.14 a e^{-x} <= 1.14 a / (1 + x + x^2/2 + x^3/6);
+/// x < 1: Q <= 1.14 a (-log x + 1/e), and -log x <= 4 (x^{-1/4} - 1).
+#[inline]
+fn negligible<T: Real>(a: T, x: T, p: T) -> bool {
+    if a > T::ONE {
+        return false;
+    }
+    let c = T::from_f64;
+    let prefactor = c(1.14) * a;
+    if x >= T::ONE {
+        prefactor < p * (T::ONE + x * (T::ONE + x * (T::HALF + x * c(1.0 / 6.0))))
+    } else {
+        prefactor * (T::from_i32(4) / x.sqrt().sqrt() - c(3.63)) < p
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_bound_is_a_bound() {
+        for a in [1e-9, 1e-6, 1e-4, 1e-3, 0.01, 0.3, 0.9, 1.0] {
+            for k in -400..60 {
+                let x = 10.0_f64.powf(f64::from(k) * 0.05);
+                let q = incomplete_gamma::upper(a, x);
+                for p in [1e-12, 1e-6, 1e-4, 1e-2, 0.3] {
+                    assert!(!negligible(a, x, p) || q <= p, "{a} {x} {p} {q}");
+                }
+            }
+        }
+        // And it does cut: a light pair a tenth of the step's length apart.
+        assert!(negligible(3e-4, 3.0, 1e-4) && negligible(1e-5, 0.1, 1e-4));
+    }
+
+    #[test]
+    fn times_follow_the_law() {
+        // P(tau <= s) = Q(|nu|, Y / (2 beta^2 s)) for every s in the step, by construction: check the inversion end to end.
+        let group = Group::of(&[1.0, 1.0]);
+        for nu in [-0.5, -1.5, -4.0] {
+            // nu = -gamma chi 2 / (4 mu~), mu~ = 1
+            let constants = Law { chi: -2.0 * nu, noise: 1.0, gamma: 1.0 };
+            assert_eq!(constants.index(&group), nu);
+            let criterion = Criterion::new(constants, CollisionLaw::Exact, Merging::All, 1e-12, 0.5);
+            let moment = 0.3;
+            let bound = incomplete_gamma::upper(-nu, moment / (2.0 * constants.beta_squared(&group) * 0.5));
+            for k in 1..40 {
+                let u = bound * f64::from(k) / 40.0;
+                let tau: f64 = criterion.time(&group, moment, normal::quantile(u)).unwrap();
+                let back = incomplete_gamma::upper(-nu, moment / (2.0 * constants.beta_squared(&group) * tau));
+                assert!((back / u - 1.0).abs() < 1e-11 && tau <= 0.5);
+            }
+            assert_eq!(criterion.time(&group, moment, normal::quantile(bound + 0.01 * (1.0 - bound))), None);
+            assert!(criterion.collidable(&group, moment));
+        }
+    }
+
+    #[test]
+    fn without_noise_the_moment_falls_in_a_straight_line() {
+        let constants = Law { chi: 3.0, noise: 0.0, gamma: 1.0 };
+        let group = Group::of(&[1.0, 2.0]);
+        let criterion = Criterion::new(constants, CollisionLaw::Exact, Merging::All, 1e-4, 0.5);
+        // alpha = -gamma chi 4 / 3 = -4
+        assert!(criterion.collidable(&group, 1.9) && !criterion.collidable(&group, 2.1));
+        assert_eq!(criterion.time(&group, 1.0, 7.0), Some(0.25));
+        assert_eq!(criterion.time(&group, 2.1, 7.0), None);
+    }
+
+    #[test]
+    fn hard_collisions_are_impossible_below_critical_mass() {
+        let (n, mass) = (1000, 20.0);
+        let constants = Law::new(1.0, super::super::theory::noise(mass, 1.0, n));
+        let hard = Criterion::new(constants, CollisionLaw::Exact, Merging::Hard, 1e-4, 0.1);
+        assert!(hard.impossible(mass / n as f64, mass));
+        let soft = Criterion { merging: Merging::All, ..hard };
+        assert!(!soft.impossible(mass / n as f64, mass));
+        let supercritical = Criterion { constants: Law::new(1.0, super::super::theory::noise(30.0, 1.0, n)), ..hard };
+        assert!(!supercritical.impossible(30.0 / n as f64, 30.0));
+        let repulsive = Criterion { constants: Law::new(-1.0, 1.0), ..soft };
+        assert!(repulsive.impossible(1.0, 1.0));
+    }
+}
