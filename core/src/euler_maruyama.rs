@@ -1,1 +1,92 @@
 //! Adaptive Euler-Maruyama sub-steps (Zhelezov & Fatkullin (3.4), (3.5)).
+//!
+//! `X(t + s) = X(t) + v s + sqrt(2 D s) N`, where s is chosen so that the expected length of the jump stays below a given width.
+
+use crate::error::{Error, Result};
+use crate::real::Real;
+
+/// How sub-steps are chosen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Control<T> {
+    /// The expected jump of a sub-step stays below this length: the mesh width. Infinity for no limit.
+    pub width: T,
+    /// At least so many sub-steps a step; 0 counts as 1.
+    pub at_least: u32,
+    /// More than so many are refused with [`Error::TooManySubsteps`].
+    pub at_most: u32,
+}
+
+impl<T: Real> Control<T> {
+    /// The next sub-step with `remaining` of the step `dt` left, at speed |v| and diffusivity D, `done` sub-steps having been made:
+    /// `remaining` itself if one is enough.
+    ///
+    /// # Errors
+    /// [`Error::TooManySubsteps`]: it would be one too many.
+    #[inline]
+    pub fn next(&self, dt: T, remaining: T, done: u32, speed: T, diffusivity: T) -> Result<T> {
+        if done >= self.at_most {
+            return Err(Error::TooManySubsteps);
+        }
+        let longest = largest(speed, diffusivity, self.width);
+        let longest = if self.at_least > 1 { longest.min(dt / T::from_usize(self.at_least as usize)) } else { longest };
+        // A rest that is only rounding is not a sub-step of its own.
+        if longest >= remaining * (T::ONE - T::from_i32(16) * T::EPSILON) {
+            return Ok(remaining);
+        }
+        // No progress: the sub-step vanishes against the step.
+        if longest <= dt * T::EPSILON || longest.is_nan() {
+            return Err(Error::TooManySubsteps);
+        }
+        Ok(longest)
+    }
+}
+
+/// The longest s with `speed s + E|sqrt(2 D s) N| <= width`, N a standard normal of the plane: `E|N| = sqrt(pi / 2)`.
+#[inline]
+#[must_use]
+pub fn largest<T: Real>(speed: T, diffusivity: T, width: T) -> T {
+    if width == T::INFINITY {
+        return width;
+    }
+    let noise = (T::PI * diffusivity).sqrt();
+    // speed r^2 + noise r = width, r = sqrt(s), by the form without cancellation.
+    let root = noise + (noise * noise + T::from_i32(4) * speed * width).sqrt();
+    if root == T::ZERO {
+        return T::INFINITY;
+    }
+    let r = T::TWO * width / root;
+    r * r
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_expected_jump_is_the_width() {
+        for (speed, diffusivity) in [(0.0_f64, 1.0_f64), (1.0, 0.0), (3.0, 0.7), (1e6, 1e-3), (1e-6, 1e3)] {
+            let s = largest(speed, diffusivity, 0.01);
+            let jump = speed * s + (core::f64::consts::PI * diffusivity * s).sqrt();
+            assert!((jump / 0.01 - 1.0).abs() < 1e-14);
+        }
+        assert_eq!(largest(0.0, 0.0, 1.0_f32), f32::INFINITY);
+        assert_eq!(largest(3.0, 2.0, f64::INFINITY), f64::INFINITY);
+    }
+
+    #[test]
+    fn the_least_number_is_exact_and_the_most_is_kept() {
+        for n in [1, 2, 3, 7, 64, 1000] {
+            let control = Control { width: f64::INFINITY, at_least: n, at_most: n };
+            let (dt, mut left, mut done) = (0.3, 0.3, 0);
+            while left > 0.0 {
+                let s = control.next(dt, left, done, 1.0, 1.0).unwrap();
+                left -= s;
+                done += 1;
+            }
+            assert_eq!(done, n);
+            assert_eq!(control.next(dt, 0.1, done, 1.0, 1.0), Err(Error::TooManySubsteps));
+        }
+        let control = Control { width: 1e-30, at_least: 1, at_most: u32::MAX };
+        assert_eq!(control.next(1.0, 1.0, 0, 1.0, 1.0), Err(Error::TooManySubsteps));
+    }
+}

@@ -39,6 +39,15 @@ impl<'w, T: Real> Scratch<'w, T> {
     pub fn spare(&mut self) -> &mut [T] {
         self.slope
     }
+
+    /// The scratch of a state of `n` scalars, no more than it was laid out for: a state that has shrunk.
+    ///
+    /// # Errors
+    /// [`Error::LengthMismatch`]: it was laid out for fewer.
+    pub fn first(&mut self, n: usize) -> Result<Scratch<'_, T>> {
+        let part = |slice| <[T]>::get_mut(slice, ..n).ok_or(Error::LengthMismatch);
+        Ok(Scratch { stage: part(self.stage)?, slope: part(self.slope)?, sum: part(self.sum)? })
+    }
 }
 
 /// Which of the four evaluations of a step is asked for. The first is at the state itself.

@@ -1,0 +1,190 @@
+//! Merging: which clusters collapsed, in the order of their lowest labels, into the host's event buffer.
+
+use super::clusters;
+use super::collision::Criterion;
+use super::sort;
+use super::state::{Counters, Event, Events, Report, State};
+use crate::error::{Error, Result};
+use crate::real::Real;
+use crate::space::Space;
+
+/// The collapsed clusters of a step: kept from the decision to the last merge.
+#[derive(Debug)]
+pub struct Queue<'w, T> {
+    /// Lowest label; where the cluster's members begin and how many they are.
+    entries: &'w mut [[u64; 2]],
+    /// Time after the step's start, and index, of the cluster whose members begin at twice this place or one below.
+    values: &'w mut [[T; 2]],
+    /// Magic, step, count, length of the queue, merges done, one spare.
+    head: &'w mut [u64],
+}
+
+const MAGIC: u64 = 0x6D6F_6C6C_6973_4D71;
+
+impl<'w, T: Real> Queue<'w, T> {
+    /// Lays out the queue of `n` particles.
+    ///
+    /// # Errors
+    /// Those of [`Space::array`].
+    pub fn lay(space: &mut impl Space<'w>, n: usize) -> Result<Self> {
+        Ok(Self { entries: space.array(n / 2)?, values: space.array(n / 2)?, head: space.array(6)? })
+    }
+
+    /// Forgets a queue left in the memory.
+    pub fn clear(&mut self) {
+        self.head.fill(0);
+    }
+
+    /// Decides every cluster that the search found: the increments are those of the particles' motion from `positions`.
+    pub fn decide(
+        &mut self,
+        criterion: &Criterion<T>,
+        found: &mut clusters::Scratch<'_, T>,
+        state: (&[[T; 2]], &[T], &[u64]),
+        increments: &[[T; 2]],
+        counters: &Counters,
+    ) {
+        let (positions, masses, labels) = state;
+        let mut length = 0;
+        for cluster in found.clusters() {
+            // (3.14): dW~ = sum sqrt(m) (X - c) . dW / sqrt(M Y)
+            let mut sum = T::ZERO;
+            let mut lowest = u64::MAX;
+            for k in found.members(cluster.first, cluster.count) {
+                let (Some(x), Some(&m), Some(&label), Some(w)) = (positions.get(k), masses.get(k), labels.get(k), increments.get(k))
+                else {
+                    continue;
+                };
+                let [cx, cy] = cluster.centre;
+                sum += m.sqrt() * ((x[0] - cx) * w[0] + (x[1] - cy) * w[1]);
+                lowest = lowest.min(label);
+            }
+            let scale = (cluster.group.mass * cluster.moment * criterion.dt).sqrt();
+            let z = if scale > T::ZERO { sum / scale } else { T::ZERO };
+            let Some(tau) = criterion.time(&cluster.group, cluster.moment, z) else { continue };
+            if let (Some(entry), Some(value)) = (self.entries.get_mut(length), self.values.get_mut(cluster.first / 2)) {
+                // Clusters hold at least two members and do not overlap, so first / 2 is a place of its own.
+                *entry = [lowest, (cluster.first as u64) << 32 | cluster.count as u64];
+                *value = [tau, criterion.constants.index(&cluster.group)];
+                length += 1;
+            }
+        }
+        if let Some(entries) = self.entries.get_mut(..length) {
+            sort::heap(entries, |entry| entry[0]);
+        }
+        let head = [MAGIC, counters.step, counters.count, length as u64, 0, 0];
+        self.head.iter_mut().zip(head).for_each(|(to, from)| *to = from);
+    }
+
+    /// Merges left to do.
+    ///
+    /// # Errors
+    /// [`Error::NotPrepared`]: the memory holds no queue of this step of this run.
+    pub fn left(&self, counters: &Counters) -> Result<u64> {
+        match *self.head {
+            [MAGIC, step, count, length, done, _] if step == counters.step && count == counters.count => Ok(length - done.min(length)),
+            _ => Err(Error::NotPrepared),
+        }
+    }
+
+    /// Does the merges that are left, in order. Absorbed particles keep their places with mass zero until [`compact`].
+    ///
+    /// # Errors
+    /// [`Error::EventsFull`]: stopped before a merge that has no room; it can be called again.
+    pub fn run(
+        &mut self,
+        state: &mut State<'_, T>,
+        found: &mut clusters::Scratch<'_, T>,
+        events: &mut Events<'_>,
+        counters: &mut Counters,
+        report: &mut Report,
+    ) -> Result<()> {
+        let left = self.left(counters)?;
+        let [_, _, _, length, done, _] = self.head else { return Err(Error::NotPrepared) };
+        counters.pending = left;
+        for entry in self.entries.iter().take(*length as usize).skip(*done as usize) {
+            let [_, range] = *entry;
+            let (first, count) = ((range >> 32) as usize, (range & 0xFFFF_FFFF) as usize);
+            let [tau, index] = self.values.get(first / 2).copied().unwrap_or_default();
+            let room = events.labels.get_mut(*events.labels_written..).unwrap_or(&mut []);
+            let slot = events.events.get_mut(*events.written);
+            let (Some(slot), Some(absorbed)) = (slot, room.get_mut(..count.saturating_sub(1))) else {
+                return Err(Error::EventsFull);
+            };
+            let members = found.members_mut(first, count);
+            let Some((label, mass)) = merge(state, members, absorbed) else { return Err(Error::NotPrepared) };
+            *slot = Event {
+                time: counters.time + tau.to_f64(),
+                label,
+                mass: mass.to_f64(),
+                index: index.to_f64(),
+                first: *events.labels_written as u64,
+                absorbed: absorbed.len() as u64,
+            };
+            *events.labels_written += absorbed.len();
+            *events.written += 1;
+            *done += 1;
+            counters.pending = length.saturating_sub(*done);
+            report.merges += 1;
+            report.absorbed += absorbed.len() as u64;
+        }
+        Ok(())
+    }
+}
+
+/// Merges the members (indices in the low half of the words) into the one of lowest label, at the centre of mass; writes the other labels.
+fn merge<T: Real>(state: &mut State<'_, T>, members: &mut [u64], absorbed: &mut [u64]) -> Option<(u64, T)> {
+    let particle = |word: u64| (word & 0xFFFF_FFFF) as usize;
+    let labels = &*state.labels;
+    sort::heap(members, |&word| labels.get(particle(word)).copied().unwrap_or(u64::MAX));
+    let (&kept, others) = members.split_first()?;
+    let kept = particle(kept);
+    let (start, label) = (*state.positions.get(kept)?, *labels.get(kept)?);
+    let mut mass = *state.masses.get(kept)?;
+    // First moments about the kept particle, each sum with its rounding errors carried along (Kahan & Babuska).
+    let (mut sum, mut lost) = ([T::ZERO; 2], [T::ZERO; 2]);
+    for (&word, to) in others.iter().zip(absorbed) {
+        let k = particle(word);
+        let (x, m) = (*state.positions.get(k)?, state.masses.get_mut(k)?);
+        for ((sum, lost), (a, b)) in sum.iter_mut().zip(&mut lost).zip(x.into_iter().zip(start)) {
+            let term = *m * (a - b);
+            let total = *sum + term;
+            *lost += if sum.abs() >= term.abs() { (*sum - total) + term } else { (term - total) + *sum };
+            *sum = total;
+        }
+        mass += *m;
+        *m = T::ZERO;
+        *to = *labels.get(k)?;
+    }
+    let place = state.positions.get_mut(kept)?;
+    for (x, (sum, lost)) in place.iter_mut().zip(sum.into_iter().zip(lost)) {
+        *x += (sum + lost) / mass;
+    }
+    *state.masses.get_mut(kept)? = mass;
+    Some((label, mass))
+}
+
+/// Removes particles of mass zero; the others keep their order. Returns how many are left.
+pub fn compact<T: Real>(state: &mut State<'_, T>, count: usize) -> usize {
+    let alive = |masses: &[T], k: usize| masses.get(k).is_some_and(|&m| m > T::ZERO);
+    let Some(mut to) = (0..count).find(|&k| !alive(state.masses, k)) else { return count };
+    for from in to + 1..count {
+        if !alive(state.masses, from) {
+            continue;
+        }
+        shift(state.positions, from, to);
+        shift(state.masses, from, to);
+        shift(state.labels, from, to);
+        if let Some(species) = &mut state.species {
+            shift(species, from, to);
+        }
+        to += 1;
+    }
+    to
+}
+
+fn shift<X: Copy>(slice: &mut [X], from: usize, to: usize) {
+    if let (Some(&x), Some(slot)) = (slice.get(from), slice.get_mut(to)) {
+        *slot = x;
+    }
+}

@@ -1,0 +1,370 @@
+//! Moving the particles over one step, from the positions into a buffer beside them.
+//!
+//! Two ways. [`frozen`]: a field that stands still for the step (the mesh's), each particle with sub-steps of its own, in tiles that run
+//! in parallel. [`together`]: a field that is summed anew for every sub-step, the same for all particles. [`strang`] is the
+//! fixed-step alternative. All of them leave the positions as they are, so that a step which fails has changed nothing.
+
+use super::state::Options;
+use crate::error::{Error, Result};
+use crate::parallel::Executor;
+use crate::random::{Generator, Philox, normals_of_labels};
+use crate::real::Real;
+use crate::rk4;
+
+/// Particles of a tile.
+pub const TILE: usize = 256;
+
+/// Overwrites the second with the gradient of the potential at the points of the first.
+pub type Gradient<'a, T> = dyn Fn(&[[T; 2]], &mut [[T; 2]]) + Sync + 'a;
+
+/// What moves.
+#[derive(Clone, Copy, Debug)]
+pub struct Moving<'a, T> {
+    /// Where the particles are.
+    pub positions: &'a [[T; 2]],
+    /// Their masses.
+    pub masses: &'a [T],
+    /// Their labels.
+    pub labels: &'a [u64],
+    /// Nonzero for particles whose Wiener increment is recorded; empty: none.
+    pub recorded: &'a [u8],
+    /// chi, mu~, sub-steps.
+    pub options: &'a Options<T>,
+    /// The step's length.
+    pub dt: T,
+    /// The step's number.
+    pub step: u32,
+}
+
+/// Where the motion goes, all as long as the particles but the last.
+#[derive(Debug)]
+pub struct Moved<'a, T> {
+    /// New positions.
+    pub positions: &'a mut [[T; 2]],
+    /// The Wiener increments (3.5) of recorded particles; the others are left.
+    pub increments: &'a mut [[T; 2]],
+    /// Sub-steps of each tile: `n.div_ceil(TILE)`.
+    pub substeps: &'a mut [u32],
+}
+
+/// The piece of `slice` that belongs to a tile; empty beyond the end.
+fn piece<X>(slice: &[X], tile: usize) -> &[X] {
+    let from = tile.saturating_mul(TILE).min(slice.len());
+    let to = from.saturating_add(TILE).min(slice.len());
+    slice.get(from..to).unwrap_or(&[])
+}
+
+impl<'a, T: Real> Moving<'a, T> {
+    fn tile(&self, tile: usize) -> Self {
+        Self {
+            positions: piece(self.positions, tile),
+            masses: piece(self.masses, tile),
+            labels: piece(self.labels, tile),
+            recorded: piece(self.recorded, tile),
+            ..*self
+        }
+    }
+}
+
+/// Moves every particle in a field that stands still. The sub-steps of all particles are returned.
+///
+/// A stream of random numbers is drawn tile by tile of [`TILE`] particles: first a pair of normals for each particle of the tile, in
+/// the order of the array, then what further sub-steps need, particle by particle.
+///
+/// # Errors
+/// [`Error::TooManySubsteps`], the generator's, the executor's.
+pub fn frozen<T: Real>(
+    moving: &Moving<'_, T>,
+    gradient: Option<&Gradient<'_, T>>,
+    generator: &mut dyn Generator,
+    moved: Moved<'_, T>,
+    executor: &dyn Executor,
+) -> Result<u64> {
+    let Moved { positions, increments, substeps } = moved;
+    let philox = generator.counter_based();
+    if philox.is_some() || moving.options.noise == T::ZERO {
+        // Without noise nothing is drawn, so any generator will do.
+        let philox = philox.unwrap_or(Philox::new(0));
+        tiles(moving, positions, increments, substeps, executor, &|part, positions, increments| {
+            let mut draw = |labels: &[u64], substep: u32, out: &mut [[T; 2]]| {
+                philox.normals(labels, moving.step, substep, out);
+                Ok(())
+            };
+            tile(&part, gradient, &mut draw, positions, increments)
+        })?;
+    } else {
+        let chunks = positions.chunks_mut(TILE).zip(increments.chunks_mut(TILE)).zip(substeps.iter_mut());
+        for (k, ((positions, increments), substeps)) in chunks.enumerate() {
+            let mut draw = |labels: &[u64], substep: u32, out: &mut [[T; 2]]| {
+                normals_of_labels(generator, labels, moving.step, substep, out)
+            };
+            *substeps = tile(&moving.tile(k), gradient, &mut draw, positions, increments)?;
+        }
+    }
+    Ok(substeps.iter().fold(0, |sum, &s| sum + u64::from(s)))
+}
+
+type Body<'a, T> = dyn Fn(Moving<'_, T>, &mut [[T; 2]], &mut [[T; 2]]) -> Result<u32> + Sync + 'a;
+
+/// Runs the body over all tiles, through the executor where the machine has atomics.
+#[cfg(target_has_atomic = "ptr")]
+fn tiles<T: Real>(
+    moving: &Moving<'_, T>,
+    positions: &mut [[T; 2]],
+    increments: &mut [[T; 2]],
+    substeps: &mut [u32],
+    executor: &dyn Executor,
+    body: &Body<'_, T>,
+) -> Result<()> {
+    use crate::space::{Chunks, each_piece};
+    let tasks = positions.len().div_ceil(TILE);
+    let outputs = (Chunks::new(positions, TILE), Chunks::new(increments, TILE), Chunks::new(substeps, 1));
+    each_piece(executor, tasks, &outputs, &(), &|k, (positions, increments, substeps), ()| {
+        let made = body(moving.tile(k), positions, increments)?;
+        substeps.iter_mut().for_each(|s| *s = made);
+        Ok(())
+    })
+}
+
+#[cfg(not(target_has_atomic = "ptr"))]
+fn tiles<T: Real>(
+    moving: &Moving<'_, T>,
+    positions: &mut [[T; 2]],
+    increments: &mut [[T; 2]],
+    substeps: &mut [u32],
+    _executor: &dyn Executor,
+    body: &Body<'_, T>,
+) -> Result<()> {
+    let chunks = positions.chunks_mut(TILE).zip(increments.chunks_mut(TILE)).zip(substeps.iter_mut());
+    for (k, ((positions, increments), substeps)) in chunks.enumerate() {
+        *substeps = body(moving.tile(k), positions, increments)?;
+    }
+    Ok(())
+}
+
+/// Draws a pair of normals for each label in a sub-step.
+type Draw<'a, T> = dyn FnMut(&[u64], u32, &mut [[T; 2]]) -> Result<()> + 'a;
+
+/// One tile: most particles need one sub-step, which is made for all of them at once; then the others one by one.
+fn tile<T: Real>(
+    part: &Moving<'_, T>,
+    gradient: Option<&Gradient<'_, T>>,
+    draw: &mut Draw<'_, T>,
+    positions: &mut [[T; 2]],
+    increments: &mut [[T; 2]],
+) -> Result<u32> {
+    let Options { chi, noise, ref control, .. } = *part.options;
+    let dt = part.dt;
+    let mut slopes = [[T::ZERO; 2]; TILE];
+    let mut normals = [[T::ZERO; 2]; TILE];
+    let n = part.positions.len();
+    let (Some(slopes), Some(normals)) = (slopes.get_mut(..n), normals.get_mut(..n)) else { return Err(Error::TooLarge) };
+    if let Some(gradient) = gradient {
+        gradient(part.positions, slopes);
+    }
+    if noise > T::ZERO {
+        draw(part.labels, 0, normals)?;
+    }
+    // One sub-step for all; E|N| = sqrt(pi / 2), and the noise's part of the jump is sqrt(2 D dt) E|N|.
+    let (twice, mean) = (T::TWO * noise * dt, (T::HALF * T::PI).sqrt());
+    let mut enough = [true; TILE];
+    let one = control.at_least <= 1;
+    let parts = part.positions.iter().zip(part.masses).zip(slopes.iter()).zip(normals.iter());
+    for ((((x, &m), g), z), (to, enough)) in parts.zip(positions.iter_mut().zip(enough.iter_mut())) {
+        let v = [-(chi * g[0]), -(chi * g[1])];
+        let spread = (twice / m).sqrt();
+        *to = [x[0] + v[0] * dt + spread * z[0], x[1] + v[1] * dt + spread * z[1]];
+        let speed = (v[0] * v[0] + v[1] * v[1]).sqrt();
+        *enough = one & (speed * dt + mean * spread <= control.width);
+    }
+    let root = dt.sqrt();
+    if !part.recorded.is_empty() {
+        for ((&recorded, z), to) in part.recorded.iter().zip(normals.iter()).zip(increments.iter_mut()) {
+            if recorded != 0 {
+                *to = [root * z[0], root * z[1]];
+            }
+        }
+    }
+    let mut made = n as u32;
+    if enough.iter().take(n).all(|&e| e) {
+        return Ok(made);
+    }
+    for (k, _) in enough.iter().enumerate().take(n).filter(|(_, enough)| !**enough) {
+        let (Some(&x), Some(&m), Some(&label)) = (part.positions.get(k), part.masses.get(k), part.labels.get(k)) else {
+            continue;
+        };
+        let (Some(&slope), Some(&normal)) = (slopes.get(k), normals.get(k)) else { continue };
+        let (to, increment, done) = wander(part, gradient, draw, Walker { x, m, label, slope, normal })?;
+        if let (Some(slot), true) = (positions.get_mut(k), true) {
+            *slot = to;
+        }
+        if part.recorded.get(k).is_some_and(|&r| r != 0) {
+            if let Some(slot) = increments.get_mut(k) {
+                *slot = increment;
+            }
+        }
+        made = made.saturating_add(done - 1);
+    }
+    Ok(made)
+}
+
+/// One particle at the start of its sub-steps.
+struct Walker<T> {
+    x: [T; 2],
+    m: T,
+    label: u64,
+    slope: [T; 2],
+    normal: [T; 2],
+}
+
+/// Sub-steps of one particle: where it ends, its Wiener increment, how many they were.
+fn wander<T: Real>(
+    part: &Moving<'_, T>,
+    gradient: Option<&Gradient<'_, T>>,
+    draw: &mut Draw<'_, T>,
+    walker: Walker<T>,
+) -> Result<([T; 2], [T; 2], u32)> {
+    let Options { chi, noise, ref control, .. } = *part.options;
+    let Walker { mut x, m, label, slope, normal } = walker;
+    let (mut slope, mut normal) = ([slope], [normal]);
+    let diffusivity = noise / m;
+    let (mut left, mut done, mut sum) = (part.dt, 0, [T::ZERO; 2]);
+    loop {
+        let [g] = slope;
+        let [z] = normal;
+        let v = [-(chi * g[0]), -(chi * g[1])];
+        let speed = (v[0] * v[0] + v[1] * v[1]).sqrt();
+        let s = control.next(part.dt, left, done, speed, diffusivity)?;
+        let (root, spread) = (s.sqrt(), (T::TWO * diffusivity * s).sqrt());
+        x = [x[0] + v[0] * s + spread * z[0], x[1] + v[1] * s + spread * z[1]];
+        sum = [sum[0] + root * z[0], sum[1] + root * z[1]];
+        left -= s;
+        done += 1;
+        if left <= T::ZERO {
+            return Ok((x, sum, done));
+        }
+        if let Some(gradient) = gradient {
+            gradient(&[x], &mut slope);
+        }
+        if noise > T::ZERO {
+            draw(&[label], done, &mut normal)?;
+        }
+    }
+}
+
+/// Overwrites the second with the gradient of the potential of the particles at the first, all of them at once.
+pub type Sum<'a, T> = dyn FnMut(&[[T; 2]], &mut [[T; 2]]) -> Result<()> + 'a;
+
+/// Buffers of the ways that move all particles at once.
+#[derive(Debug)]
+pub struct Slopes<'w, T> {
+    /// The gradient at each particle.
+    pub gradient: &'w mut [[T; 2]],
+    /// The stages of RK4, in the fixed-step scheme; else empty.
+    pub stages: rk4::Scratch<'w, T>,
+}
+
+/// Moves all particles by common sub-steps, the field being summed anew for each. Returns the sub-steps.
+///
+/// A stream is drawn for each sub-step in the order of the array.
+///
+/// # Errors
+/// [`Error::TooManySubsteps`]; the field's and the generator's.
+pub fn together<T: Real>(
+    moving: &Moving<'_, T>,
+    sum: &mut Sum<'_, T>,
+    generator: &mut dyn Generator,
+    moved: Moved<'_, T>,
+    gradient: &mut [[T; 2]],
+) -> Result<u64> {
+    let Options { chi, noise, ref control, .. } = *moving.options;
+    let Moved { positions, increments, .. } = moved;
+    positions.iter_mut().zip(moving.positions).for_each(|(to, from)| *to = *from);
+    if !moving.recorded.is_empty() {
+        increments.fill([T::ZERO; 2]);
+    }
+    let (mut left, mut done) = (moving.dt, 0);
+    loop {
+        sum(positions, gradient)?;
+        let mut s = left;
+        for (g, &m) in gradient.iter().zip(moving.masses) {
+            let speed = chi.abs() * (g[0] * g[0] + g[1] * g[1]).sqrt();
+            s = s.min(control.next(moving.dt, left, done, speed, noise / m)?);
+        }
+        for (g, x) in gradient.iter().zip(positions.iter_mut()) {
+            *x = [x[0] - chi * g[0] * s, x[1] - chi * g[1] * s];
+        }
+        jump(moving, generator, s, done, positions, increments)?;
+        left -= s;
+        done += 1;
+        if left <= T::ZERO {
+            return Ok(u64::from(done));
+        }
+    }
+}
+
+/// Adds the noise of a time `s` to all positions, and to the recorded increments.
+fn jump<T: Real>(
+    moving: &Moving<'_, T>,
+    generator: &mut dyn Generator,
+    s: T,
+    substep: u32,
+    positions: &mut [[T; 2]],
+    increments: &mut [[T; 2]],
+) -> Result<()> {
+    let noise = moving.options.noise;
+    if noise == T::ZERO {
+        return Ok(());
+    }
+    // A smaller tile: this path is the firmware's, whose stack is short.
+    const FEW: usize = 32;
+    let (twice, root) = (T::TWO * noise * s, s.sqrt());
+    let mut recorded = moving.recorded.chunks(FEW);
+    let chunks = positions.chunks_mut(FEW).zip(increments.chunks_mut(FEW));
+    for ((positions, increments), (masses, labels)) in chunks.zip(moving.masses.chunks(FEW).zip(moving.labels.chunks(FEW))) {
+        let mut normals = [[T::ZERO; 2]; FEW];
+        let Some(normals) = normals.get_mut(..labels.len()) else { return Err(Error::TooLarge) };
+        normals_of_labels(generator, labels, moving.step, substep, normals)?;
+        for ((x, z), &m) in positions.iter_mut().zip(normals.iter()).zip(masses) {
+            let spread = (twice / m).sqrt();
+            *x = [x[0] + spread * z[0], x[1] + spread * z[1]];
+        }
+        for ((&recorded, z), to) in recorded.next().unwrap_or(&[]).iter().zip(normals.iter()).zip(increments) {
+            if recorded != 0 {
+                *to = [to[0] + root * z[0], to[1] + root * z[1]];
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Half the noise, one RK4 step of the drift, half the noise (Strang 1968). Returns 1.
+///
+/// # Errors
+/// The field's, the generator's; [`Error::BecameNotFinite`].
+pub fn strang<T: Real>(
+    moving: &Moving<'_, T>,
+    sum: Option<&mut Sum<'_, T>>,
+    generator: &mut dyn Generator,
+    moved: Moved<'_, T>,
+    stages: &mut rk4::Scratch<'_, T>,
+) -> Result<u64> {
+    let chi = moving.options.chi;
+    let Moved { positions, increments, .. } = moved;
+    positions.iter_mut().zip(moving.positions).for_each(|(to, from)| *to = *from);
+    if !moving.recorded.is_empty() {
+        increments.fill([T::ZERO; 2]);
+    }
+    let half = T::HALF * moving.dt;
+    jump(moving, generator, half, 0, positions, increments)?;
+    if let Some(sum) = sum {
+        rk4::step(positions.as_flattened_mut(), stages, moving.dt, |_, y, dy| {
+            let (points, slopes) = (y.as_chunks::<2>().0, dy.as_chunks_mut::<2>().0);
+            sum(points, slopes)?;
+            dy.iter_mut().for_each(|v| *v = -(chi * *v));
+            Ok(())
+        })?;
+    }
+    jump(moving, generator, half, 1, positions, increments)?;
+    Ok(1)
+}

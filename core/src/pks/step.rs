@@ -1,0 +1,301 @@
+//! One step: clusters, motion, collisions (Zhelezov & Fatkullin, Section 3.2).
+
+use super::clusters;
+use super::collision::{Criterion, Merging};
+use super::merge::{Queue, compact};
+use super::motion::{self, Moved, Moving, TILE};
+use super::state::{Counters, Events, Options, Report, Scheme, State};
+use super::theory::Law;
+use crate::error::{Error, Result};
+use crate::field::{self, Interaction, Outputs, Run, Sources, Wanted};
+use crate::random::Generator;
+use crate::real::Real;
+use crate::rk4;
+use crate::space::{Carve, Measure, Space};
+
+/// Where the particles' attraction comes from.
+#[derive(Clone, Copy)]
+pub enum Attraction<'a, T: Real> {
+    /// Nowhere: no field is computed, whatever chi is.
+    None,
+    /// The sum over all particles of a kernel, K = V: exact, without a mesh; all particles share their sub-steps, and each sub-step sums
+    /// anew. A mollified kernel bounds the speed.
+    Sum(&'a dyn Interaction<T, 2>, field::Options),
+}
+
+impl<T: Real> core::fmt::Debug for Attraction<'_, T> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            Attraction::None => "None",
+            Attraction::Sum(..) => "Sum",
+        })
+    }
+}
+
+/// What the workspace holds. Only the queue and the clusters outlive a call, and only one that ended with [`Error::EventsFull`].
+struct Arrays<'w, T> {
+    queue: Queue<'w, T>,
+    found: clusters::Scratch<'w, T>,
+    recorded: &'w mut [u8],
+    moved: &'w mut [[T; 2]],
+    increments: &'w mut [[T; 2]],
+    substeps: &'w mut [u32],
+    gradient: &'w mut [[T; 2]],
+    stages: rk4::Scratch<'w, T>,
+    field: &'w mut [u8],
+}
+
+/// The only statement of the layout. `n` is the room of the state's arrays, so that it does not change as particles merge.
+fn lay<'w, T: Real>(
+    space: &mut impl Space<'w>,
+    n: usize,
+    attraction: &Attraction<'_, T>,
+    options: &Options<T>,
+    workers: usize,
+) -> Result<Arrays<'w, T>> {
+    let summed = matches!(attraction, Attraction::Sum(..));
+    let fixed = options.scheme == Scheme::StrangRk4;
+    let field = match attraction {
+        Attraction::Sum(kernel, field) => sum_plan(*kernel, n, field)?.workspace_bytes(workers)?,
+        Attraction::None => 0,
+    };
+    // Nothing is searched for where nothing merges.
+    let clustered = if options.merging == Merging::Never { 0 } else { n };
+    Ok(Arrays {
+        queue: Queue::lay(space, clustered)?,
+        found: clusters::Scratch::lay(space, clustered)?,
+        recorded: space.array(clustered)?,
+        moved: space.array(n)?,
+        increments: space.array(n)?,
+        substeps: space.array(n.div_ceil(TILE))?,
+        gradient: space.array(if summed && !fixed { n } else { 0 })?,
+        stages: rk4::Scratch::lay(space, if fixed { n.checked_mul(2).ok_or(Error::TooLarge)? } else { 0 })?,
+        field: space.array(field)?,
+    })
+}
+
+fn sum_plan<T: Real>(kernel: &dyn Interaction<T, 2>, n: usize, options: &field::Options) -> Result<field::Plan> {
+    let wanted = Wanted { gradient: true, ..Wanted::default() };
+    field::plan(kernel, n, n, wanted, options)
+}
+
+/// Bytes that [`step`] needs for state arrays with room for `n` particles and an executor of so many workers.
+///
+/// # Errors
+/// [`Error::TooLarge`]; those of [`Options::check`].
+pub fn workspace_bytes<T: Real>(
+    n: usize,
+    attraction: &Attraction<'_, T>,
+    options: &Options<T>,
+    workers: usize,
+) -> Result<usize> {
+    options.check()?;
+    Measure::of(|space| lay(space, n, attraction, options, workers).map(|_| ()))
+}
+
+/// Everything that a step is given beside the state.
+#[derive(Debug)]
+pub struct Setting<'a, 'r, T: Real> {
+    /// Constants and choices; the same in every step of a run.
+    pub options: &'a Options<T>,
+    /// Where the attraction comes from.
+    pub attraction: Attraction<'a, T>,
+    /// Level, executor, `should_stop`.
+    pub run: &'a mut Run<'r>,
+    /// Added to.
+    pub report: &'a mut Report,
+}
+
+/// Advances the particles by one step of length `dt`: finds the clusters that may collide, moves every particle, decides the collisions and
+/// merges.
+///
+/// `counters.count` particles are alive; merging lowers it and keeps the order of the others. `workspace` needs
+/// [`workspace_bytes`] for the length of the state's arrays. It is garbage afterwards, except when the step ended with
+/// [`Error::EventsFull`]: then the particles have moved, `counters.pending` merges are left, absorbed particles still stand in the arrays
+/// with mass zero, and the next call (same workspace content, same arrays; `dt` and the generator are not used) goes on with the merges and
+/// ends the step.
+///
+/// Deterministic: with a counter-based generator the result does not depend on the executor.
+///
+/// Cost: O(n log n) for the search, O(n) for the motion, plus the field.
+///
+/// # Errors
+/// Before anything has changed: [`Error::LengthMismatch`], [`Error::NotFinite`], [`Error::Mass`], [`Error::TimeStep`], [`Error::OutOfDomain`],
+/// [`Error::WorkspaceTooSmall`], [`Error::Misaligned`], [`Error::TooLarge`] (2^32 steps or particles), those of the field and the generator,
+/// [`Error::TooManySubsteps`], [`Error::BecameNotFinite`], [`Error::Stopped`]. A stream generator may have been drawn from.
+/// [`Error::EventsFull`]: see above. [`Error::NotPrepared`]: merges are pending, but the workspace does not hold them.
+pub fn step<T: Real>(
+    mut state: State<'_, T>,
+    counters: &mut Counters,
+    generator: &mut dyn Generator,
+    dt: T,
+    mut events: Events<'_>,
+    workspace: &mut [u8],
+    setting: Setting<'_, '_, T>,
+) -> Result<()> {
+    let Setting { options, attraction, run, report } = setting;
+    let room = state.positions.len();
+    let lengths = state.masses.len() == room
+        && state.labels.len() == room
+        && state.species.as_ref().is_none_or(|s| s.len() == room);
+    let n = usize::try_from(counters.count).ok().filter(|&n| n <= room).ok_or(Error::LengthMismatch)?;
+    if !lengths {
+        return Err(Error::LengthMismatch);
+    }
+    options.check()?;
+    let number = u32::try_from(counters.step).map_err(|_| Error::TooLarge)?;
+    if !(dt > T::ZERO && dt.is_finite()) {
+        return Err(Error::TimeStep);
+    }
+    // Nothing is zeroed: what follows writes before it reads.
+    let mut arrays = lay(&mut Carve::reopen(workspace)?, room, &attraction, options, run.executor.workers())?;
+    if counters.pending > 0 {
+        arrays.queue.run(&mut state, &mut arrays.found, &mut events, counters, report)?;
+        return finish(&mut state, &mut arrays, counters, dt, n, true);
+    }
+    let before = (part(state.positions, n)?, part(state.masses, n)?, part(state.labels, n)?);
+    let (largest, total) = check(before.0, before.1)?;
+    let criterion = Criterion::new(
+        Law { chi: options.chi, noise: options.noise, gamma: options.gamma },
+        options.law,
+        options.merging,
+        options.probability,
+        dt,
+    );
+
+    // Section 3.2 (1): clusters.
+    arrays.queue.clear();
+    arrays.found.clear();
+    let attracted = !matches!(attraction, Attraction::None) && options.chi != T::ZERO;
+    let searched = n > 1 && attracted && !criterion.impossible(largest, total);
+    if searched {
+        report.searches += 1;
+        clusters::find(&options.search, &criterion, counters.step, before.0, before.1, &mut arrays.found);
+        report.clusters += arrays.found.len() as u64;
+    }
+    let clustered = !arrays.found.is_empty();
+    let recorded = if clustered { arrays.recorded.get_mut(..n).unwrap_or(&mut []) } else { &mut [] };
+    recorded.fill(0);
+    if clustered {
+        for cluster in arrays.found.clusters() {
+            for k in arrays.found.members(cluster.first, cluster.count) {
+                if let Some(flag) = recorded.get_mut(k) {
+                    *flag = 1;
+                }
+            }
+        }
+    }
+
+    // (2): motion, into the workspace.
+    let moving = Moving { positions: before.0, masses: before.1, labels: before.2, recorded, options, dt, step: number };
+    let moved = Moved {
+        positions: arrays.moved.get_mut(..n).ok_or(Error::LengthMismatch)?,
+        increments: arrays.increments.get_mut(..n).ok_or(Error::LengthMismatch)?,
+        substeps: arrays.substeps.get_mut(..n.div_ceil(TILE)).ok_or(Error::LengthMismatch)?,
+    };
+    let mut fields = 0;
+    let kinds = match attraction {
+        Attraction::Sum(kernel, field) if attracted => Some((kernel, field)),
+        _ => None,
+    };
+    // Particles without noise or field of their own keep their places, but a sum's plan is for the particles alive.
+    let plan = kinds.map(|(kernel, field)| sum_plan(kernel, n, &field)).transpose()?;
+    let field_memory = &mut *arrays.field;
+    let mut sum = |points: &[[T; 2]], slopes: &mut [[T; 2]]| -> Result<()> {
+        let (Some(plan), Some((kernel, _))) = (&plan, kinds) else { return Err(Error::Unsupported) };
+        if run.should_stop.is_some_and(|stop| stop()) {
+            return Err(Error::Stopped);
+        }
+        fields += 1;
+        let outputs = Outputs { gradient: Some(slopes), ..Outputs::default() };
+        let sources = Sources { positions: points, masses: before.1 };
+        field::evaluate(plan, kernel, sources, points, outputs, field_memory, run)
+    };
+    let (made, draws) = match (options.scheme, kinds.is_some()) {
+        (Scheme::StrangRk4, summed) => {
+            let stages = &mut arrays.stages.first(2 * n)?;
+            let sum: Option<&mut motion::Sum<'_, T>> = if summed { Some(&mut sum) } else { None };
+            (motion::strang(&moving, sum, generator, moved, stages)?, 2)
+        }
+        (Scheme::EulerMaruyama, true) => {
+            let gradient = arrays.gradient.get_mut(..n).ok_or(Error::LengthMismatch)?;
+            (motion::together(&moving, &mut sum, generator, moved, gradient)?, 1)
+        }
+        (Scheme::EulerMaruyama, false) => {
+            let all = motion::frozen(&moving, None, generator, moved, run.executor)?;
+            report.substeps += all;
+            if options.noise > T::ZERO {
+                report.normals += all;
+            }
+            (0, 1)
+        }
+    };
+    report.fields += fields;
+    report.substeps += made * n as u64;
+    if options.noise > T::ZERO {
+        report.normals += made * draws * n as u64;
+    }
+    let moved = arrays.moved.get(..n).ok_or(Error::LengthMismatch)?;
+    if !all_finite(moved) {
+        return Err(Error::BecameNotFinite);
+    }
+
+    // (3): collisions, decided on the positions before the motion.
+    if clustered {
+        arrays.queue.decide(&criterion, &mut arrays.found, before, arrays.increments, counters);
+    }
+    state.positions.iter_mut().zip(moved).for_each(|(to, from)| *to = *from);
+    let merges = clustered && arrays.queue.left(counters)? > 0;
+    if merges {
+        arrays.queue.run(&mut state, &mut arrays.found, &mut events, counters, report)?;
+    }
+    finish(&mut state, &mut arrays, counters, dt, n, merges)
+}
+
+/// Ends the step: absorbed particles go, the counters advance.
+fn finish<T: Real>(
+    state: &mut State<'_, T>,
+    arrays: &mut Arrays<'_, T>,
+    counters: &mut Counters,
+    dt: T,
+    n: usize,
+    merged: bool,
+) -> Result<()> {
+    if merged {
+        counters.count = compact(state, n) as u64;
+        arrays.queue.clear();
+    }
+    counters.pending = 0;
+    counters.time += dt.to_f64();
+    counters.step += 1;
+    Ok(())
+}
+
+/// The first `n` elements.
+fn part<X>(slice: &[X], n: usize) -> Result<&[X]> {
+    slice.get(..n).ok_or(Error::LengthMismatch)
+}
+
+fn all_finite<T: Real>(points: &[[T; 2]]) -> bool {
+    points.iter().fold(true, |fine, x| fine & x[0].is_finite() & x[1].is_finite())
+}
+
+/// The largest and the total mass.
+fn check<T: Real>(positions: &[[T; 2]], masses: &[T]) -> Result<(T, T)> {
+    let mut fine = all_finite(positions);
+    let mut positive = true;
+    let (mut largest, mut total) = (T::ZERO, T::ZERO);
+    for &m in masses {
+        fine &= m.is_finite();
+        positive &= m > T::ZERO;
+        largest = largest.max(m);
+        total += m;
+    }
+    if !fine || !total.is_finite() {
+        return Err(Error::NotFinite);
+    }
+    if !positive {
+        return Err(Error::Mass);
+    }
+    Ok((largest, total))
+}
