@@ -100,7 +100,7 @@ impl<'w, T: Real> Queue<'w, T> {
         report: &mut Report,
     ) -> Result<()> {
         let left = self.left(counters)?;
-        let [_, _, _, length, done, _] = self.head else { return Err(Error::NotPrepared) };
+        let [_, _, _, length, done, _] = &mut *self.head else { return Err(Error::NotPrepared) };
         counters.pending = left;
         for entry in self.entries.iter().take(*length as usize).skip(*done as usize) {
             let [_, range] = *entry;
@@ -184,7 +184,7 @@ pub fn compact<T: Real>(state: &mut State<'_, T>, count: usize) -> usize {
 }
 
 fn shift<X: Copy>(slice: &mut [X], from: usize, to: usize) {
-    if let (Some(&x), Some(slot)) = (slice.get(from), slice.get_mut(to)) {
-        *slot = x;
+    if let Some(&x) = slice.get(from) {
+        slice.get_mut(to).into_iter().for_each(|slot| *slot = x);
     }
 }

@@ -195,13 +195,11 @@ fn tile<T: Real>(
         };
         let (Some(&slope), Some(&normal)) = (slopes.get(k), normals.get(k)) else { continue };
         let (to, increment, done) = wander(part, gradient, draw, Walker { x, m, label, slope, normal })?;
-        if let (Some(slot), true) = (positions.get_mut(k), true) {
+        if let Some(slot) = positions.get_mut(k) {
             *slot = to;
         }
-        if part.recorded.get(k).is_some_and(|&r| r != 0) {
-            if let Some(slot) = increments.get_mut(k) {
-                *slot = increment;
-            }
+        if let (Some(1..), Some(slot)) = (part.recorded.get(k), increments.get_mut(k)) {
+            *slot = increment;
         }
         made = made.saturating_add(done - 1);
     }
@@ -254,15 +252,6 @@ fn wander<T: Real>(
 
 /// Overwrites the second with the gradient of the potential of the particles at the first, all of them at once.
 pub type Sum<'a, T> = dyn FnMut(&[[T; 2]], &mut [[T; 2]]) -> Result<()> + 'a;
-
-/// Buffers of the ways that move all particles at once.
-#[derive(Debug)]
-pub struct Slopes<'w, T> {
-    /// The gradient at each particle.
-    pub gradient: &'w mut [[T; 2]],
-    /// The stages of RK4, in the fixed-step scheme; else empty.
-    pub stages: rk4::Scratch<'w, T>,
-}
 
 /// Moves all particles by common sub-steps, the field being summed anew for each. Returns the sub-steps.
 ///
