@@ -2,7 +2,9 @@
 
 use mollis_core::euler_maruyama::Control;
 use mollis_core::field::{self, Interaction, Run};
-use mollis_core::pks::{Attraction, CollisionLaw, Counters, Event, Events, Options, Report, Setting, State, step, workspace_bytes};
+use mollis_core::pks::{
+    Attraction, CollisionLaw, Counters, Event, Events, Options, Report, Setting, State, step, workspace_bytes,
+};
 use mollis_core::random::Philox;
 use mollis_core::special::incomplete_gamma;
 
@@ -36,7 +38,7 @@ fn times(nu: f64, law: CollisionLaw, n: usize, x0: f64, smallest: f64, horizon: 
     options.probability = p;
     options.control = Control { width: f64::INFINITY, at_least: substeps, at_most: 1000 };
     let attraction = Attraction::Sum(&Log, field::Options::default());
-    let bytes = workspace_bytes(2, &attraction, &options, 1).unwrap();
+    let bytes = workspace_bytes(2, attraction.summed(), &options, 1).unwrap();
     let mut memory = vec![0_u8; bytes + 64];
     let start = memory.as_ptr().align_offset(64);
     let memory = &mut memory[start..start + bytes];
@@ -55,9 +57,19 @@ fn times(nu: f64, law: CollisionLaw, n: usize, x0: f64, smallest: f64, horizon: 
                 &mut counters,
                 &mut Philox::new(sample as u64),
                 dt,
-                Events { events: &mut events, labels: &mut absorbed, written: &mut written, labels_written: &mut labels_written },
+                Events {
+                    events: &mut events,
+                    labels: &mut absorbed,
+                    written: &mut written,
+                    labels_written: &mut labels_written,
+                },
                 memory,
-                Setting { options: &options, attraction, run: &mut Run::default(), report: &mut report },
+                Setting {
+                    options: &options,
+                    attraction: Attraction::Sum(&Log, field::Options::default()),
+                    run: &mut Run::default(),
+                    report: &mut report,
+                },
             )
             .unwrap();
             if counters.count == 1 {
@@ -92,7 +104,14 @@ fn explore() {
         for (x0, smallest) in [(1e9, 0.003), (1e9, 0.01), (1e9, 0.03), (5.0, 0.003), (2.0, 0.003)] {
             let start = std::time::Instant::now();
             let t = times(nu, CollisionLaw::Exact, n, x0, smallest, horizon, 64, 1e-12);
-            println!("nu {nu} x0 {x0} dt {smallest}: KS {:.2} of {} censored {} steps {} {:?}", kolmogorov(nu, &t, horizon), t.tau.len(), t.censored, t.steps, start.elapsed());
+            println!(
+                "nu {nu} x0 {x0} dt {smallest}: KS {:.2} of {} censored {} steps {} {:?}",
+                kolmogorov(nu, &t, horizon),
+                t.tau.len(),
+                t.censored,
+                t.steps,
+                start.elapsed()
+            );
             let t = times(nu, CollisionLaw::Printed, n, x0, smallest, horizon, 64, 1e-12);
             println!("     printed: KS {:.2} of {} censored {}", kolmogorov(nu, &t, horizon), t.tau.len(), t.censored);
         }

@@ -112,15 +112,15 @@ impl<'w, T: Real> Scratch<'w, T> {
 
     /// The clusters of the last search, in the order of the quadtree.
     pub fn clusters(&self) -> impl Iterator<Item = Cluster<T>> + '_ {
-        self.ranges.iter().zip(self.values.iter()).take(self.found).map(|(&[first, count], &[mass, pairs, moment, x, y])| {
-            Cluster {
+        self.ranges.iter().zip(self.values.iter()).take(self.found).map(
+            |(&[first, count], &[mass, pairs, moment, x, y])| Cluster {
                 first: first as usize,
                 count: count as usize,
                 group: Group { count: T::from_usize(count as usize), mass, pairs },
                 moment,
                 centre: [x, y],
-            }
-        })
+            },
+        )
     }
 
     /// The particles of a cluster.
@@ -283,7 +283,13 @@ pub fn find<T: Real>(
 
 /// Adds the finished node to the open ones, closing those that part deeper than `level` (all, at the end).
 #[inline]
-fn close<T: Real>(stack: &mut [Node<T>; STACK], height: &mut usize, leaf: Node<T>, level: Option<u32>, tree: &mut Tree<'_, '_, T>) {
+fn close<T: Real>(
+    stack: &mut [Node<T>; STACK],
+    height: &mut usize,
+    leaf: Node<T>,
+    level: Option<u32>,
+    tree: &mut Tree<'_, '_, T>,
+) {
     let mut finished = leaf;
     while let Some(top) = height.checked_sub(1).and_then(|top| stack.get_mut(top)) {
         if level.is_some_and(|level| top.level < level) {
@@ -369,7 +375,8 @@ fn order<T: Real>(mesh: &Mesh<T>, positions: &[[T; 2]], scratch: &mut Scratch<'_
     while from < words.len() {
         let run = 1 + shared.iter().skip(from + 1).take_while(|&&level| u32::from(level) == FIRST).count();
         if run > 1 {
-            let (Some(words), Some(shared)) = (words.get_mut(from..from + run), shared.get_mut(from + 1..from + run)) else {
+            let (Some(words), Some(shared)) = (words.get_mut(from..from + run), shared.get_mut(from + 1..from + run))
+            else {
                 return;
             };
             for word in words.iter_mut() {

@@ -51,7 +51,8 @@ impl<'w, T: Real> Queue<'w, T> {
             let mut sum = T::ZERO;
             let mut lowest = u64::MAX;
             for k in found.members(cluster.first, cluster.count) {
-                let (Some(x), Some(&m), Some(&label), Some(w)) = (positions.get(k), masses.get(k), labels.get(k), increments.get(k))
+                let (Some(x), Some(&m), Some(&label), Some(w)) =
+                    (positions.get(k), masses.get(k), labels.get(k), increments.get(k))
                 else {
                     continue;
                 };
@@ -82,7 +83,9 @@ impl<'w, T: Real> Queue<'w, T> {
     /// [`Error::NotPrepared`]: the memory holds no queue of this step of this run.
     pub fn left(&self, counters: &Counters) -> Result<u64> {
         match *self.head {
-            [MAGIC, step, count, length, done, _] if step == counters.step && count == counters.count => Ok(length - done.min(length)),
+            [MAGIC, step, count, length, done, _] if step == counters.step && count == counters.count => {
+                Ok(length - done.min(length))
+            }
             _ => Err(Error::NotPrepared),
         }
     }

@@ -17,4 +17,4 @@ pub mod theory;
 
 pub use collision::{CollisionLaw, Merging};
 pub use state::{Counters, Event, Events, Options, Report, Scheme, State};
-pub use step::{Attraction, Setting, step, workspace_bytes};
+pub use step::{Attraction, Setting, Summed, step, workspace_bytes};

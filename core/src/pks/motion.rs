@@ -158,7 +158,9 @@ fn tile<T: Real>(
     let mut slopes = [[T::ZERO; 2]; TILE];
     let mut normals = [[T::ZERO; 2]; TILE];
     let n = part.positions.len();
-    let (Some(slopes), Some(normals)) = (slopes.get_mut(..n), normals.get_mut(..n)) else { return Err(Error::TooLarge) };
+    let (Some(slopes), Some(normals)) = (slopes.get_mut(..n), normals.get_mut(..n)) else {
+        return Err(Error::TooLarge);
+    };
     if let Some(gradient) = gradient {
         gradient(part.positions, slopes);
     }
@@ -310,7 +312,9 @@ fn jump<T: Real>(
     let (twice, root) = (T::TWO * noise * s, s.sqrt());
     let mut recorded = moving.recorded.chunks(FEW);
     let chunks = positions.chunks_mut(FEW).zip(increments.chunks_mut(FEW));
-    for ((positions, increments), (masses, labels)) in chunks.zip(moving.masses.chunks(FEW).zip(moving.labels.chunks(FEW))) {
+    for ((positions, increments), (masses, labels)) in
+        chunks.zip(moving.masses.chunks(FEW).zip(moving.labels.chunks(FEW)))
+    {
         let mut normals = [[T::ZERO; 2]; FEW];
         let Some(normals) = normals.get_mut(..labels.len()) else { return Err(Error::TooLarge) };
         normals_of_labels(generator, labels, moving.step, substep, normals)?;

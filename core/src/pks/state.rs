@@ -129,9 +129,10 @@ impl<T: Real> Options<T> {
             return Err(Error::NotFinite);
         }
         let within = |v: T| v > T::ZERO && v < T::ONE;
-        let domain = self.search.domain.is_none_or(|[low, high]| {
-            low.iter().zip(&high).all(|(l, h)| l.is_finite() && h.is_finite() && l < h)
-        });
+        let domain = self
+            .search
+            .domain
+            .is_none_or(|[low, high]| low.iter().zip(&high).all(|(l, h)| l.is_finite() && h.is_finite() && l < h));
         let fine = self.noise >= T::ZERO
             && self.control.width > T::ZERO
             && self.control.at_most > 0

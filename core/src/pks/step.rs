@@ -8,29 +8,47 @@ use super::state::{Counters, Events, Options, Report, Scheme, State};
 use super::theory::Law;
 use crate::error::{Error, Result};
 use crate::field::{self, Interaction, Outputs, Run, Sources, Wanted};
+use crate::grid::{Grid, Walls};
 use crate::random::Generator;
 use crate::real::Real;
 use crate::rk4;
 use crate::space::{Carve, Measure, Space};
 
 /// Where the particles' attraction comes from.
-#[derive(Clone, Copy)]
-pub enum Attraction<'a, T: Real> {
+pub enum Attraction<'a, 'g, T: Real> {
     /// Nowhere: no field is computed, whatever chi is.
     None,
     /// The sum over all particles of a kernel, K = V: exact, without a mesh; all particles share their sub-steps, and each sub-step sums
     /// anew. A mollified kernel bounds the speed.
     Sum(&'a dyn Interaction<T, 2>, field::Options),
+    /// A mesh's field, solved once a step, in which every particle takes its own sub-steps, whose expected jumps stay below the
+    /// mesh width. In a box with no-flux walls particles are reflected. The grid is written over.
+    Mesh(&'a mut Grid<'g, T>),
 }
 
-impl<T: Real> core::fmt::Debug for Attraction<'_, T> {
+impl<T: Real> core::fmt::Debug for Attraction<'_, '_, T> {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         f.write_str(match self {
             Attraction::None => "None",
             Attraction::Sum(..) => "Sum",
+            Attraction::Mesh(_) => "Mesh",
         })
     }
 }
+
+impl<'a, T: Real> Attraction<'a, '_, T> {
+    /// What [`workspace_bytes`] asks for.
+    #[must_use]
+    pub fn summed(&self) -> Summed<'a, T> {
+        match *self {
+            Attraction::Sum(kernel, options) => Some((kernel, options)),
+            _ => None,
+        }
+    }
+}
+
+/// The kernel of [`Attraction::Sum`] with its options, for size queries; `None` for the other kinds.
+pub type Summed<'a, T> = Option<(&'a dyn Interaction<T, 2>, field::Options)>;
 
 /// What the workspace holds. Only the queue and the clusters outlive a call, and only one that ended with [`Error::EventsFull`].
 struct Arrays<'w, T> {
@@ -49,15 +67,14 @@ struct Arrays<'w, T> {
 fn lay<'w, T: Real>(
     space: &mut impl Space<'w>,
     n: usize,
-    attraction: &Attraction<'_, T>,
+    summed: Summed<'_, T>,
     options: &Options<T>,
     workers: usize,
 ) -> Result<Arrays<'w, T>> {
-    let summed = matches!(attraction, Attraction::Sum(..));
     let fixed = options.scheme == Scheme::StrangRk4;
-    let field = match attraction {
-        Attraction::Sum(kernel, field) => sum_plan(*kernel, n, field)?.workspace_bytes(workers)?,
-        Attraction::None => 0,
+    let field = match summed {
+        Some((kernel, field)) => sum_plan(kernel, n, &field)?.workspace_bytes(workers)?,
+        None => 0,
     };
     // Nothing is searched for where nothing merges.
     let clustered = if options.merging == Merging::Never { 0 } else { n };
@@ -68,7 +85,7 @@ fn lay<'w, T: Real>(
         moved: space.array(n)?,
         increments: space.array(n)?,
         substeps: space.array(n.div_ceil(TILE))?,
-        gradient: space.array(if summed && !fixed { n } else { 0 })?,
+        gradient: space.array(if summed.is_some() && !fixed { n } else { 0 })?,
         stages: rk4::Scratch::lay(space, if fixed { n.checked_mul(2).ok_or(Error::TooLarge)? } else { 0 })?,
         field: space.array(field)?,
     })
@@ -85,21 +102,21 @@ fn sum_plan<T: Real>(kernel: &dyn Interaction<T, 2>, n: usize, options: &field::
 /// [`Error::TooLarge`]; those of [`Options::check`].
 pub fn workspace_bytes<T: Real>(
     n: usize,
-    attraction: &Attraction<'_, T>,
+    summed: Summed<'_, T>,
     options: &Options<T>,
     workers: usize,
 ) -> Result<usize> {
     options.check()?;
-    Measure::of(|space| lay(space, n, attraction, options, workers).map(|_| ()))
+    Measure::of(|space| lay(space, n, summed, options, workers).map(|_| ()))
 }
 
 /// Everything that a step is given beside the state.
 #[derive(Debug)]
-pub struct Setting<'a, 'r, T: Real> {
+pub struct Setting<'a, 'g, 'r, T: Real> {
     /// Constants and choices; the same in every step of a run.
     pub options: &'a Options<T>,
     /// Where the attraction comes from.
-    pub attraction: Attraction<'a, T>,
+    pub attraction: Attraction<'a, 'g, T>,
     /// Level, executor, `should_stop`.
     pub run: &'a mut Run<'r>,
     /// Added to.
@@ -131,9 +148,9 @@ pub fn step<T: Real>(
     dt: T,
     mut events: Events<'_>,
     workspace: &mut [u8],
-    setting: Setting<'_, '_, T>,
+    setting: Setting<'_, '_, '_, T>,
 ) -> Result<()> {
-    let Setting { options, attraction, run, report } = setting;
+    let Setting { options, mut attraction, run, report } = setting;
     let room = state.positions.len();
     let lengths = state.masses.len() == room
         && state.labels.len() == room
@@ -148,7 +165,7 @@ pub fn step<T: Real>(
         return Err(Error::TimeStep);
     }
     // Nothing is zeroed: what follows writes before it reads.
-    let mut arrays = lay(&mut Carve::reopen(workspace)?, room, &attraction, options, run.executor.workers())?;
+    let mut arrays = lay(&mut Carve::reopen(workspace)?, room, attraction.summed(), options, run.executor.workers())?;
     if counters.pending > 0 {
         arrays.queue.run(&mut state, &mut arrays.found, &mut events, counters, report)?;
         return finish(&mut state, &mut arrays, counters, dt, n, true);
@@ -187,53 +204,33 @@ pub fn step<T: Real>(
     }
 
     // (2): motion, into the workspace.
-    let moving = Moving { positions: before.0, masses: before.1, labels: before.2, recorded, options, dt, step: number };
+    let mut limited = *options;
+    if let Attraction::Mesh(grid) = &attraction {
+        let [h, k] = grid.mesh().spacing();
+        limited.control.width = limited.control.width.min(h).min(k);
+    }
+    let moving = Moving {
+        positions: before.0,
+        masses: before.1,
+        labels: before.2,
+        recorded,
+        options: &limited,
+        dt,
+        step: number,
+    };
     let moved = Moved {
         positions: arrays.moved.get_mut(..n).ok_or(Error::LengthMismatch)?,
         increments: arrays.increments.get_mut(..n).ok_or(Error::LengthMismatch)?,
         substeps: arrays.substeps.get_mut(..n.div_ceil(TILE)).ok_or(Error::LengthMismatch)?,
     };
-    let mut fields = 0;
-    let kinds = match attraction {
-        Attraction::Sum(kernel, field) if attracted => Some((kernel, field)),
-        _ => None,
-    };
-    // Particles without noise or field of their own keep their places, but a sum's plan is for the particles alive.
-    let plan = kinds.map(|(kernel, field)| sum_plan(kernel, n, &field)).transpose()?;
-    let field_memory = &mut *arrays.field;
-    let mut sum = |points: &[[T; 2]], slopes: &mut [[T; 2]]| -> Result<()> {
-        let (Some(plan), Some((kernel, _))) = (&plan, kinds) else { return Err(Error::Unsupported) };
-        if run.should_stop.is_some_and(|stop| stop()) {
-            return Err(Error::Stopped);
-        }
-        fields += 1;
-        let outputs = Outputs { gradient: Some(slopes), ..Outputs::default() };
-        let sources = Sources { positions: points, masses: before.1 };
-        field::evaluate(plan, kernel, sources, points, outputs, field_memory, run)
-    };
-    let (made, draws) = match (options.scheme, kinds.is_some()) {
-        (Scheme::StrangRk4, summed) => {
-            let stages = &mut arrays.stages.first(2 * n)?;
-            let sum: Option<&mut motion::Sum<'_, T>> = if summed { Some(&mut sum) } else { None };
-            (motion::strang(&moving, sum, generator, moved, stages)?, 2)
-        }
-        (Scheme::EulerMaruyama, true) => {
-            let gradient = arrays.gradient.get_mut(..n).ok_or(Error::LengthMismatch)?;
-            (motion::together(&moving, &mut sum, generator, moved, gradient)?, 1)
-        }
-        (Scheme::EulerMaruyama, false) => {
-            let all = motion::frozen(&moving, None, generator, moved, run.executor)?;
-            report.substeps += all;
-            if options.noise > T::ZERO {
-                report.normals += all;
-            }
-            (0, 1)
-        }
-    };
-    report.fields += fields;
-    report.substeps += made * n as u64;
-    if options.noise > T::ZERO {
-        report.normals += made * draws * n as u64;
+    let buffers = Buffers { gradient: arrays.gradient, stages: &mut arrays.stages, field: arrays.field };
+    let force = if attracted && n > 0 { &mut attraction } else { &mut Attraction::None };
+    travel(&moving, moved, force, generator, buffers, run, report)?;
+    if let Attraction::Mesh(grid) = &attraction
+        && grid.equation().walls == Walls::NoFlux
+    {
+        // Sub-steps beyond a wall were made in the mirrored field: folding the end is reflecting the path.
+        arrays.moved.iter_mut().take(n).for_each(|x| *x = grid.mesh().reflect(*x).0);
     }
     let moved = arrays.moved.get(..n).ok_or(Error::LengthMismatch)?;
     if !all_finite(moved) {
@@ -250,6 +247,79 @@ pub fn step<T: Real>(
         arrays.queue.run(&mut state, &mut arrays.found, &mut events, counters, report)?;
     }
     finish(&mut state, &mut arrays, counters, dt, n, merges)
+}
+
+/// What [`travel`] writes on the way.
+struct Buffers<'s, 'w, T> {
+    gradient: &'s mut [[T; 2]],
+    stages: &'s mut rk4::Scratch<'w, T>,
+    field: &'s mut [u8],
+}
+
+/// Moves all particles: chooses the way, sums or solves the field, counts.
+fn travel<T: Real>(
+    moving: &Moving<'_, T>,
+    moved: Moved<'_, T>,
+    force: &mut Attraction<'_, '_, T>,
+    generator: &mut dyn Generator,
+    buffers: Buffers<'_, '_, T>,
+    run: &mut Run<'_>,
+    report: &mut Report,
+) -> Result<()> {
+    let n = moving.positions.len();
+    let noisy = moving.options.noise > T::ZERO;
+    let fixed = moving.options.scheme == Scheme::StrangRk4;
+    let executor = run.executor;
+    let stop = |run: &Run<'_>| if run.should_stop.is_some_and(|stop| stop()) { Err(Error::Stopped) } else { Ok(()) };
+    let mut fields = 0;
+    let (made, draws) = match (fixed, force) {
+        (false, Attraction::None) => (motion::frozen(moving, None, generator, moved, executor)?, 1),
+        (false, Attraction::Mesh(grid)) => {
+            stop(run)?;
+            grid.deposit(moving.positions, moving.masses, executor)?;
+            grid.solve(executor)?;
+            fields += 1;
+            stop(run)?;
+            let grid = &**grid;
+            let gradient = |points: &[[T; 2]], out: &mut [[T; 2]]| grid.interpolate_here(points, out);
+            (motion::frozen(moving, Some(&gradient), generator, moved, executor)?, 1)
+        }
+        (fixed, force) => {
+            // Its plan is for the particles alive.
+            let plan = force.summed().map(|(kernel, field)| sum_plan(kernel, n, &field)).transpose()?;
+            let none = matches!(force, Attraction::None);
+            let mut sum = |points: &[[T; 2]], slopes: &mut [[T; 2]]| -> Result<()> {
+                stop(run)?;
+                fields += 1;
+                match (&mut *force, &plan) {
+                    (Attraction::Mesh(grid), _) => {
+                        grid.deposit(points, moving.masses, executor)?;
+                        grid.solve(executor)?;
+                        grid.interpolate(points, slopes, executor)
+                    }
+                    (Attraction::Sum(kernel, _), Some(plan)) => {
+                        let outputs = Outputs { gradient: Some(slopes), ..Outputs::default() };
+                        let sources = Sources { positions: points, masses: moving.masses };
+                        field::evaluate(plan, *kernel, sources, points, outputs, buffers.field, run)
+                    }
+                    _ => Err(Error::Unsupported),
+                }
+            };
+            let all = n as u64;
+            if fixed {
+                let stages = &mut buffers.stages.first(2 * n)?;
+                let sum: Option<&mut motion::Sum<'_, T>> = if none { None } else { Some(&mut sum) };
+                (all * motion::strang(moving, sum, generator, moved, stages)?, 2)
+            } else {
+                let gradient = buffers.gradient.get_mut(..n).ok_or(Error::LengthMismatch)?;
+                (all * motion::together(moving, &mut sum, generator, moved, gradient)?, 1)
+            }
+        }
+    };
+    report.fields += fields;
+    report.substeps += made;
+    report.normals += if noisy { made * draws } else { 0 };
+    Ok(())
 }
 
 /// Ends the step: absorbed particles go, the counters advance.
