@@ -7,6 +7,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
+mod pks_check;
 mod scene;
 
 /// Particles with softened potentials: run a scene, see it move, check it against an oracle.
@@ -19,12 +20,15 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
+    /// Run an experiment on coalescing particles and compare it with the theory.
+    PksCheck(pks_check::Args),
     /// Print the schema of scene files, or check scene files without running them.
     Scene(scene::Args),
 }
 
 fn main() -> ExitCode {
     let result = match Cli::parse().command {
+        Command::PksCheck(args) => pks_check::main(args),
         Command::Scene(args) => scene::main(args),
     };
     result.unwrap_or_else(|error| {

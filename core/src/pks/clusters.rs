@@ -258,12 +258,13 @@ pub fn find<T: Real>(
     let mesh = Mesh::new(search, positions, step);
     order(&mesh, positions, scratch);
     let Scratch { words, shared, ranges, values, found, .. } = scratch;
+    let (words, shared) = (words.iter().take(positions.len()), shared.iter());
     let mut tree = Tree { mesh: &mesh, search, criterion, ranges, values, found: 0, seen: 0 };
 
     let mut stack = [Node::<T>::default(); STACK];
     let mut height = 0_usize;
     let mut leaf: Option<Node<T>> = None;
-    for (i, (&word, &level)) in words.iter().zip(shared.iter()).enumerate() {
+    for (i, (&word, &level)) in words.zip(shared).enumerate() {
         let particle = (word & 0xFFFF_FFFF) as usize;
         let (Some(&centre), Some(&mass)) = (positions.get(particle), masses.get(particle)) else { continue };
         tree.seen = i as u32;
@@ -359,6 +360,9 @@ impl<T: Real> Tree<'_, '_, T> {
 /// Sorts the particles by their cells at the finest level and says how many levels neighbours share.
 fn order<T: Real>(mesh: &Mesh<T>, positions: &[[T; 2]], scratch: &mut Scratch<'_, T>) {
     let Scratch { words, spare, histogram, shared, .. } = scratch;
+    // The state's arrays may have shrunk since the scratch was laid out.
+    let n = positions.len();
+    let (Some(words), Some(shared)) = (words.get_mut(..n), shared.get_mut(..n)) else { return };
     for (i, (word, x)) in words.iter_mut().zip(positions).enumerate() {
         let [cx, cy] = mesh.cell(x);
         *word = u64::from(interleave(cx >> 16, cy >> 16)) << 32 | i as u64;

@@ -1,0 +1,223 @@
+//! A run: particles, grid and workspace in one place.
+
+use mollis_core::grid::{Equation, Grid, Mesh};
+use mollis_core::parallel::Executor;
+use mollis_core::pks::{self, Attraction, Counters, Event, Events, Options, Report, Setting, State};
+use mollis_core::random::Generator;
+use mollis_core::space::ALIGN;
+use mollis_core::{Error, Result};
+
+/// Runs tasks on scoped threads.
+pub struct Threads(pub usize);
+
+impl Executor for Threads {
+    fn workers(&self) -> usize {
+        self.0
+    }
+
+    fn run(&self, tasks: usize, task: &(dyn Fn(usize) + Sync)) -> Result<()> {
+        let next = std::sync::atomic::AtomicUsize::new(0);
+        let work = |worker| {
+            while next.fetch_add(1, std::sync::atomic::Ordering::Relaxed) < tasks {
+                task(worker);
+            }
+        };
+        std::thread::scope(|scope| {
+            for worker in 1..self.0.min(tasks) {
+                let work = &work;
+                scope.spawn(move || work(worker));
+            }
+            work(0);
+        });
+        Ok(())
+    }
+}
+
+/// Bytes aligned as a workspace.
+pub struct Memory {
+    bytes: Vec<u8>,
+    len: usize,
+}
+
+impl Memory {
+    pub fn new(len: usize) -> Self {
+        Self { bytes: vec![0; len + ALIGN], len }
+    }
+
+    pub fn get(&mut self) -> &mut [u8] {
+        let start = self.bytes.as_ptr().align_offset(ALIGN);
+        &mut self.bytes[start..start + self.len]
+    }
+}
+
+/// Particles on a bump `exp(1 / (|x|^2 - 1))` stretched to an ellipse.
+#[derive(Clone, Copy)]
+pub struct Bump {
+    pub centre: [f64; 2],
+    pub axes: [f64; 2],
+    pub mass: f64,
+    pub count: usize,
+}
+
+/// All that a run owns.
+pub struct System {
+    pub positions: Vec<[f64; 2]>,
+    pub masses: Vec<f64>,
+    pub labels: Vec<u64>,
+    pub species: Vec<u32>,
+    pub counters: Counters,
+    pub options: Options<f64>,
+    pub report: Report,
+    /// Events since the start, and the labels they absorbed.
+    pub log: Vec<(Event, Vec<u64>)>,
+    mesh: Option<(Mesh<f64>, Memory)>,
+    workspace: Memory,
+    threads: usize,
+}
+
+impl System {
+    pub fn new(
+        bumps: &[Bump],
+        mesh: Option<Mesh<f64>>,
+        options: Options<f64>,
+        seed: u64,
+        threads: usize,
+    ) -> Result<Self> {
+        let mut random = Split(seed);
+        let (mut positions, mut masses, mut species) = (Vec::new(), Vec::new(), Vec::new());
+        for (k, bump) in bumps.iter().enumerate() {
+            for _ in 0..bump.count {
+                let x = random.bump();
+                positions.push([bump.centre[0] + bump.axes[0] * x[0], bump.centre[1] + bump.axes[1] * x[1]]);
+                masses.push(bump.mass / bump.count as f64);
+                species.push(k as u32);
+            }
+        }
+        let n = positions.len();
+        let mut options = options;
+        let mesh = match mesh {
+            Some(mesh) => {
+                options.search.domain = Some([mesh.lower(), mesh.upper()]);
+                Some((mesh, Memory::new(Grid::workspace_bytes(&mesh, &Equation::POISSON, threads)?)))
+            }
+            None => None,
+        };
+        let workspace = Memory::new(pks::workspace_bytes(n, None, &options, threads)?);
+        let counters = Counters { count: n as u64, ..Counters::default() };
+        let labels = (0..n as u64).collect();
+        let report = Report::default();
+        Ok(Self {
+            positions,
+            masses,
+            labels,
+            species,
+            counters,
+            options,
+            report,
+            log: Vec::new(),
+            mesh,
+            workspace,
+            threads,
+        })
+    }
+
+    /// One step; events are appended to the log.
+    pub fn step(&mut self, generator: &mut dyn Generator, dt: f64) -> Result<()> {
+        let executor = Threads(self.threads);
+        let mut run = mollis_core::field::Run { executor: &executor, ..Default::default() };
+        let mut grid = match &mut self.mesh {
+            Some((mesh, memory)) => Some(Grid::prepare(memory.get(), *mesh, Equation::POISSON, self.threads)?),
+            None => None,
+        };
+        let mut events = vec![Event::default(); 4096];
+        let mut labels = vec![0; self.positions.len()];
+        loop {
+            let (mut written, mut labels_written) = (0, 0);
+            let attraction = match &mut grid {
+                Some(grid) => Attraction::Mesh(grid),
+                None => Attraction::None,
+            };
+            let done = pks::step(
+                State {
+                    positions: &mut self.positions,
+                    masses: &mut self.masses,
+                    labels: &mut self.labels,
+                    species: Some(&mut self.species),
+                },
+                &mut self.counters,
+                generator,
+                dt,
+                Events {
+                    events: &mut events,
+                    labels: &mut labels,
+                    written: &mut written,
+                    labels_written: &mut labels_written,
+                },
+                self.workspace.get(),
+                Setting { options: &self.options, attraction, run: &mut run, report: &mut self.report },
+            );
+            for event in &events[..written] {
+                let from = event.first as usize;
+                self.log.push((*event, labels[from..from + event.absorbed as usize].to_vec()));
+            }
+            match done {
+                Err(Error::EventsFull) => {}
+                other => return other,
+            }
+        }
+    }
+
+    pub fn count(&self) -> usize {
+        self.counters.count as usize
+    }
+
+    /// Centre of mass and mass of the particles that `keep` holds of.
+    pub fn centre(&self, keep: impl Fn(usize) -> bool) -> ([f64; 2], f64) {
+        let mut sum = [0.0; 3];
+        for i in (0..self.count()).filter(|&i| keep(i)) {
+            sum[0] += self.masses[i] * self.positions[i][0];
+            sum[1] += self.masses[i] * self.positions[i][1];
+            sum[2] += self.masses[i];
+        }
+        ([sum[0] / sum[2], sum[1] / sum[2]], sum[2])
+    }
+
+    /// sum m |x - c|^2 of the particles that `keep` holds of, not divided by the mass.
+    pub fn spread(&self, c: [f64; 2], keep: impl Fn(usize) -> bool) -> f64 {
+        let square = |x: [f64; 2]| (x[0] - c[0]).powi(2) + (x[1] - c[1]).powi(2);
+        (0..self.count()).filter(|&i| keep(i)).map(|i| self.masses[i] * square(self.positions[i])).sum()
+    }
+
+    /// The second moment about the centre of mass, divided by the mass.
+    pub fn second_moment(&self) -> f64 {
+        let (centre, mass) = self.centre(|_| true);
+        self.spread(centre, |_| true) / mass
+    }
+
+    pub fn heaviest(&self) -> f64 {
+        self.masses[..self.count()].iter().copied().fold(0.0, f64::max)
+    }
+}
+
+/// SplitMix64, for initial conditions.
+pub struct Split(pub u64);
+
+impl Split {
+    pub fn uniform(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let z = (self.0 ^ self.0 >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        let z = (z ^ z >> 27).wrapping_mul(0x94D0_49BB_1331_11EB);
+        ((z ^ z >> 31) >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    /// A point of the unit disc with density proportional to exp(1 / (|x|^2 - 1)), by rejection.
+    fn bump(&mut self) -> [f64; 2] {
+        loop {
+            let x = [2.0 * self.uniform() - 1.0, 2.0 * self.uniform() - 1.0];
+            let square = x[0] * x[0] + x[1] * x[1];
+            if square < 1.0 && self.uniform() < (1.0 + 1.0 / (square - 1.0)).exp() {
+                return x;
+            }
+        }
+    }
+}
