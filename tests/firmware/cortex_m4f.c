@@ -1,4 +1,6 @@
 /* Cortex-M4F (QEMU mps2-an386): vectors, FPU, SysTick as a clock. */
+#include <stddef.h>
+
 #include "board.h"
 #include "semihosting.h"
 
@@ -6,6 +8,19 @@ extern uint32_t __stack_top[];
 
 void machine_start(void);
 void machine_init(void);
+
+/* The names under which compilers for ARM ask for the memory functions. */
+void *memcpy(void *to, const void *from, size_t n);
+void *memset(void *to, int value, size_t n);
+void __aeabi_memcpy(void *to, const void *from, size_t n) { memcpy(to, from, n); }
+void __aeabi_memcpy4(void *to, const void *from, size_t n) { memcpy(to, from, n); }
+void __aeabi_memcpy8(void *to, const void *from, size_t n) { memcpy(to, from, n); }
+void __aeabi_memset(void *to, size_t n, int value) { memset(to, value, n); }
+void __aeabi_memset4(void *to, size_t n, int value) { memset(to, value, n); }
+void __aeabi_memset8(void *to, size_t n, int value) { memset(to, value, n); }
+void __aeabi_memclr(void *to, size_t n) { memset(to, 0, n); }
+void __aeabi_memclr4(void *to, size_t n) { memset(to, 0, n); }
+void __aeabi_memclr8(void *to, size_t n) { memset(to, 0, n); }
 
 static void fault(void) {
   uintptr_t status[2] = {SEMIHOSTING_STOPPED, 99};

@@ -6,6 +6,7 @@
 mod coverage;
 mod examples;
 mod features;
+mod firmware;
 mod header;
 mod install;
 mod layers;
@@ -58,6 +59,8 @@ enum Command {
     Features,
     /// Refuses a function of the header that no test or example calls.
     Coverage,
+    /// Runs the programs of `tests/firmware/` on bare machines in QEMU and measures them.
+    Firmware,
     /// Builds for release and copies library, headers and a pkg-config file below a prefix.
     Install {
         /// Where to; made if missing.
@@ -84,6 +87,7 @@ fn run(command: Command) -> Result<()> {
         Command::Layers => layers::run(),
         Command::Features => features::run(),
         Command::Coverage => coverage::run(),
+        Command::Firmware => firmware::run().map(|_| ()),
         Command::Install { prefix } => install::run(&prefix),
     }
 }

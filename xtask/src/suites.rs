@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
 
-use crate::{coverage, examples, features, header, layers, shell, symbols};
+use crate::{coverage, examples, features, firmware, header, layers, shell, symbols};
 
 /// Passed and failed.
 #[derive(Clone, Copy, Default)]
@@ -29,6 +29,7 @@ const SUITES: &[Suite] = &[
     ("features", "each combination of features builds", || checked(features::run())),
     ("symbols", "nothing but memory functions is needed", || checked(symbols::run())),
     ("languages", "the header and programs in C, C++ and Fortran", || counted(languages())),
+    ("firmware", "bare machines give the host's bits, within their budget", || counted(firmware::run())),
     ("valgrind", "the C programs touch no memory that is not theirs", || counted(examples::all(true))),
 ];
 

@@ -27,7 +27,6 @@ mod machine {
     }
 
     #[inline(always)]
-    #[expect(unsafe_code, reason = "hard-float targets have the instruction, and core has no name for it")]
     pub fn sqrt_f32(x: f32) -> f32 {
         // The argument arrives and the result leaves in s0. The number is `vsqrt.f32 s0, s0`, which the assembler knows
         // only with more of the unit than a Cortex-M4F has.
