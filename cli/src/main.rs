@@ -7,7 +7,11 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
+mod initial;
+mod output;
 mod pks_check;
+mod plot;
+mod run;
 mod scene;
 
 /// Particles with softened potentials: run a scene, see it move, check it against an oracle.
@@ -22,6 +26,10 @@ struct Cli {
 enum Command {
     /// Run an experiment on coalescing particles and compare it with the theory.
     PksCheck(pks_check::Args),
+    /// Run a scene: data, pictures and checked numbers.
+    Run(run::Args),
+    /// Print what a scene would run and what it would cost, without running it.
+    Plan(run::PlanArgs),
     /// Print the schema of scene files, or check scene files without running them.
     Scene(scene::Args),
 }
@@ -29,6 +37,8 @@ enum Command {
 fn main() -> ExitCode {
     let result = match Cli::parse().command {
         Command::PksCheck(args) => pks_check::main(args),
+        Command::Run(args) => run::main(args),
+        Command::Plan(args) => run::plan_main(args),
         Command::Scene(args) => scene::main(args),
     };
     result.unwrap_or_else(|error| {

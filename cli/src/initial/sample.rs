@@ -1,0 +1,127 @@
+//! From densities to particles: on the grid h Z^d, or at random.
+
+use anyhow::{Result, bail, ensure};
+use mollis_core::random::{Generator, Philox, uniform};
+
+use super::{Density, Particles};
+use crate::scene::{Model, Sampling, Scene, Shape};
+
+/// Random draws of the initial data have labels from here on, which no particle of a run has.
+const LABELS: u64 = 1 << 63;
+
+/// The points of h Z^d in the support, with masses rho h^d: Craig & Bertozzi, Definition 2.2. The shape's centre need not
+/// be a grid point.
+pub fn grid(density: &Density, h: f64, part: usize, particles: &mut Particles) -> Result<()> {
+    let (center, half) = density.bounds();
+    let d = center.len();
+    let low: Vec<i64> = (0..d).map(|axis| ((center[axis] - half[axis]) / h).floor() as i64).collect();
+    let counts: Vec<u64> = (0..d).map(|axis| (2.0 * half[axis] / h).ceil() as u64 + 2).collect();
+    let cells = counts.iter().map(|&n| n as f64).product::<f64>();
+    ensure!(cells < 1e10, "sampling.h = {h}: {cells:.1e} grid points are too many");
+    let volume = h.powi(d as i32);
+    let mut index = vec![0_u64; d];
+    let mut point = vec![0.0; d];
+    for _ in 0..cells as u64 {
+        for axis in 0..d {
+            point[axis] = (low[axis] + index[axis] as i64) as f64 * h;
+        }
+        if let Some(rho) = density.at(&point) {
+            particles.push(&point, rho * volume, rho, part);
+        }
+        for axis in 0..d {
+            index[axis] += 1;
+            if index[axis] < counts[axis] {
+                break;
+            }
+            index[axis] = 0;
+        }
+    }
+    Ok(())
+}
+
+/// Under random sampling: how many particles each part gets, and its mass.
+pub fn shares(scene: &Scene) -> Result<Vec<(u64, f64)>> {
+    let Some(Sampling::Random { count }) = scene.sampling else { return Ok(vec![(0, 0.0); scene.initial.len()]) };
+    let drawn = |shape: &Shape| !matches!(shape, Shape::Points(..) | Shape::File(..));
+    let masses: Vec<f64> = scene
+        .initial
+        .iter()
+        .map(|part| if drawn(&part.shape) { Density::new(part, scene.dimension).integral() } else { 0.0 })
+        .collect();
+    let weights: Vec<f64> = match diffusivities(scene) {
+        // N_i = eta_i N with eta_i = M mu_i / (M_i mu): Zhelezov & Fatkullin (5.3).
+        Some(each) => each.iter().zip(&masses).map(|(mu, mass)| if *mass > 0.0 { mu / mass } else { 0.0 }).collect(),
+        None => scene
+            .initial
+            .iter()
+            .zip(&masses)
+            .map(|(part, mass)| if *mass > 0.0 { part.share.unwrap_or(*mass) } else { 0.0 })
+            .collect(),
+    };
+    let whole: f64 = weights.iter().sum();
+    let last = weights.iter().rposition(|&weight| weight > 0.0);
+    let mut left = count;
+    let mut shares = Vec::new();
+    for (index, (weight, mass)) in weights.iter().zip(&masses).enumerate() {
+        let mine = if Some(index) == last { left } else { ((weight / whole * count as f64).floor() as u64).min(left) };
+        if *weight > 0.0 && mine == 0 {
+            bail!("sampling.count = {count}: initial[{index}] gets no particle");
+        }
+        left -= mine;
+        shares.push((mine, *mass));
+    }
+    Ok(shares)
+}
+
+/// The species' diffusivities, if the scene states any.
+fn diffusivities(scene: &Scene) -> Option<Vec<f64>> {
+    let own = scene.pks.map_or(1.0, |pks| pks.mu);
+    let stated = scene.model == Model::Pks && scene.initial.iter().any(|part| part.diffusivity.is_some());
+    stated.then(|| scene.initial.iter().map(|part| part.diffusivity.unwrap_or(own)).collect())
+}
+
+/// mu~ of the particle system: mu M / N, with mu from the species by (5.4) if there are several.
+pub fn diffusion(scene: &Scene, masses: &[f64]) -> f64 {
+    let whole: f64 = masses.iter().sum();
+    let mu = match (diffusivities(scene), shares(scene)) {
+        // (5.4): mu = M sum mu_i / M_i.
+        (Some(each), Ok(shares)) => whole * each.iter().zip(&shares).map(|(mu, (_, mass))| mu / mass).sum::<f64>(),
+        _ => scene.pks.map_or(0.0, |pks| pks.mu),
+    };
+    mu * whole / masses.len().max(1) as f64
+}
+
+/// `count` particles of equal mass by rejection; particle i's draws depend on the seed, the part and i alone.
+pub fn random(
+    density: &Density,
+    count: u64,
+    mass: f64,
+    part: usize,
+    seed: u64,
+    particles: &mut Particles,
+) -> Result<()> {
+    let (center, half) = density.bounds();
+    let (center, top) = (center.to_vec(), density.maximum());
+    let mut generator = Philox::new(seed);
+    let mut point = vec![0.0; center.len()];
+    for index in 0..count {
+        let label = LABELS | (part as u64) << 48 | index;
+        let mut attempt = 0_u32;
+        loop {
+            let mut words = [0; 4];
+            generator.fill(label, attempt, 0, &mut words)?;
+            for (axis, x) in point.iter_mut().enumerate() {
+                *x = center[axis] + half[axis] * (2.0 * uniform::<f64>(words[axis]) - 1.0);
+            }
+            match density.at(&point) {
+                Some(rho) if uniform::<f64>(words[3]) * top < rho => {
+                    particles.push(&point, mass / count as f64, rho, part);
+                    break;
+                }
+                _ => attempt += 1,
+            }
+            ensure!(attempt < 1_000_000, "initial[{part}]: a particle was rejected a million times");
+        }
+    }
+    Ok(())
+}

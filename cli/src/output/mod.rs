@@ -1,0 +1,190 @@
+//! Files that a run leaves: tables, particles, the summary.
+
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::Path;
+
+use anyhow::{Context, Result};
+
+use crate::initial::Particles;
+use crate::run::history::{Event, History};
+
+/// Writes a table with a header.
+pub fn table(path: &Path, header: &[String], rows: &[Vec<f64>]) -> Result<()> {
+    let mut writer = csv::Writer::from_path(path).with_context(|| format!("{}", path.display()))?;
+    writer.write_record(header)?;
+    for row in rows {
+        // Rust prints the shortest decimal that reads back as the same number.
+        writer.write_record(row.iter().map(|value| format!("{value}")))?;
+    }
+    Ok(writer.flush()?)
+}
+
+/// Writes coalescences: absorbed labels are separated by spaces.
+pub fn events(path: &Path, events: &[Event]) -> Result<()> {
+    let mut writer = csv::Writer::from_path(path).with_context(|| format!("{}", path.display()))?;
+    writer.write_record(["time", "label", "absorbed", "mass", "index"])?;
+    for event in events {
+        let absorbed: Vec<String> = event.absorbed.iter().map(u64::to_string).collect();
+        writer.write_record([
+            format!("{}", event.time),
+            event.label.to_string(),
+            absorbed.join(" "),
+            format!("{}", event.mass),
+            format!("{}", event.index),
+        ])?;
+    }
+    Ok(writer.flush()?)
+}
+
+/// Writes particles in the formats asked for, and the tables of a run.
+pub fn history(folder: &Path, history: &History, formats: &[String], with_events: bool) -> Result<()> {
+    std::fs::create_dir_all(folder).with_context(|| format!("{}", folder.display()))?;
+    table(&folder.join("diagnostics.csv"), &history.columns, &history.rows)?;
+    if with_events {
+        events(&folder.join("events.csv"), &history.events)?;
+    }
+    let particles = &history.end;
+    if particles.len() == 0 {
+        return Ok(());
+    }
+    for format in formats {
+        match format.as_str() {
+            "npy" => npy(&folder.join("particles.npy"), particles)?,
+            "vtk" => vtk(&folder.join("particles.vtp"), particles)?,
+            _ => particles_csv(&folder.join("particles.csv"), particles)?,
+        }
+    }
+    Ok(())
+}
+
+/// Coordinates and mass as an array of shape (n, d + 1), which a scene can read again.
+fn npy(path: &Path, particles: &Particles) -> Result<()> {
+    use npyz::WriterBuilder;
+    let d = particles.dimension;
+    let file = BufWriter::new(File::create(path).with_context(|| format!("{}", path.display()))?);
+    let mut writer = npyz::WriteOptions::new()
+        .default_dtype()
+        .shape(&[particles.len() as u64, d as u64 + 1])
+        .writer(file)
+        .begin_nd()?;
+    for (position, mass) in particles.positions.chunks_exact(d).zip(&particles.masses) {
+        writer.extend(position.iter().chain([mass]))?;
+    }
+    Ok(writer.finish()?)
+}
+
+fn particles_csv(path: &Path, particles: &Particles) -> Result<()> {
+    let d = particles.dimension;
+    let mut header: Vec<String> = ["x", "y", "z"][..d].iter().map(|&axis| axis.to_owned()).collect();
+    header.extend(["mass".to_owned(), "density".to_owned()]);
+    let rows: Vec<Vec<f64>> = particles
+        .positions
+        .chunks_exact(d)
+        .zip(particles.masses.iter().zip(&particles.densities))
+        .map(|(position, (mass, density))| position.iter().chain([mass, density]).copied().collect())
+        .collect();
+    table(path, &header, &rows)
+}
+
+/// VTK PolyData in XML with raw appended data: each block is its length in bytes (64 bits), then the values.
+fn vtk(path: &Path, particles: &Particles) -> Result<()> {
+    let (n, d) = (particles.len(), particles.dimension);
+    let mut points = Vec::with_capacity(3 * n);
+    for position in particles.positions.chunks_exact(d) {
+        points.extend((0..3).map(|axis| position.get(axis).copied().unwrap_or(0.0)));
+    }
+    let part: Vec<f64> = particles.parts.iter().map(|&part| f64::from(part)).collect();
+    let blocks: [(&str, &[f64], usize); 4] = [
+        ("mass", &particles.masses, 1),
+        ("density", &particles.densities, 1),
+        ("part", &part, 1),
+        ("points", &points, 3),
+    ];
+    let mut offset = 0;
+    let mut arrays = Vec::new();
+    for (name, values, components) in &blocks {
+        arrays.push(format!(
+            "<DataArray type=\"Float64\" Name=\"{name}\" NumberOfComponents=\"{components}\" format=\"appended\" offset=\"{offset}\"/>"
+        ));
+        offset += 8 + 8 * values.len();
+    }
+    let verts = offset;
+    let ends = verts + 8 + 8 * n;
+    let mut file = BufWriter::new(File::create(path).with_context(|| format!("{}", path.display()))?);
+    write!(
+        file,
+        "<?xml version=\"1.0\"?>\n\
+         <VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n\
+         <PolyData><Piece NumberOfPoints=\"{n}\" NumberOfVerts=\"{n}\" NumberOfLines=\"0\" NumberOfStrips=\"0\" NumberOfPolys=\"0\">\n\
+         <PointData Scalars=\"mass\">\n{}\n{}\n{}\n</PointData>\n<Points>\n{}\n</Points>\n\
+         <Verts>\n<DataArray type=\"Int64\" Name=\"connectivity\" format=\"appended\" offset=\"{verts}\"/>\n\
+         <DataArray type=\"Int64\" Name=\"offsets\" format=\"appended\" offset=\"{ends}\"/>\n</Verts>\n\
+         </Piece></PolyData>\n<AppendedData encoding=\"raw\">\n_",
+        arrays[0], arrays[1], arrays[2], arrays[3]
+    )?;
+    for (_, values, _) in &blocks {
+        file.write_all(&(8 * values.len() as u64).to_le_bytes())?;
+        for value in *values {
+            file.write_all(&value.to_le_bytes())?;
+        }
+    }
+    for first in [0, 1] {
+        file.write_all(&(8 * n as u64).to_le_bytes())?;
+        for index in 0..n as u64 {
+            file.write_all(&(index + first).to_le_bytes())?;
+        }
+    }
+    writeln!(file, "\n</AppendedData>\n</VTKFile>")?;
+    Ok(file.flush()?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn particles() -> Particles {
+        Particles {
+            dimension: 2,
+            positions: vec![0.0, 1.0, 2.5, -3.0],
+            masses: vec![1.0, 2.0],
+            densities: vec![0.5, 0.25],
+            parts: vec![0, 1],
+        }
+    }
+
+    #[test]
+    fn vtk_blocks_lie_at_their_offsets() {
+        let path = std::env::temp_dir().join(format!("mollis-{}.vtp", std::process::id()));
+        vtk(&path, &particles()).unwrap();
+        let bytes = std::fs::read(&path).unwrap();
+        std::fs::remove_file(&path).unwrap();
+        let start = bytes.windows(14).position(|w| w == b"encoding=\"raw\"").unwrap() + 17;
+        assert_eq!(bytes[start - 1], b'_');
+        let text = String::from_utf8_lossy(&bytes[..start]).into_owned();
+        let offset = |name: &str| -> usize {
+            let at = text.find(&format!("Name=\"{name}\"")).unwrap();
+            let rest = &text[at..];
+            rest[rest.find("offset=\"").unwrap() + 8..].split('"').next().unwrap().parse().unwrap()
+        };
+        let word = |at: usize| u64::from_le_bytes(bytes[start + at..start + at + 8].try_into().unwrap());
+        for (name, values) in [("mass", vec![1.0, 2.0]), ("points", vec![0.0, 1.0, 0.0, 2.5, -3.0, 0.0])] {
+            let at = offset(name);
+            assert_eq!(word(at), 8 * values.len() as u64, "{name}");
+            for (i, value) in values.iter().enumerate() {
+                assert_eq!(f64::from_bits(word(at + 8 + 8 * i)), *value, "{name}");
+            }
+        }
+        assert_eq!((word(offset("offsets")), word(offset("offsets") + 8), word(offset("offsets") + 16)), (16, 1, 2));
+    }
+
+    #[test]
+    fn npy_is_read_back() {
+        let path = std::env::temp_dir().join(format!("mollis-{}.npy", std::process::id()));
+        npy(&path, &particles()).unwrap();
+        let array = npyz::NpyFile::new(File::open(&path).unwrap()).unwrap();
+        assert_eq!(array.shape(), [2, 3]);
+        assert_eq!(array.into_vec::<f64>().unwrap(), [0.0, 1.0, 1.0, 2.5, -3.0, 2.0]);
+        std::fs::remove_file(&path).unwrap();
+    }
+}

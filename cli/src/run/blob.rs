@@ -1,0 +1,228 @@
+//! The aggregation equation: blob method and particle method.
+
+use anyhow::{Context, Result};
+use mollis_core::blob::{self, Advance, Report, State, Trajectories, Wanted};
+use mollis_core::field::{self, Interaction, Options, Outputs, Run, Sources};
+use mollis_core::isa::Level;
+
+use super::host::{Memory, Pool, stopped};
+use super::simulation::{Simulation, choose};
+use super::store::{Reader, Writer};
+use crate::initial::{Particles, exact::Exact};
+use crate::scene::{Law, Model, Scene};
+
+/// A run of the blob or the particle method.
+pub struct Flow<'a, const D: usize> {
+    scene: &'a Scene,
+    pool: &'a Pool,
+    kernel: &'a dyn Interaction<f64, D>,
+    plan: blob::Plan,
+    energy: Option<field::Plan>,
+    memory: Memory,
+    positions: Vec<[f64; D]>,
+    density: Option<Vec<f64>>,
+    start: Particles,
+    followed: Vec<usize>,
+    exact: Option<Exact>,
+    /// h^d, or 0 without a grid.
+    cell: f64,
+    delta: Option<f64>,
+    step: u64,
+}
+
+impl<'a, const D: usize> Flow<'a, D> {
+    /// The scene at its start.
+    pub fn new(
+        scene: &'a Scene,
+        start: Particles,
+        h: Option<f64>,
+        kernel: &'a dyn Interaction<f64, D>,
+        pool: &'a Pool,
+    ) -> Result<Self> {
+        let n = start.len();
+        // Without a mollifier a Newtonian density is that of point masses, which no trajectory feels.
+        let point_masses = scene.model == Model::Particle && scene.kernel.iter().any(|term| term.law == Law::Newtonian);
+        let carried = scene.output.density && !point_masses;
+        let wanted = Wanted { density: carried, ..Wanted::default() };
+        let options = options(scene);
+        let plan = blob::plan(kernel, n, 0, wanted, &options).context("plan")?;
+        let outputs = field::Wanted { potential: true, ..field::Wanted::default() };
+        let energy = scene.output.energy.then(|| field::plan(kernel, n, n, outputs, &options)).transpose()?;
+        let workers = mollis_core::parallel::Executor::workers(pool);
+        let mut bytes = plan.workspace_bytes::<f64, D>(workers)?;
+        if let Some(energy) = &energy {
+            bytes = bytes.max(energy.workspace_bytes(workers)?);
+        }
+        Ok(Self {
+            scene,
+            pool,
+            kernel,
+            plan,
+            energy,
+            memory: Memory::new(bytes),
+            positions: start.positions.as_chunks::<D>().0.to_vec(),
+            density: carried.then(|| start.densities.clone()),
+            followed: choose(n, scene.output.trajectories),
+            exact: Exact::of(scene).filter(|_| h.is_some()),
+            start,
+            cell: h.map_or(0.0, |h| h.powi(D as i32)),
+            delta: scene.mollifier.map(|softening| softening.delta(h)),
+            step: 0,
+        })
+    }
+
+    fn time(&self) -> f64 {
+        self.step as f64 * self.scene.dt
+    }
+
+    fn energy(&mut self) -> Result<Option<f64>> {
+        let Some(plan) = &self.energy else { return Ok(None) };
+        let mut potential = vec![0.0; self.positions.len()];
+        let sources = Sources { positions: &self.positions, masses: &self.start.masses };
+        let outputs = Outputs { potential: Some(&mut potential), ..Outputs::default() };
+        let mut run = run(self.pool);
+        field::evaluate(plan, self.kernel, sources, &self.positions, outputs, self.memory.slice(), &mut run)?;
+        Ok(Some(blob::energy_of(&self.start.masses, &potential)))
+    }
+
+    /// L1 errors of positions and of densities against the exact solution, while there is one.
+    fn errors(&self) -> Result<[f64; 2]> {
+        let Some(exact) = self.exact.as_ref().filter(|exact| self.time() < exact.blow_up()) else {
+            return Ok([f64::NAN; 2]);
+        };
+        let mut positions = Vec::with_capacity(self.positions.len());
+        let mut differences = Vec::new();
+        for (index, start) in self.start.positions.as_chunks::<D>().0.iter().enumerate() {
+            let mut point = [0.0; D];
+            point.iter_mut().zip(exact.position(start, self.time())).for_each(|(to, from)| *to = from);
+            positions.push(point);
+            if let Some(density) = &self.density {
+                differences.push(density[index] - exact.density(start, self.time()));
+            }
+        }
+        let of_positions = blob::distance(&self.positions, &positions, self.cell, 1.0)?;
+        let of_density = if self.density.is_some() { blob::norm(&differences, self.cell, 1.0)? } else { f64::NAN };
+        Ok([of_positions, of_density])
+    }
+}
+
+fn options(scene: &Scene) -> Options {
+    Options {
+        tolerance: if scene.direct { 0.0 } else { scene.tolerance },
+        method: scene.direct.then_some(field::Method::Direct),
+        ..Options::default()
+    }
+}
+
+fn run(pool: &Pool) -> Run<'_> {
+    Run { level: Level::best(), executor: pool, should_stop: Some(&stopped), counters: None }
+}
+
+impl<const D: usize> Simulation for Flow<'_, D> {
+    fn columns(&self) -> Vec<String> {
+        let mut columns = vec!["time".to_owned()];
+        columns.extend(["x", "y", "z"][..D].iter().map(|axis| format!("centre_{axis}")));
+        columns.push("second_moment".to_owned());
+        if self.energy.is_some() {
+            columns.push("energy".to_owned());
+        }
+        if self.density.is_some() {
+            columns.extend(["density_maximum".to_owned(), "overlap".to_owned()]);
+        }
+        if self.exact.is_some() {
+            columns.push("error_positions".to_owned());
+            if self.density.is_some() {
+                columns.push("error_density".to_owned());
+            }
+        }
+        columns
+    }
+
+    fn step(&mut self) -> Result<()> {
+        let state = State {
+            masses: &self.start.masses,
+            particles: Trajectories {
+                positions: &mut self.positions,
+                density: self.density.as_deref_mut(),
+                velocity: None,
+                divergence: None,
+            },
+            tracers: Trajectories::none(),
+        };
+        let advance = Advance { dt: self.scene.dt, steps: 1, after_step: None };
+        let mut report = Report::default();
+        blob::step(&self.plan, self.kernel, state, advance, self.memory.slice(), &mut run(self.pool), &mut report)?;
+        self.step += 1;
+        Ok(())
+    }
+
+    fn row(&mut self) -> Result<Vec<f64>> {
+        let moments = blob::moments(&self.positions, &self.start.masses)?;
+        let mut row = vec![self.time()];
+        row.extend(moments.centre);
+        row.push(moments.second / moments.mass);
+        row.extend(self.energy()?);
+        if let Some(density) = &self.density {
+            row.push(density.iter().copied().fold(0.0, f64::max));
+            let overlap =
+                blob::smallest_overlap::<f64, D>(self.delta.unwrap_or(f64::NAN), &self.start.masses, density)?;
+            row.push(overlap.unwrap_or(f64::NAN));
+        }
+        if self.exact.is_some() {
+            let [of_positions, of_density] = self.errors()?;
+            row.push(of_positions);
+            if self.density.is_some() {
+                row.push(of_density);
+            }
+        }
+        Ok(row)
+    }
+
+    fn particles(&self) -> Particles {
+        let mut particles = self.start.clone();
+        particles.positions = self.positions.as_flattened().to_vec();
+        particles.densities = self.density.clone().unwrap_or_else(|| vec![0.0; self.positions.len()]);
+        particles
+    }
+
+    fn followed(&self) -> Vec<f64> {
+        self.followed.iter().flat_map(|&index| self.positions[index]).collect()
+    }
+
+    fn plan(&self) -> Vec<String> {
+        let field = self.plan.field();
+        let mut lines = vec![format!("velocity: {:?} sum, because {:?}", field.method(), field.reason())];
+        let massless = self.start.masses.iter().filter(|mass| **mass == 0.0).count();
+        if massless > 0 {
+            lines.push(format!("skipped: {massless} sources without mass"));
+        }
+        if self.density.is_none() {
+            lines.push("skipped: density along trajectories (output.density is not set)".to_owned());
+        }
+        if self.energy.is_none() {
+            lines.push("skipped: energy (output.energy is not set)".to_owned());
+        }
+        if self.exact.is_none() {
+            lines.push("skipped: errors (no exact solution of this scene is known)".to_owned());
+        }
+        lines
+    }
+
+    fn save(&self, writer: &mut Writer) {
+        writer.count(self.step);
+        writer.numbers(self.positions.as_flattened());
+        writer.numbers(self.density.as_deref().unwrap_or(&[]));
+    }
+
+    fn restore(&mut self, reader: &mut Reader) -> Result<()> {
+        self.step = reader.count()?;
+        let positions = reader.numbers()?;
+        let density = reader.numbers()?;
+        let fits =
+            positions.len() == self.positions.len() * D && density.len() == self.density.as_ref().map_or(0, Vec::len);
+        anyhow::ensure!(fits, "the checkpoint is of another scene");
+        self.positions = positions.as_chunks::<D>().0.to_vec();
+        self.density = self.density.is_some().then_some(density);
+        Ok(())
+    }
+}

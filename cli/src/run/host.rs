@@ -1,0 +1,113 @@
+//! What a host gives the library: threads, memory, and the wish to stop.
+
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+
+use anyhow::{Context, Result};
+use mollis_core::parallel::Executor;
+use mollis_core::space::ALIGN;
+
+/// A pool of threads as an executor.
+pub struct Pool {
+    pool: rayon::ThreadPool,
+}
+
+impl Pool {
+    /// A pool of this many threads; 0 takes as many as the machine has.
+    pub fn new(threads: usize) -> Result<Self> {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().context("--threads")?;
+        Ok(Self { pool })
+    }
+}
+
+impl Executor for Pool {
+    fn workers(&self) -> usize {
+        self.pool.current_num_threads()
+    }
+
+    fn run(&self, tasks: usize, task: &(dyn Fn(usize) + Sync)) -> mollis_core::Result<()> {
+        if tasks <= 1 || self.workers() == 1 {
+            for _ in 0..tasks {
+                task(0);
+            }
+            return Ok(());
+        }
+        let started = AtomicUsize::new(0);
+        self.pool.broadcast(|worker| {
+            while started.fetch_add(1, Ordering::Relaxed) < tasks {
+                task(worker.index());
+            }
+        });
+        Ok(())
+    }
+}
+
+/// Set by Ctrl-C and by a request to end.
+static STOP: AtomicBool = AtomicBool::new(false);
+
+/// Turns Ctrl-C, SIGTERM and SIGHUP into a wish; the second one ends the program at once.
+pub fn listen() -> Result<()> {
+    ctrlc::set_handler(|| {
+        if STOP.swap(true, Ordering::Relaxed) {
+            std::process::exit(130);
+        }
+    })
+    .context("cannot listen for Ctrl-C")
+}
+
+/// Whether the run should stop.
+pub fn stopped() -> bool {
+    STOP.load(Ordering::Relaxed)
+}
+
+/// Memory aligned as a workspace must be.
+#[derive(Debug)]
+pub struct Memory(Vec<u8>);
+
+impl Memory {
+    /// This many bytes.
+    pub fn new(bytes: usize) -> Self {
+        Self(vec![0; bytes + ALIGN])
+    }
+
+    /// The aligned bytes.
+    pub fn slice(&mut self) -> &mut [u8] {
+        let start = self.0.as_ptr().align_offset(ALIGN);
+        let end = self.0.len() - ALIGN + start;
+        &mut self.0[start..end]
+    }
+}
+
+/// Memory for a workspace of this many bytes.
+pub fn memory(bytes: usize) -> Memory {
+    Memory::new(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_task_runs_once() {
+        for threads in [1, 2, 3] {
+            let pool = Pool::new(threads).unwrap();
+            for tasks in [0, 1, 2, 100] {
+                let counts: Vec<AtomicUsize> = (0..tasks).map(|_| AtomicUsize::new(0)).collect();
+                let next = AtomicUsize::new(0);
+                pool.run(tasks, &|worker| {
+                    assert!(worker < pool.workers());
+                    counts[next.fetch_add(1, Ordering::Relaxed)].fetch_add(1, Ordering::Relaxed);
+                })
+                .unwrap();
+                assert!(counts.iter().all(|count| count.load(Ordering::Relaxed) == 1));
+            }
+        }
+    }
+
+    #[test]
+    fn memory_is_aligned() {
+        for bytes in [0, 1, 63, 64, 1000] {
+            let mut memory = Memory::new(bytes);
+            assert_eq!((memory.slice().len(), memory.slice().as_ptr().align_offset(ALIGN)), (bytes, 0));
+        }
+    }
+}

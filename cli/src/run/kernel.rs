@@ -1,0 +1,59 @@
+//! From a scene's terms to a prepared kernel.
+
+use anyhow::{Context, Result};
+use mollis_core::field::Interaction;
+use mollis_core::kernel::{Kernel, Law as CoreLaw, Term as CoreTerm};
+use mollis_core::mollifier::Mollifier;
+
+use super::gaussian::Plain;
+use super::host::Memory;
+use crate::scene::{Law, Scene, Softening};
+
+/// The mollifier of a scene.
+pub fn mollifier(softening: Option<&Softening>) -> Mollifier {
+    match softening {
+        None => Mollifier::None,
+        Some(s) if s.compact => Mollifier::Compact { order: s.order, exponent: s.exponent },
+        Some(s) => Mollifier::Gaussian { order: s.order },
+    }
+}
+
+/// Prepares the kernel of a scene on a grid of spacing `h` and passes it on.
+pub fn with<const D: usize, R>(
+    scene: &Scene,
+    h: Option<f64>,
+    then: impl FnOnce(&dyn Interaction<f64, D>) -> Result<R>,
+) -> Result<R> {
+    let terms: Vec<CoreTerm> = scene
+        .kernel
+        .iter()
+        .map(|term| CoreTerm {
+            law: match term.law {
+                Law::Newtonian => CoreLaw::Newtonian,
+                Law::Power(exponent) => CoreLaw::Power { exponent },
+                Law::Exponential(length) => CoreLaw::Exponential { length },
+                Law::Screened(k) => CoreLaw::Screened { k },
+            },
+            coefficient: term.coefficient,
+        })
+        .collect();
+    let mollifier = mollifier(scene.mollifier.as_ref());
+    let delta = scene.mollifier.map_or(1.0, |softening| softening.delta(h));
+    let bytes = Kernel::<f64, D>::workspace_bytes(&terms, mollifier).context("kernel")?;
+    let mut memory = Memory::new(bytes);
+    let kernel = Kernel::<f64, D>::prepare(memory.slice(), &terms, mollifier, delta).context("kernel")?;
+    match Plain::new(&kernel) {
+        Some(plain) => then(&plain),
+        None => then(&kernel),
+    }
+}
+
+/// The attractive Newtonian kernel with a scene's mollifier, whose Laplacian is the mollifier itself.
+pub fn unit<R>(scene: &Scene, h: Option<f64>, then: impl FnOnce(&dyn Interaction<f64, 2>) -> Result<R>) -> Result<R> {
+    let delta = scene.mollifier.map_or(1.0, |softening| softening.delta(h));
+    let kernel = Kernel::<f64, 2>::newtonian(1.0, mollifier(scene.mollifier.as_ref()), delta).context("mollifier")?;
+    match Plain::new(&kernel) {
+        Some(plain) => then(&plain),
+        None => then(&kernel),
+    }
+}

@@ -1,0 +1,402 @@
+//! From a checked tree to a typed scene, and the checks that concern more than one key.
+
+use std::path::PathBuf;
+
+use super::Mistake;
+use super::tree::{Node, Value};
+use super::types::{
+    Expectation, Law, Model, Output, Part, Picture, Pks, Sampling, Scene, SceneFile, Shape, Slope, Softening, Study,
+    Term,
+};
+
+/// The scene of checked trees, one a case.
+pub fn build(trees: &[(String, Node)]) -> Result<SceneFile, Vec<Mistake>> {
+    let mut mistakes = Vec::new();
+    let Some((_, first)) = trees.first() else {
+        return Err(vec![Mistake { line: 1, text: "case: must hold at least one table".to_owned() }]);
+    };
+    let mut cases: Vec<Scene> = Vec::with_capacity(trees.len());
+    for (name, tree) in trees {
+        if cases.iter().any(|case| case.name == *name) {
+            mistakes.push(Mistake { line: tree.line, text: format!("case {name:?} stands twice") });
+        }
+        match scene(name, tree, &mut mistakes) {
+            Some(case) => cases.push(case),
+            None => break,
+        }
+    }
+    let title = text(first, "title").unwrap_or_default();
+    let pictures = pictures(first, &title, &cases, &mut mistakes);
+    let expectations = expectations(first, &cases, &mut mistakes);
+    if !mistakes.is_empty() {
+        return Err(mistakes);
+    }
+    Ok(SceneFile {
+        text: String::new(),
+        title,
+        source: text(first, "source").unwrap_or_default(),
+        note: text(first, "note").unwrap_or_default(),
+        cases,
+        pictures,
+        expectations,
+    })
+}
+
+fn text(node: &Node, key: &str) -> Option<String> {
+    match node.get(key).map(|node| &node.value) {
+        Some(Value::Text(text)) => Some(text.clone()),
+        _ => None,
+    }
+}
+
+fn number(node: &Node, key: &str) -> Option<f64> {
+    node.get(key).and_then(Node::number)
+}
+
+fn flag(node: &Node, key: &str) -> Option<bool> {
+    match node.get(key).map(|node| &node.value) {
+        Some(Value::Flag(flag)) => Some(*flag),
+        _ => None,
+    }
+}
+
+fn numbers(node: &Node, key: &str) -> Option<Vec<f64>> {
+    node.get(key).map(|node| node.elements().iter().filter_map(Node::number).collect())
+}
+
+fn interval(node: &Node, key: &str) -> Option<[f64; 2]> {
+    numbers(node, key)?.try_into().ok()
+}
+
+fn line(node: &Node, key: &str) -> usize {
+    node.get(key).map_or(node.line, |node| node.line)
+}
+
+/// `value / unit` as a whole number, if it is one.
+fn multiple(value: f64, unit: f64) -> Option<u64> {
+    let ratio = value / unit;
+    // Decimal steps and times carry one rounding each, and the quotient one more.
+    ((ratio - ratio.round()).abs() <= 1e-9 * ratio.abs().max(1.0) && ratio < 1e15).then(|| ratio.round() as u64)
+}
+
+fn scene(name: &str, tree: &Node, mistakes: &mut Vec<Mistake>) -> Option<Scene> {
+    let dimension = number(tree, "dimension")? as usize;
+    let model = match text(tree, "model")?.as_str() {
+        "blob" => Model::Blob,
+        "particle" => Model::Particle,
+        "pks" => Model::Pks,
+        "cluster" => Model::Cluster,
+        _ => Model::Profile,
+    };
+    let empty = Node::empty();
+    let part = |key: &str| tree.get(key).unwrap_or(&empty);
+    if matches!(model, Model::Pks | Model::Cluster) && dimension != 2 {
+        let text = format!("dimension = {dimension}: model = {:?} is planar: must be 2", text(tree, "model")?);
+        mistakes.push(Mistake { line: line(tree, "dimension"), text });
+    }
+    let kernel = kernel(part("kernel"), dimension, mistakes);
+    let initial: Vec<Part> = part("initial")
+        .elements()
+        .iter()
+        .enumerate()
+        .map(|(index, node)| initial(node, index, dimension, mistakes))
+        .collect();
+    let sampling_node = part("sampling");
+    let sampling = match text(sampling_node, "kind").as_deref() {
+        Some("grid") => Some(Sampling::Grid { h: number(sampling_node, "h")? }),
+        Some(_) => Some(Sampling::Random { count: number(sampling_node, "count")? as u64 }),
+        None => None,
+    };
+    let given = |part: &Part| matches!(part.shape, Shape::Points(..) | Shape::File(..));
+    if sampling.is_none() && !initial.iter().all(given) {
+        let text = "sampling: missing; a density needs `kind = \"grid\"` with `h`, or `kind = \"random\"` with `count`";
+        mistakes.push(Mistake { line: tree.line, text: text.to_owned() });
+    }
+    let study = tree
+        .get("study")
+        .map(|node| Study { h: numbers(node, "h").unwrap_or_default(), reference: number(node, "reference") });
+    let has_h = matches!(sampling, Some(Sampling::Grid { .. }));
+    if let (Some(_), false) = (&study, has_h) {
+        mistakes.push(Mistake { line: line(tree, "study"), text: "study: needs sampling.kind = \"grid\"".to_owned() });
+    }
+    let mollifier =
+        tree.get("mollifier").map(|node| softening(node, dimension, has_h || model == Model::Profile, mistakes));
+    let time = part("time");
+    let (end, dt) = (number(time, "end").unwrap_or(0.0), number(time, "dt").unwrap_or(1.0));
+    let steps = multiple(end, dt).unwrap_or_else(|| {
+        mistakes.push(Mistake {
+            line: line(time, "dt"),
+            text: format!("time.dt = {dt}: time.end = {end} must be a whole number of steps"),
+        });
+        1
+    });
+    Some(Scene {
+        name: name.to_owned(),
+        model,
+        dimension,
+        seed: number(tree, "seed").unwrap_or(1.0) as u64,
+        kernel,
+        mollifier,
+        initial,
+        sampling,
+        end,
+        dt,
+        steps,
+        direct: text(part("method"), "sum").as_deref() == Some("direct"),
+        tolerance: number(part("method"), "tolerance").unwrap_or(1e-12),
+        pks: tree.get("pks").map(pks),
+        study,
+        output: output(part("output"), end, dt, steps, mistakes),
+    })
+}
+
+fn kernel(list: &Node, dimension: usize, mistakes: &mut Vec<Mistake>) -> Vec<Term> {
+    let elements = list.elements();
+    if elements.len() > 8 {
+        mistakes.push(Mistake { line: list.line, text: format!("kernel: {} terms: at most 8", elements.len()) });
+    }
+    let term = |(index, node): (usize, &Node)| {
+        let law = match text(node, "kind").as_deref() {
+            Some("power") => {
+                let p = number(node, "p").unwrap_or(f64::NAN);
+                let low = 1.0 - dimension as f64;
+                // A power's gradient |x|^(p-1) must be integrable: p > 1 - d.
+                if p <= low {
+                    mistakes.push(Mistake {
+                        line: line(node, "p"),
+                        text: format!("kernel[{index}].p = {p}: must be above 1 - d = {low}"),
+                    });
+                }
+                Law::Power(p)
+            }
+            Some("exponential") => Law::Exponential(number(node, "length").unwrap_or(1.0)),
+            Some("screened") => Law::Screened(number(node, "k").unwrap_or(1.0)),
+            _ => Law::Newtonian,
+        };
+        Term { law, coefficient: number(node, "coefficient").unwrap_or(1.0) }
+    };
+    elements.iter().enumerate().map(term).collect()
+}
+
+fn softening(node: &Node, dimension: usize, has_h: bool, mistakes: &mut Vec<Mistake>) -> Softening {
+    let compact = text(node, "kind").as_deref() == Some("compact");
+    let order = number(node, "order").unwrap_or(4.0) as u32;
+    let mut wrong = |text: &str| {
+        mistakes.push(Mistake { line: line(node, "order"), text: format!("mollifier.order = {order}: {text}") })
+    };
+    if compact && order % 2 == 1 {
+        wrong("must be 2, 4, 6 or 8");
+    }
+    if !compact && !matches!((dimension, order), (1, 4 | 6) | (2, 4)) {
+        wrong("a gaussian has order 4 or 6 in 1D, 4 in 2D");
+    }
+    let delta = number(node, "delta");
+    if delta.is_none() && !has_h {
+        mistakes.push(Mistake {
+            line: node.line,
+            text: "mollifier.delta: missing; only a grid has a spacing h to take it from".to_owned(),
+        });
+    }
+    if let (Some(_), Some(other)) = (delta, ["scale", "power"].iter().find(|key| node.get(key).is_some())) {
+        mistakes.push(Mistake {
+            line: line(node, other),
+            text: format!("mollifier.{other}: not used beside mollifier.delta"),
+        });
+    }
+    Softening {
+        compact,
+        order,
+        exponent: number(node, "exponent").unwrap_or(4.0) as u32,
+        delta,
+        scale: number(node, "scale").unwrap_or(1.0),
+        power: number(node, "power").unwrap_or(0.9),
+    }
+}
+
+fn initial(node: &Node, index: usize, dimension: usize, mistakes: &mut Vec<Mistake>) -> Part {
+    let mut wrong = |key: &str, text: String| {
+        mistakes.push(Mistake { line: line(node, key), text: format!("initial[{index}].{key}{text}") })
+    };
+    let shape = match text(node, "shape").as_deref() {
+        Some("polynomial") => Shape::Polynomial(number(node, "k").unwrap_or(0.0) as u32),
+        Some("bump") => Shape::Bump,
+        Some("star") => {
+            if dimension != 2 {
+                wrong("shape", " = \"star\": only in two dimensions".to_owned());
+            }
+            Shape::Star
+        }
+        Some("points") => {
+            let coordinates = |point: &Node| point.elements().iter().filter_map(Node::number).collect::<Vec<_>>();
+            let points: Vec<Vec<f64>> =
+                node.get("points").map_or(Vec::new(), |p| p.elements().iter().map(coordinates).collect());
+            let masses = numbers(node, "masses").unwrap_or_default();
+            if masses.len() != points.len() {
+                wrong("masses", format!(": {} masses for {} points", masses.len(), points.len()));
+            }
+            Shape::Points(points, masses)
+        }
+        Some("file") => Shape::File(PathBuf::from(text(node, "path").unwrap_or_default()), line(node, "path")),
+        other => {
+            if other == Some("ellipse") && node.get("axes").is_none() {
+                wrong("axes", ": missing; half the width along each axis".to_owned());
+            }
+            Shape::Flat
+        }
+    };
+    if node.get("radius").is_some() && node.get("axes").is_some() {
+        wrong("radius", ": not used beside axes".to_owned());
+    }
+    if node.get("height").is_some() && node.get("mass").is_some() {
+        wrong("height", ": not used beside mass".to_owned());
+    }
+    Part {
+        shape,
+        axes: numbers(node, "axes").unwrap_or_else(|| vec![number(node, "radius").unwrap_or(1.0); dimension]),
+        center: numbers(node, "center").unwrap_or_else(|| vec![0.0; dimension]),
+        height: number(node, "height").unwrap_or(1.0),
+        mass: number(node, "mass"),
+        share: number(node, "share"),
+        diffusivity: number(node, "diffusivity"),
+    }
+}
+
+fn pks(node: &Node) -> Pks {
+    let mesh = numbers(node, "mesh").unwrap_or_else(|| vec![270.0, 270.0]);
+    Pks {
+        chi: number(node, "chi").unwrap_or(1.0),
+        mu: number(node, "mu").unwrap_or(1.0),
+        mesh: [mesh[0] as usize, mesh[1] as usize],
+        x: interval(node, "x").unwrap_or([-15.0, 15.0]),
+        y: interval(node, "y").unwrap_or([-15.0, 15.0]),
+        printed: text(node, "law").as_deref() == Some("printed"),
+        hard: text(node, "collapse").as_deref() == Some("hard"),
+        cell: number(node, "cell").unwrap_or(1.0),
+        separation: number(node, "separation").unwrap_or(0.1),
+        probability: number(node, "probability").unwrap_or(1e-4),
+    }
+}
+
+fn output(node: &Node, end: f64, dt: f64, steps: u64, mistakes: &mut Vec<Mistake>) -> Output {
+    let mut wrong = |key: &str, text: String| mistakes.push(Mistake { line: line(node, key), text });
+    let every = match number(node, "every") {
+        Some(every) => multiple(every, dt).filter(|&steps| steps > 0).unwrap_or_else(|| {
+            wrong("every", format!("output.every = {every}: must be a whole number of steps of time.dt = {dt}"));
+            1
+        }),
+        None => steps.div_ceil(100).max(1),
+    };
+    let snapshots = numbers(node, "snapshots").unwrap_or_default();
+    let snapshots = snapshots.iter().enumerate().map(|(index, &time)| match multiple(time, dt) {
+        Some(step) if step <= steps => step,
+        _ => {
+            wrong("snapshots", format!("output.snapshots[{index}] = {time}: must be a whole number of steps of {dt}, up to time.end = {end}"));
+            0
+        }
+    });
+    let snapshots = snapshots.collect();
+    let particles = node.get("particles").map_or_else(
+        || vec!["npy".to_owned()],
+        |list| {
+            list.elements()
+                .iter()
+                .filter_map(|element| match &element.value {
+                    Value::Text(text) => Some(text.clone()),
+                    _ => None,
+                })
+                .collect()
+        },
+    );
+    Output {
+        every,
+        trajectories: number(node, "trajectories").unwrap_or(0.0) as usize,
+        snapshots,
+        particles,
+        density: flag(node, "density").unwrap_or(false),
+        energy: flag(node, "energy").unwrap_or(false),
+        events: flag(node, "events").unwrap_or(true),
+    }
+}
+
+fn known_case(node: &Node, path: &str, cases: &[Scene], mistakes: &mut Vec<Mistake>) -> Option<String> {
+    let name = text(node, "case")?;
+    if !cases.iter().any(|case| case.name == name) {
+        let names: Vec<&str> = cases.iter().map(|case| case.name.as_str()).collect();
+        let text = format!("{path}.case = {name:?}: no such case; there are: {}", names.join(", "));
+        mistakes.push(Mistake { line: line(node, "case"), text });
+    }
+    Some(name)
+}
+
+fn pictures(tree: &Node, title: &str, cases: &[Scene], mistakes: &mut Vec<Mistake>) -> Vec<Picture> {
+    let mut pictures: Vec<Picture> = Vec::new();
+    for (index, node) in tree.get("picture").map_or(&[][..], Node::elements).iter().enumerate() {
+        let path = format!("picture[{index}]");
+        let name = text(node, "name").unwrap_or_default();
+        let plain = !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '-' || c == '_');
+        if !plain || pictures.iter().any(|picture| picture.name == name) {
+            let text = format!("{path}.name = {name:?}: must be unique and hold only letters, digits, - and _");
+            mistakes.push(Mistake { line: line(node, "name"), text });
+        }
+        let slope = |node: &Node| {
+            let value = number(node, "value")?;
+            let label = text(node, "label").unwrap_or_else(|| format!("slope {value}"));
+            Some(Slope { value, at: number(node, "at")?, label })
+        };
+        pictures.push(Picture {
+            name,
+            kind: text(node, "kind").unwrap_or_default(),
+            title: text(node, "title").unwrap_or_else(|| title.to_owned()),
+            case: known_case(node, &path, cases, mistakes),
+            x: interval(node, "x"),
+            y: interval(node, "y"),
+            exact: flag(node, "exact").unwrap_or(false),
+            plane: text(node, "plane"),
+            times: numbers(node, "times").unwrap_or_default(),
+            quantity: text(node, "quantity").unwrap_or_default(),
+            rates: numbers(node, "rates").unwrap_or_default(),
+            parts: flag(node, "parts").unwrap_or(false),
+            slopes: node.get("slope").map_or(Vec::new(), |list| list.elements().iter().filter_map(slope).collect()),
+        });
+    }
+    pictures
+}
+
+fn expectations(tree: &Node, cases: &[Scene], mistakes: &mut Vec<Mistake>) -> Vec<Expectation> {
+    let mut expectations = Vec::new();
+    for (index, node) in tree.get("expect").map_or(&[][..], Node::elements).iter().enumerate() {
+        let path = format!("expect[{index}]");
+        let value = number(node, "value");
+        let band = number(node, "band").or_else(|| Some(number(node, "relative")? * value?.abs()));
+        let (least, most) = (number(node, "least"), number(node, "most"));
+        match (value, band, least.or(most)) {
+            (Some(_), Some(_), _) | (None, None, Some(_)) => {}
+            _ => {
+                let text = format!("{path}: needs `value` with `band` or `relative`, or else `least` or `most`");
+                mistakes.push(Mistake { line: node.line, text });
+            }
+        }
+        if cases.len() > 1 && node.get("case").is_none() {
+            let names: Vec<&str> = cases.iter().map(|case| case.name.as_str()).collect();
+            mistakes
+                .push(Mistake { line: node.line, text: format!("{path}.case: missing; one of: {}", names.join(", ")) });
+        }
+        let case = known_case(node, &path, cases, mistakes);
+        let low = value.zip(band).map_or(f64::NEG_INFINITY, |(v, b)| v - b);
+        let high = value.zip(band).map_or(f64::INFINITY, |(v, b)| v + b);
+        expectations.push(Expectation {
+            quantity: text(node, "quantity").unwrap_or_default(),
+            case,
+            at: number(node, "at"),
+            from: number(node, "from"),
+            to: number(node, "to"),
+            part: number(node, "part").unwrap_or(0.0) as usize,
+            value,
+            least: least.map_or(low, |l| l.max(low)),
+            most: most.map_or(high, |m| m.min(high)),
+            paper: text(node, "paper").unwrap_or_default(),
+            reason: text(node, "reason").unwrap_or_default(),
+        });
+    }
+    expectations
+}
