@@ -13,6 +13,7 @@ mod pks_check;
 mod plot;
 mod run;
 mod scene;
+mod verify;
 
 /// Particles with softened potentials: run a scene, see it move, check it against an oracle.
 #[derive(Parser)]
@@ -32,6 +33,8 @@ enum Command {
     Plan(run::PlanArgs),
     /// Print the schema of scene files, or check scene files without running them.
     Scene(scene::Args),
+    /// Compare results with reference values of 25 digits; status 1 above a tolerance.
+    Verify(verify::Args),
 }
 
 fn main() -> ExitCode {
@@ -40,6 +43,7 @@ fn main() -> ExitCode {
         Command::Run(args) => run::main(args),
         Command::Plan(args) => run::plan_main(args),
         Command::Scene(args) => scene::main(args),
+        Command::Verify(args) => verify::main(args),
     };
     result.unwrap_or_else(|error| {
         eprintln!("mollis: {error:#}");

@@ -1,4 +1,5 @@
 //! Slow, obvious twins of what `mollis-core` computes. Nothing here is shared with it: a mistake would have to be made
 //! twice to pass unseen.
 pub mod blob;
+pub mod mollifier;
 pub mod pks;
