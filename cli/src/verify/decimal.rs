@@ -34,14 +34,6 @@ impl Scalar {
     pub fn holds(self, x: f64) -> bool {
         self == Self::F64 || f64::from(x as f32) == x
     }
-
-    /// The relative size of a unit in the last place, at least: 2^-53, 2^-24.
-    pub fn unit(self) -> f64 {
-        match self {
-            Self::F64 => f64::EPSILON / 2.0,
-            Self::F32 => f64::from(f32::EPSILON / 2.0),
-        }
-    }
 }
 
 /// `value * 2^exponent` with 1/2 <= |value| < 1, or zero, good to 30 digits: a comparison with a rounded 25-digit reference

@@ -3,9 +3,10 @@
 use std::collections::BTreeMap;
 
 use anyhow::{Context, Result};
+use mollis_core::mollifier::Mollifier;
 use serde_json::{Map, Value, json};
 
-use super::api::{Api, evaluate};
+use super::api::{Api, Evaluator, Values};
 use super::decimal::{Decimal, Scalar};
 use super::reference::Row;
 use super::tolerance::{Tolerance, Unit, tolerance};
@@ -30,6 +31,7 @@ pub struct Summary {
     max_relative: f64,
     non_finite: usize,
     limit: Option<&'static Tolerance>,
+    /// The row that uses most of its tolerance, and that share.
     worst: Option<(f64, Map<String, Value>)>,
     failed: bool,
 }
@@ -47,11 +49,12 @@ impl Summary {
             Some(std::cmp::Ordering::Less | std::cmp::Ordering::Equal)
         );
         self.non_finite += usize::from(measured.judged == f64::INFINITY);
-        if self.worst.as_ref().is_none_or(|&(worst, _)| measured.judged > worst) {
+        let share = measured.judged / tolerance.limit;
+        if self.worst.as_ref().is_none_or(|&(worst, _)| share > worst) {
             let mut text = row.text.clone();
             text.insert("reference".into(), reference.to_f64().into());
             text.insert("got".into(), if got.is_finite() { got.into() } else { got.to_string().into() });
-            self.worst = Some((measured.judged, text));
+            self.worst = Some((share, text));
         }
     }
 
@@ -68,6 +71,7 @@ impl Summary {
             "max_rel_scale": self.max_relative,
             "unit": self.limit.map(|t| t.unit),
             "limit": self.limit.map(|t| t.limit),
+            "reason": self.limit.map(|t| t.reason),
             "non_finite": self.non_finite,
             "passed": !self.failed,
             "worst": self.worst.as_ref().map(|(_, text)| text),
@@ -86,24 +90,23 @@ impl Report {
     /// Evaluates every row.
     pub fn new(rows: &[Row], api: Api, scalar: Scalar) -> Result<Self> {
         let mut report = Self::default();
+        let mut evaluator = Evaluator::new(api, scalar);
         for row in rows {
             // A scalar that cannot hold the inputs is asked about another place.
             let exact = scalar.holds(row.delta) && scalar.holds(row.r);
-            let results = if exact { evaluate(api, scalar, row, row.r)? } else { None };
-            let at_zero = if results.is_some() { evaluate(api, scalar, row, 0.0)? } else { None };
+            let results = exact.then(|| Results::new(&mut evaluator, row)).transpose()?;
             for (place, &(quantity, reference)) in row.values.iter().enumerate() {
                 let entry = report.by_order.entry((place, row.order()));
                 let (_, summary) = entry.or_insert_with(|| (quantity, Summary::default()));
-                let value = |list: &Option<Vec<(&str, f64)>>| {
-                    list.iter().flatten().find(|&&(column, _)| column == quantity).map(|&(_, value)| value)
-                };
-                let (Some(got), Some(zero)) = (value(&results), value(&at_zero)) else {
+                let Some(results) = &results else {
                     summary.skipped += 1;
                     continue;
                 };
-                let entry = tolerance(row.family, quantity, row.dimension, row.order());
+                let got = value(&results.here, quantity)?;
+                let entry = tolerance(row, quantity);
                 let entry = entry.with_context(|| format!("no tolerance for {quantity} of order {}", row.order()))?;
-                let measured = measure(reference, got, scale(entry.unit, row, reference, zero), scalar);
+                let scale = results.scale(entry.unit, row, quantity, reference)?;
+                let measured = measure(reference, got, scale, scalar);
                 summary.add(&measured, entry, row, reference, got);
                 let shape = report.by_shape.entry((row.dimension, row.exponent(), row.order())).or_default();
                 let (_, worst) = shape.entry(place).or_insert((quantity, 0.0));
@@ -142,16 +145,42 @@ impl Report {
     }
 }
 
-/// The magnitude beside the reference itself at which a unit in the last place is taken; 0: none.
-fn scale(unit: Unit, row: &Row, reference: Decimal, at_zero: f64) -> f64 {
-    match unit {
-        Unit::Ulp => 0.0,
-        Unit::UlpOfMax => at_zero.abs(),
-        Unit::UlpOfTerms => {
-            let (phi, log) = (reference.to_f64(), row.delta.ln());
-            (2.0 * std::f64::consts::PI * phi - log).abs().max(log.abs()) / (2.0 * std::f64::consts::PI)
-        }
+/// What the interface returns for a row.
+struct Results {
+    /// At the row's place.
+    here: Values,
+    /// At r = 0, of mollifiers; the bare kernel at r = delta, of kernels.
+    scale: Values,
+}
+
+impl Results {
+    fn new(evaluator: &mut Evaluator, row: &Row) -> Result<Self> {
+        let (mollifier, r) = match row.kernel {
+            Some(_) => (Mollifier::None, row.delta),
+            None => (row.mollifier, 0.0),
+        };
+        Ok(Self { here: evaluator.evaluate(row, row.mollifier, row.r)?, scale: evaluator.evaluate(row, mollifier, r)? })
     }
+
+    /// The magnitude beside the reference itself at which a unit in the last place is taken; 0: none.
+    fn scale(&self, unit: Unit, row: &Row, quantity: &str, reference: Decimal) -> Result<f64> {
+        let magnitude = |quantity| Ok::<f64, anyhow::Error>(value(&self.scale, quantity)?.abs());
+        Ok(match unit {
+            Unit::Ulp => 0.0,
+            Unit::UlpOfMax => magnitude(quantity)?,
+            Unit::UlpOfKernel if quantity == "laplacian" => magnitude(quantity)?.max(magnitude("grad_factor")?),
+            Unit::UlpOfKernel => magnitude(quantity)?,
+            Unit::UlpOfTerms => {
+                let (phi, log) = (reference.to_f64(), row.delta.ln());
+                (2.0 * std::f64::consts::PI * phi - log).abs().max(log.abs()) / (2.0 * std::f64::consts::PI)
+            }
+        })
+    }
+}
+
+fn value(list: &Values, quantity: &str) -> Result<f64> {
+    let found = list.iter().find(|&&(column, _)| column == quantity);
+    found.map(|&(_, value)| value).with_context(|| format!("no result for {quantity}"))
 }
 
 fn measure(reference: Decimal, got: f64, scale: f64, scalar: Scalar) -> Measured {

@@ -1,5 +1,7 @@
 //! The one table of tolerances.
 
+use super::reference::Row;
+
 /// What a unit of error is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -10,6 +12,9 @@ pub enum Unit {
     UlpOfMax,
     /// A unit in the last place of max(|P|, |log delta|) / (2 pi), the two terms of phi = (P + log delta) / (2 pi).
     UlpOfTerms,
+    /// A unit in the last place of the bare kernel's magnitude at r = delta (of its Laplacian: or of its gradient factor, where
+    /// that is larger).
+    UlpOfKernel,
 }
 
 /// What a row of a reference file is about.
@@ -22,6 +27,8 @@ pub enum Family {
 
 pub struct Tolerance {
     family: Family,
+    /// Names of kernels; empty: any.
+    kernels: &'static [&'static str],
     /// Column names.
     quantities: &'static [&'static str],
     /// None: any.
@@ -29,7 +36,6 @@ pub struct Tolerance {
     orders: core::ops::RangeInclusive<u32>,
     pub unit: Unit,
     pub limit: f64,
-    /// Printed in the documentation.
     pub reason: &'static str,
 }
 
@@ -40,6 +46,7 @@ const ONCE: f64 = 1.0;
 pub const TABLE: &[Tolerance] = &[
     Tolerance {
         family: Family::Compact,
+        kernels: &[],
         quantities: &["B", "grad_factor", "hess_factor", "Bprime_over_r"],
         dimension: None,
         orders: 2..=2,
@@ -49,6 +56,7 @@ pub const TABLE: &[Tolerance] = &[
     },
     Tolerance {
         family: Family::Compact,
+        kernels: &[],
         quantities: &["grad_factor", "hess_factor"],
         dimension: None,
         orders: 4..=8,
@@ -58,6 +66,7 @@ pub const TABLE: &[Tolerance] = &[
     },
     Tolerance {
         family: Family::Compact,
+        kernels: &[],
         quantities: &["B", "Bprime_over_r"],
         dimension: None,
         orders: 4..=8,
@@ -67,6 +76,7 @@ pub const TABLE: &[Tolerance] = &[
     },
     Tolerance {
         family: Family::Compact,
+        kernels: &[],
         quantities: &["phi"],
         dimension: Some(2),
         orders: 2..=8,
@@ -76,6 +86,7 @@ pub const TABLE: &[Tolerance] = &[
     },
     Tolerance {
         family: Family::Compact,
+        kernels: &[],
         quantities: &["phi"],
         dimension: None,
         orders: 2..=8,
@@ -85,6 +96,7 @@ pub const TABLE: &[Tolerance] = &[
     },
     Tolerance {
         family: Family::Gaussian,
+        kernels: &[],
         quantities: &["psi", "psiprime_over_r"],
         dimension: None,
         orders: 4..=6,
@@ -94,6 +106,7 @@ pub const TABLE: &[Tolerance] = &[
     },
     Tolerance {
         family: Family::Gaussian,
+        kernels: &[],
         quantities: &["grad_factor", "hess_factor", "mass"],
         dimension: None,
         orders: 4..=6,
@@ -103,6 +116,7 @@ pub const TABLE: &[Tolerance] = &[
     },
     Tolerance {
         family: Family::Gaussian,
+        kernels: &[],
         quantities: &["phi"],
         dimension: Some(2),
         orders: 4..=4,
@@ -112,6 +126,7 @@ pub const TABLE: &[Tolerance] = &[
     },
     Tolerance {
         family: Family::Gaussian,
+        kernels: &[],
         quantities: &["phi"],
         dimension: None,
         orders: 4..=6,
@@ -119,14 +134,35 @@ pub const TABLE: &[Tolerance] = &[
         limit: ONCE,
         reason: "as the gradient factor",
     },
+    Tolerance {
+        family: Family::Kernel,
+        kernels: &["p4"],
+        quantities: &["value", "grad_factor", "laplacian"],
+        dimension: None,
+        orders: 2..=8,
+        unit: Unit::UlpOfKernel,
+        limit: 16.0,
+        reason: "|x|^4/4 is a polynomial of three positive terms (order 2): 8 roundings, each up to 2 ulp of the result",
+    },
+    Tolerance {
+        family: Family::Kernel,
+        kernels: &[],
+        quantities: &["value", "grad_factor", "laplacian"],
+        dimension: None,
+        orders: 2..=8,
+        unit: Unit::UlpOfKernel,
+        limit: 900.0,
+        reason: "1e-13: fits by quadrature of 2000 terms, evaluated by 30 steps of Clenshaw; Morse cancels by up to 20 more",
+    },
 ];
 
-/// The entry for a quantity; the first that fits.
-pub fn tolerance(family: Family, quantity: &str, dimension: u32, order: u32) -> Option<&'static Tolerance> {
+/// The entry for a quantity of a row; the first that fits.
+pub fn tolerance(row: &Row, quantity: &str) -> Option<&'static Tolerance> {
     TABLE.iter().find(|t| {
-        t.family == family
+        t.family == row.family
+            && (t.kernels.is_empty() || row.kernel.as_deref().is_some_and(|name| t.kernels.contains(&name)))
             && t.quantities.contains(&quantity)
-            && t.dimension.is_none_or(|d| d == dimension)
-            && t.orders.contains(&order)
+            && t.dimension.is_none_or(|d| d == row.dimension)
+            && t.orders.contains(&row.order())
     })
 }
