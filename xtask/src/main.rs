@@ -6,6 +6,7 @@
 mod coverage;
 mod examples;
 mod features;
+mod figures;
 mod firmware;
 mod header;
 mod install;
@@ -61,6 +62,17 @@ enum Command {
     Coverage,
     /// Runs the programs of `tests/firmware/` on bare machines in QEMU and measures them.
     Firmware,
+    /// Runs every scene (or those named) and writes a gallery of pictures beside the papers' numbers and ours.
+    Figures {
+        /// The scenes' quick sizes.
+        #[arg(long)]
+        quick: bool,
+        /// Threads; 0 takes as many as the machine has.
+        #[arg(long, default_value_t = 0)]
+        threads: usize,
+        /// Scenes to run, by file name without ending.
+        scenes: Vec<String>,
+    },
     /// Builds for release and copies library, headers and a pkg-config file below a prefix.
     Install {
         /// Where to; made if missing.
@@ -87,6 +99,7 @@ fn run(command: Command) -> Result<()> {
         Command::Layers => layers::run(),
         Command::Features => features::run(),
         Command::Coverage => coverage::run(),
+        Command::Figures { quick, threads, scenes } => figures::run(quick, threads, &scenes),
         Command::Firmware => firmware::run().map(|_| ()),
         Command::Install { prefix } => install::run(&prefix),
     }
