@@ -3,3 +3,5 @@
 pub mod blob;
 pub mod mollifier;
 pub mod pks;
+pub mod grid;
+pub mod random;

@@ -1,0 +1,392 @@
+//! Mesh fields through `mollis-core`: against the dense twin, against manufactured solutions for all sizes, for any order of
+//! the particles and any number of threads.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use mollis_core::grid::{Equation, Grid, MassScale, Mesh, Walls};
+use mollis_core::parallel::{Executor, Serial};
+use mollis_core::space::ALIGN;
+use mollis_core::{Error, Real, Result};
+use mollis_reference::grid as twin;
+
+/// Deterministic numbers in (0, 1).
+fn random(seed: u64) -> impl FnMut() -> f64 {
+    let mut state = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1;
+    move || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        ((state >> 11) as f64 + 0.5) / (1_u64 << 53) as f64
+    }
+}
+
+/// Calls `body` with a grid in exactly as many bytes as it asked for, dirty, between canaries.
+fn with_grid<T: Real, R>(
+    mesh: Mesh<T>,
+    equation: Equation<T>,
+    workers: usize,
+    body: impl FnOnce(&mut Grid<'_, T>) -> R,
+) -> R {
+    let bytes = Grid::workspace_bytes(&mesh, &equation, workers).unwrap();
+    let mut memory = vec![0xC5_u8; bytes + 3 * ALIGN];
+    let start = ALIGN + memory[ALIGN..].as_ptr().align_offset(ALIGN);
+    let short = Grid::prepare(&mut memory[start..start + bytes - 1], mesh, equation, workers);
+    assert_eq!(short.err(), Some(Error::WorkspaceTooSmall));
+    let result = body(&mut Grid::prepare(&mut memory[start..start + bytes], mesh, equation, workers).unwrap());
+    assert!(memory[..start].iter().chain(&memory[start + bytes..]).all(|&b| b == 0xC5), "a write outside");
+    result
+}
+
+/// Two or more threads that take tasks as they come.
+struct Threads(usize);
+
+impl Executor for Threads {
+    fn workers(&self) -> usize {
+        self.0
+    }
+    fn run(&self, tasks: usize, task: &(dyn Fn(usize) + Sync)) -> Result<()> {
+        let next = AtomicUsize::new(0);
+        std::thread::scope(|scope| {
+            for worker in 0..self.0 {
+                let next = &next;
+                scope.spawn(move || {
+                    while next.fetch_add(1, Ordering::Relaxed) < tasks {
+                        task(worker);
+                    }
+                });
+            }
+        });
+        Ok(())
+    }
+}
+
+fn cloud(n: usize, case: &twin::Case, margin: f64, seed: u64) -> (Vec<[f64; 2]>, Vec<f64>) {
+    let mut next = random(seed);
+    let mut at = |k: usize| {
+        let width = case.upper[k] - case.lower[k];
+        case.lower[k] + width * (next() * (1.0 + 2.0 * margin) - margin)
+    };
+    let x = (0..n).map(|_| [at(0), at(1)]).collect();
+    let mut next = random(seed + 1);
+    (x, (0..n).map(|_| 0.1 + next()).collect())
+}
+
+fn largest(values: impl IntoIterator<Item = f64>) -> f64 {
+    values.into_iter().fold(0.0, |a, b| a.max(b.abs()))
+}
+
+#[test]
+fn agrees_with_the_dense_twin() {
+    for (cells, seed) in [([2, 2], 1), ([2, 9], 2), ([9, 2], 3), ([3, 4], 4), ([8, 8], 5), ([16, 11], 6), ([13, 17], 7)]
+    {
+        for screening in [0.0, 0.5, 6.0] {
+            for no_flux in [false, true] {
+                let case = twin::Case { lower: [-1.0, 2.0], upper: [1.5, 3.0], cells, screening, no_flux };
+                let (x, m) = cloud(60, &case, if no_flux { 0.0 } else { 0.1 }, seed);
+                let mut targets = x.clone();
+                targets.extend([case.lower, case.upper, [-1.0, 3.0], [0.1, 2.0], [-1.0, 2.2]]);
+                if !no_flux {
+                    targets.extend([[10.0, -7.0], [1.6, 2.5]]);
+                }
+                let want = twin::field(&case, &x, &m, &targets);
+                let walls = if no_flux { Walls::NoFlux } else { Walls::Free };
+                let mesh = Mesh::new(case.lower, case.upper, cells).unwrap();
+                with_grid(mesh, Equation { screening, walls }, 1, |grid| {
+                    grid.deposit(&x, &m, &Serial).unwrap();
+                    grid.solve(&Serial).unwrap();
+                    let (mut masses, mut u) = (vec![f64::NAN; mesh.nodes()], vec![f64::NAN; mesh.nodes()]);
+                    grid.masses(&mut masses).unwrap();
+                    grid.potential(&mut u).unwrap();
+                    let mut gradient = vec![[f64::NAN; 2]; targets.len()];
+                    grid.interpolate(&targets, &mut gradient, &Serial).unwrap();
+                    // Masses: half a unit, 2^-50 of at most twice the total, for each share of 60 particles.
+                    let total: f64 = m.iter().sum();
+                    for (a, b) in masses.iter().zip(&want.masses) {
+                        assert!((a - b).abs() < 120.0 * 2.0_f64.powi(-50) * total);
+                    }
+                    // The system's condition is at most 8 / (pi / 17)^2 = 234 for these sizes; both solvers lose a few
+                    // times that in u, and the outside particles' moments have units of 2^-40.
+                    let size = largest(want.potential.iter().copied()) + total;
+                    for (a, b) in u.iter().zip(&want.potential) {
+                        assert!((a - b).abs() < 1e-11 * size, "{case:?}: {a} {b}");
+                    }
+                    // Divided by the mesh width, 1 / 17 at least.
+                    let size = largest(want.gradient.iter().flatten().copied()) + 17.0 * size;
+                    for ((a, b), x) in gradient.iter().zip(&want.gradient).zip(&targets) {
+                        for (a, b) in a.iter().zip(b) {
+                            assert!((a - b).abs() < 1e-11 * size, "{case:?} {x:?}: {a} {b}");
+                        }
+                    }
+                });
+            }
+        }
+    }
+}
+
+/// An error of the solve against a solution made first: integers u (zero on the border of free space), whose five-point
+/// Laplacian is an integer number of mass units exactly. Widths 1 and `ratio`.
+fn manufactured_error(cells: [usize; 2], ratio: usize, walls: Walls) -> f64 {
+    let [n, m] = cells;
+    let mesh = Mesh::new([0.0, 0.0], [n as f64, (m * ratio) as f64], cells).unwrap();
+    let at = |i: usize, j: usize| j * (n + 1) + i;
+    let free = walls == Walls::Free;
+    // The lowest mode, which the solve amplifies most, and noise, in multiples of 4 ratio so that all shares are whole.
+    let mut next = random((n * 1000 + m) as u64);
+    let step = (4 * ratio) as f64;
+    let mut u = vec![0_i64; mesh.nodes()];
+    for j in 0..=m {
+        for i in 0..=n {
+            if free && (i == 0 || i == n || j == 0 || j == m) {
+                continue;
+            }
+            let (x, y) = (i as f64 / n as f64 * std::f64::consts::PI, j as f64 / m as f64 * std::f64::consts::PI);
+            let smooth = if free { x.sin() * y.sin() } else { x.cos() + y.cos() };
+            u[at(i, j)] = ((smooth + 0.1 * (next() - 0.5)) * 1e6 / step).round() as i64 * (4 * ratio as i64);
+        }
+    }
+    with_grid(mesh, Equation { screening: 0.0, walls }, 1, |grid| {
+        // A unit is 1.
+        grid.begin(MassScale::for_total(2.0_f64.powi(49)).unwrap());
+        assert_eq!(grid.scale().exponent(), 0);
+        let words = grid.words_mut();
+        let mirror = |i: isize, n: usize| {
+            if i < 0 {
+                1
+            } else if i as usize > n {
+                n - 1
+            } else {
+                i as usize
+            }
+        };
+        let mut total = 0;
+        for j in 0..=m {
+            for i in 0..=n {
+                let (ex, ey) = (i == 0 || i == n, j == 0 || j == m);
+                if free && (ex || ey) {
+                    continue;
+                }
+                let u_at = |di: isize, dj: isize| u[at(mirror(i as isize + di, n), mirror(j as isize + dj, m))];
+                let c = 2 * u[at(i, j)];
+                // Laplacian times the cell's area, ratio, halved at walls.
+                let area = if ex { 1 } else { 2 } * if ey { 1 } else { 2 };
+                let r = ratio as i64;
+                let along = (u_at(-1, 0) + u_at(1, 0) - c) * r;
+                let across = (u_at(0, -1) + u_at(0, 1) - c) / r;
+                let w = (along + across) * area / 4;
+                words[at(i, j)] = w;
+                total += w;
+            }
+        }
+        if free {
+            // No net mass, so no monopole: what is missing is counted outside.
+            words[mesh.nodes() + 1] = -total;
+        } else {
+            assert_eq!(total, 0);
+        }
+        grid.solve(&Serial).unwrap();
+        let mut got = vec![f64::NAN; mesh.nodes()];
+        grid.potential(&mut got).unwrap();
+        let share = |i: usize, n: usize| if i == 0 || i == n { 0.5 } else { 1.0 };
+        let mut mean = 0.0;
+        if !free {
+            for j in 0..=m {
+                mean += (0..=n).map(|i| share(i, n) * share(j, m) * u[at(i, j)] as f64).sum::<f64>();
+            }
+            mean /= (n * m) as f64;
+        }
+        let size = largest(u.iter().map(|&u| u as f64));
+        largest(got.iter().zip(&u).map(|(a, &b)| a - (b as f64 - mean))) / size
+    })
+}
+
+#[test]
+fn every_size_against_a_manufactured_solution() {
+    let mut worst = 0.0_f64;
+    for n in 3..=257 {
+        // With itself (primes are transformed along one axis), and with a partner that takes the transform or leaves it.
+        for (cells, ratio) in [([n, n], 1), ([n, 16], 2), ([16, n], 1), ([n, 59], 1)] {
+            worst = worst.max(manufactured_error(cells, ratio, Walls::Free));
+        }
+        if n % 8 == 1 || n > 250 {
+            worst = worst.max(manufactured_error([n, n], 1, Walls::NoFlux));
+        }
+    }
+    for cells in [[511, 511], [1000, 1000], [1000, 511], [509, 521], [257, 1000], [3, 1000], [1000, 3]] {
+        for walls in [Walls::Free, Walls::NoFlux] {
+            worst = worst.max(manufactured_error(cells, 1, walls));
+        }
+    }
+    println!("largest error {worst:.2e}");
+    assert!(worst <= 1e-12, "{worst:e}");
+}
+
+#[test]
+fn any_order_any_number_of_threads_any_split_the_same_bits() {
+    let case = twin::Case { lower: [-1.0, -1.0], upper: [1.0, 1.0], cells: [48, 33], screening: 0.0, no_flux: false };
+    let (x, mut m) = cloud(50_000, &case, 0.02, 11);
+    // One heavy particle.
+    m[777] = 1e6;
+    let mesh = Mesh::new(case.lower, case.upper, case.cells).unwrap();
+    let run = |x: &[[f64; 2]], m: &[f64], executor: &dyn Executor| {
+        with_grid(mesh, Equation::POISSON, executor.workers(), |grid| {
+            grid.deposit(x, m, executor).unwrap();
+            grid.solve(executor).unwrap();
+            let mut gradient = vec![[0.0; 2]; x.len()];
+            grid.interpolate(x, &mut gradient, executor).unwrap();
+            let bits: Vec<[u64; 2]> = gradient.iter().map(|g| g.map(f64::to_bits)).collect();
+            (grid.words().to_vec(), grid.outside(), *grid.monopole(), bits)
+        })
+    };
+    let want = run(&x, &m, &Serial);
+    assert!(want.1 > 0);
+    for threads in [1, 2, 3, 7] {
+        assert!(run(&x, &m, &Threads(threads)) == want, "{threads} threads");
+    }
+    let (backwards_x, backwards_m): (Vec<_>, Vec<_>) =
+        (x.iter().rev().copied().collect(), m.iter().rev().copied().collect());
+    let mut backwards = run(&backwards_x, &backwards_m, &Threads(2));
+    backwards.3.reverse();
+    assert!(backwards == want);
+
+    // Ranks: each deposits a part with the common scale, the words are added up.
+    let scale = MassScale::of(&m).unwrap();
+    let mut sum = vec![0_i64; want.0.len()];
+    for (x, m) in x.chunks(12_345).zip(m.chunks(12_345)) {
+        with_grid(mesh, Equation::POISSON, 1, |grid| {
+            grid.begin(scale);
+            grid.add(x, m, &Serial).unwrap();
+            sum.iter_mut().zip(grid.words()).for_each(|(s, w)| *s += w);
+        });
+    }
+    assert!(sum == want.0);
+    // One at a time is the same as all together.
+    with_grid(mesh, Equation::POISSON, 1, |grid| {
+        grid.deposit(&x, &m, &Serial).unwrap();
+        grid.solve(&Serial).unwrap();
+        for (x, bits) in x.iter().zip(&want.3).step_by(97) {
+            assert_eq!(grid.gradient_at(*x).map(f64::to_bits), *bits);
+        }
+    });
+}
+
+#[test]
+fn a_lone_particle_is_hardly_moved_by_itself() {
+    // In free space without border a particle's own field vanishes at it by symmetry: deposit and interpolation are adjoint
+    // and the centred difference is antisymmetric. What is left is the error of the border data: the border takes the
+    // monopole's value instead of the lattice Green's function, O((h / distance)^2) relative, a harmless smooth field.
+    let mesh = Mesh::new([-1.0, -1.0], [1.0, 1.0], [64, 64]).unwrap();
+    with_grid(mesh, Equation::POISSON, 1, |grid| {
+        let mut next = random(4);
+        for _ in 0..50 {
+            let x = [next() - 0.5, next() - 0.5];
+            grid.deposit(&[x], &[1.0], &Serial).unwrap();
+            grid.solve(&Serial).unwrap();
+            let own = grid.gradient_at(x);
+            // The field one mesh width away is 1 / (2 pi h) = 5.
+            assert!(own[0].hypot(own[1]) < 1e-3, "{x:?} {own:?}");
+        }
+    });
+}
+
+#[test]
+fn no_flux_mirrors_what_is_outside() {
+    let mesh = Mesh::new([0.0, 0.0], [2.0, 1.0], [20, 14]).unwrap();
+    let equation = Equation { screening: 2.0, walls: Walls::NoFlux };
+    let inside = [[0.3, 0.2], [1.9, 0.6], [0.25, 0.875]];
+    // The same places seen through one or several mirrors (exact in binary where the sums are).
+    let outside = [[-0.3, 0.2], [2.1, 1.4], [4.25, -0.875]];
+    let m = [1.0, 2.0, 3.0];
+    let run = |x: &[[f64; 2]]| {
+        with_grid(mesh, equation, 1, |grid| {
+            grid.deposit(x, &m, &Serial).unwrap();
+            grid.solve(&Serial).unwrap();
+            assert_eq!(grid.outside(), 0);
+            let mut u = vec![0.0; mesh.nodes()];
+            grid.potential(&mut u).unwrap();
+            (u, [inside, outside].map(|x| x.map(|x| grid.gradient_at(x))))
+        })
+    };
+    let (a, b) = (run(&inside), run(&outside));
+    let size = largest(a.0.iter().copied());
+    assert!(a.0.iter().zip(&b.0).all(|(a, b)| (a - b).abs() < 1e-13 * size));
+    let signs = [[-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]];
+    for ((inside, outside), sign) in a.1[0].iter().zip(&a.1[1]).zip(signs) {
+        for k in 0..2 {
+            assert!((inside[k] - sign[k] * outside[k]).abs() < 1e-12 * size * 20.0);
+        }
+    }
+}
+
+#[test]
+fn single_precision_agrees_with_double() {
+    let case = twin::Case { lower: [-1.0, -1.0], upper: [1.0, 1.0], cells: [40, 30], screening: 0.0, no_flux: false };
+    let (x, m) = cloud(2000, &case, 0.0, 21);
+    let (x32, m32): (Vec<[f32; 2]>, Vec<f32>) =
+        (x.iter().map(|x| x.map(|v| v as f32)).collect(), m.iter().map(|&m| m as f32).collect());
+    let (x, m): (Vec<[f64; 2]>, Vec<f64>) =
+        (x32.iter().map(|x| x.map(f64::from)).collect(), m32.iter().map(|&m| f64::from(m)).collect());
+    let mut want = vec![[0.0; 2]; x.len()];
+    let mut got = vec![[0.0_f32; 2]; x.len()];
+    with_grid(Mesh::new([-1.0, -1.0], [1.0, 1.0], case.cells).unwrap(), Equation::POISSON, 1, |grid| {
+        grid.deposit(&x, &m, &Serial).unwrap();
+        grid.solve(&Serial).unwrap();
+        grid.interpolate(&x, &mut want, &Serial).unwrap();
+    });
+    with_grid(Mesh::new([-1.0_f32, -1.0], [1.0, 1.0], case.cells).unwrap(), Equation::POISSON, 1, |grid| {
+        grid.deposit(&x32, &m32, &Serial).unwrap();
+        grid.solve(&Serial).unwrap();
+        grid.interpolate(&x32, &mut got, &Serial).unwrap();
+    });
+    let size = largest(want.iter().flatten().copied());
+    for (a, b) in got.iter().flatten().zip(want.iter().flatten()) {
+        // u of the potential, some 2e-7 times a few, over the width 1 / 20 of a difference.
+        assert!((f64::from(*a) - b).abs() < 1e-4 * size, "{a} {b}");
+    }
+}
+
+#[test]
+fn refuses_what_it_must_and_leaves_the_rest() {
+    let mesh = Mesh::new([0.0, 0.0], [1.0, 1.0], [8, 8]).unwrap();
+    assert_eq!(Mesh::new([0.0, 0.0], [1.0, f64::NAN], [8, 8]).err(), Some(Error::NotFinite));
+    assert_eq!(Mesh::new([0.0, 0.0], [1.0, 0.0], [8, 8]).err(), Some(Error::OutOfDomain));
+    assert_eq!(Mesh::new([0.0, 0.0], [1.0, 1.0], [8, 1]).err(), Some(Error::OutOfDomain));
+    assert_eq!(Mesh::new([0.0, 0.0], [1.0, 1.0], [8, usize::MAX]).err(), Some(Error::TooLarge));
+    let negative = Equation { screening: -1.0, walls: Walls::Free };
+    assert_eq!(Grid::workspace_bytes(&mesh, &negative, 1), Err(Error::KernelParameter));
+    let infinite = Equation { screening: f64::INFINITY, walls: Walls::Free };
+    assert_eq!(Grid::workspace_bytes(&mesh, &infinite, 1), Err(Error::NotFinite));
+    with_grid(mesh, Equation::POISSON, 1, |grid| {
+        grid.deposit(&[[0.5, 0.5]], &[1.0], &Serial).unwrap();
+        let before = grid.words().to_vec();
+        assert_eq!(grid.deposit(&[[0.5, 0.5]], &[], &Serial), Err(Error::LengthMismatch));
+        assert_eq!(grid.deposit(&[[0.5, 0.5]], &[f64::NAN], &Serial), Err(Error::NotFinite));
+        assert_eq!(grid.deposit(&[[0.5, 0.5]], &[1.0], &Threads(2)), Err(Error::WorkspaceTooSmall));
+        assert_eq!(grid.solve(&Threads(2)), Err(Error::WorkspaceTooSmall));
+        assert_eq!(grid.interpolate(&[[0.5, 0.5]], &mut [], &Serial), Err(Error::LengthMismatch));
+        assert_eq!(grid.potential(&mut [0.0; 3]), Err(Error::LengthMismatch));
+        assert_eq!(grid.masses(&mut [0.0; 3]), Err(Error::LengthMismatch));
+        assert!(grid.words() == before);
+        assert_eq!(grid.add(&[[f64::NAN, 0.5]], &[1.0], &Serial), Err(Error::NotFinite));
+        // No mass at all, and masses that cancel.
+        grid.deposit(&[], &[], &Serial).unwrap();
+        grid.solve(&Serial).unwrap();
+        assert!(grid.gradient().iter().flatten().all(|&g| g == 0.0));
+        grid.deposit(&[[0.25, 0.5], [0.75, 0.5]], &[1.0, -1.0], &Serial).unwrap();
+        grid.solve(&Serial).unwrap();
+        assert_eq!(grid.monopole().mass, 0.0);
+        assert!(grid.gradient_at([0.5, 0.5])[0] > 0.0 && grid.gradient_at([9.0, 9.0]) == [0.0, 0.0]);
+    });
+}
+
+#[test]
+fn mass_far_outside_or_at_the_border_gives_finite_fields() {
+    let mesh = Mesh::new([0.0, 0.0], [1.0, 1.0], [12, 10]).unwrap();
+    for screening in [0.0, 1e-3, 1e3, 1e300] {
+        for x in [[1e300, -1e300], [0.0, 0.0], [1.0, 0.5], [-0.1, 0.5], [1e-300, 1.0], [0.5, -1e4]] {
+            with_grid(mesh, Equation { screening, walls: Walls::Free }, 1, |grid| {
+                grid.deposit(&[x, x], &[1.0, 1e-9], &Serial).unwrap();
+                grid.solve(&Serial).unwrap();
+                assert!(grid.gradient().iter().flatten().all(|g| g.is_finite()), "{screening} {x:?}");
+                assert!(grid.gradient_at([2.0, 2.0]).iter().all(|g| g.is_finite()));
+            });
+        }
+    }
+}
