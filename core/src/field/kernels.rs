@@ -1,6 +1,6 @@
 //! Sums of kernels as the field sums see them.
 
-use super::Interaction;
+use super::{Interaction, Wanted};
 use crate::kernel::Kernel;
 use crate::mollifier::Blob;
 use crate::real::Real;
@@ -17,6 +17,12 @@ impl<T: Real, const D: usize> Interaction<T, D> for Kernel<'_, T, D> {
     }
     fn newtonian(&self) -> Option<(T, &Blob<T, D>)> {
         self.is_newtonian().then(|| (self.newtonian_coefficient(), self.blob()))
+    }
+    fn sum(&self) -> Option<&Kernel<'_, T, D>> {
+        Some(self)
+    }
+    fn pair(&self, r: T, wanted: Wanted) -> [T; 3] {
+        Kernel::pair(self, r, wanted.into())
     }
     fn is_singular(&self) -> bool {
         Kernel::is_singular(self)

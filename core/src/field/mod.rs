@@ -7,15 +7,21 @@
 
 mod direct;
 mod kernels;
+mod moments;
+mod neighbours;
 mod newtonian;
 mod packed;
 mod plan;
 mod radial;
+mod radix;
+mod skips;
+mod sorted;
 
 pub use plan::{Accumulation, Method, Options, Plan, Reason, plan};
 
 use crate::error::{Error, Result};
-use crate::isa::Level;
+use crate::isa::{Level, Plain, widest};
+use crate::kernel::Kernel;
 use crate::mollifier::{Blob, Mollifier};
 use crate::parallel::{Executor, Serial};
 use crate::real::Real;
@@ -31,6 +37,18 @@ pub trait Interaction<T: Real, const D: usize>: Sync {
     /// The coefficient and the blob, where the kernel is Newtonian: such sums run in lanes.
     fn newtonian(&self) -> Option<(T, &Blob<T, D>)> {
         None
+    }
+    /// The sum of known kernels that this is, if it is one: some sums have faster methods.
+    fn sum(&self) -> Option<&Kernel<'_, T, D>> {
+        None
+    }
+    /// Value, gradient factor and Laplacian for a pair at distance r; what is not wanted may be anything.
+    fn pair(&self, r: T, wanted: Wanted) -> [T; 3] {
+        [
+            if wanted.potential { self.value(r) } else { T::ZERO },
+            if wanted.gradient { self.gradient_factor(r) } else { T::ZERO },
+            if wanted.laplacian { self.laplacian(r) } else { T::ZERO },
+        ]
     }
     /// Whether the kernel has no mollifier, so that coincident pairs contribute nothing.
     fn is_singular(&self) -> bool;
@@ -195,12 +213,18 @@ pub fn evaluate<T: Real, const D: usize>(
     if !plan.covers(outputs.wanted()) || !run.level.is_available() {
         return Err(Error::Unsupported);
     }
-    let finite = |points: &[[T; D]]| points.iter().flatten().all(|x| x.is_finite());
-    if !(finite(sources.positions) && finite(targets) && sources.masses.iter().all(|m| m.is_finite())) {
+    let same = core::ptr::eq(sources.positions, targets);
+    if !(finite(sources.positions.as_flattened(), run.level)
+        && (same || finite(targets.as_flattened(), run.level))
+        && finite(sources.masses, run.level))
+    {
         return Err(Error::NotFinite);
     }
     if workspace.len() < plan.workspace_bytes(run.executor.workers())? {
         return Err(Error::WorkspaceTooSmall);
+    }
+    if plan.method() != Method::Direct {
+        return skips::evaluate(plan, kernel, sources, targets, outputs, workspace, run);
     }
     match kernel.newtonian() {
         Some((coefficient, blob)) => {
@@ -209,4 +233,25 @@ pub fn evaluate<T: Real, const D: usize>(
         }
         None => radial::evaluate(kernel, plan.options(), sources, targets, outputs, run),
     }
+}
+
+/// Whether all numbers are finite.
+fn finite<T: Real>(numbers: &[T], level: Level) -> bool {
+    struct Finite<'a, T>(&'a [T]);
+    impl<T: Real> Plain for Finite<'_, T> {
+        type Out = bool;
+        #[inline(always)]
+        fn run(self) -> bool {
+            // no early exit within a piece, so that its loop runs in lanes: 0 x is 0 or NaN
+            self.0.chunks(256).all(|piece| {
+                let (lanes, rest) = piece.as_chunks::<16>();
+                let mut sums = [T::ZERO; 16];
+                for lane in lanes {
+                    sums.iter_mut().zip(lane).for_each(|(s, &x)| *s += x * T::ZERO);
+                }
+                sums.iter().chain(rest).all(|x| x.is_finite())
+            })
+        }
+    }
+    widest(level, Finite(numbers))
 }

@@ -1,8 +1,9 @@
 //! Which method runs, why, what it skips and what it needs.
 
-use super::{Interaction, Wanted, direct};
+use super::{Interaction, Wanted, direct, skips};
 use crate::error::{Error, Result};
 use crate::real::Real;
+use crate::space::MAX_WORKERS;
 
 /// How terms are added up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -40,6 +41,12 @@ impl Default for Options {
 pub enum Method {
     /// All pairs.
     Direct,
+    /// No pair: the field is a polynomial of the target's position, from moments of the sources.
+    Moments,
+    /// One dimension: one sort, then running moments from either side; pairs within the mollifier's reach one by one.
+    Sorted,
+    /// Pairs closer than delta alone.
+    Neighbours,
 }
 
 /// Why a method was chosen.
@@ -48,6 +55,12 @@ pub enum Method {
 pub enum Reason {
     /// The caller forced it.
     Forced,
+    /// Every term is an even power.
+    EvenPowers,
+    /// In one dimension every term is a polynomial of the distance beyond the mollifier's reach.
+    OneDimension,
+    /// Only the Laplacian of a Newtonian kernel is wanted, which is the mollifier, of compact support.
+    CompactLaplacian,
     /// No faster method serves this kernel, size and tolerance.
     NothingFaster,
 }
@@ -62,6 +75,7 @@ pub struct Plan {
     method: Method,
     reason: Reason,
     bytes: usize,
+    bytes_per_worker: usize,
 }
 
 /// Chooses the method for sums of `kernel` over `n_sources` at `n_targets`.
@@ -83,11 +97,27 @@ pub fn plan<T: Real, const D: usize>(
     if D != 2 && (a, b) != (1.0, 0.0) {
         return Err(Error::Unsupported);
     }
+    let sizes = (n_sources, n_targets);
+    if let Some((method, reason)) = skips::choose(kernel, sizes, wanted, options)? {
+        let one = skips::workspace_bytes(kernel, method, sizes, 1)?;
+        let bytes_per_worker = skips::workspace_bytes(kernel, method, sizes, 2)?.saturating_sub(one);
+        let bytes = one.saturating_sub(bytes_per_worker);
+        return Ok(Plan { n_sources, n_targets, wanted, options: *options, method, reason, bytes, bytes_per_worker });
+    }
     let bytes = match kernel.newtonian() {
         Some(_) => direct::workspace_bytes::<T, D>(n_sources)?,
         None => 0,
     };
-    Ok(Plan { n_sources, n_targets, wanted, options: *options, method: Method::Direct, reason, bytes })
+    Ok(Plan {
+        n_sources,
+        n_targets,
+        wanted,
+        options: *options,
+        method: Method::Direct,
+        reason,
+        bytes,
+        bytes_per_worker: 0,
+    })
 }
 
 impl Plan {
@@ -125,8 +155,14 @@ impl Plan {
     ///
     /// # Errors
     /// [`crate::Error::TooLarge`].
-    pub fn workspace_bytes(&self, _workers: usize) -> Result<usize> {
-        Ok(self.bytes)
+    pub fn workspace_bytes(&self, workers: usize) -> Result<usize> {
+        let workers = self.bytes_per_worker.checked_mul(workers.clamp(1, MAX_WORKERS)).ok_or(Error::TooLarge)?;
+        self.bytes.checked_add(workers).ok_or(Error::TooLarge)
+    }
+
+    /// The outputs it is for.
+    pub(super) fn wanted(&self) -> Wanted {
+        self.wanted
     }
 
     /// Whether the plan is for these outputs.

@@ -18,7 +18,7 @@ pub(super) fn evaluate<T: Real, const D: usize>(
 ) -> Result<()> {
     let (a, b) = options.combination;
     let (combine, combination) = ((a, b) != (1.0, 0.0), (T::from_f64(a), T::from_f64(b)));
-    let should_stop = run.should_stop;
+    let (should_stop, wanted) = (run.should_stop, outputs.wanted());
     let pieces = (
         outputs.potential.map(|p| Chunks::new(p, TASK)),
         outputs.gradient.map(|g| Chunks::new(g, TASK)),
@@ -40,15 +40,16 @@ pub(super) fn evaluate<T: Real, const D: usize>(
                 if m == T::ZERO || kernel.is_singular() && r == T::ZERO {
                     continue;
                 }
-                if p.is_some() {
-                    u += m * kernel.value(r);
+                let [value, gradient, laplacian] = kernel.pair(r, wanted);
+                if wanted.potential {
+                    u += m * value;
                 }
-                if g.is_some() {
-                    let factor = m * kernel.gradient_factor(r);
+                if wanted.gradient {
+                    let factor = m * gradient;
                     du.iter_mut().zip(&x).for_each(|(du, &x)| *du += factor * x);
                 }
-                if l.is_some() {
-                    ddu += m * kernel.laplacian(r);
+                if wanted.laplacian {
+                    ddu += m * laplacian;
                 }
             }
             if let Some(out) = p.as_mut().and_then(Iterator::next) {

@@ -78,6 +78,7 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
         let part = Part { law: Law::Newtonian, radius: T::ZERO, panels: 0, first: 0, outer };
         let term = Term { law: Law::Newtonian, coefficient: 0.0 };
         Self {
+            polynomials: blob.polynomials(),
             blob,
             newtonian: T::ZERO,
             terms: [term; MAX_TERMS],

@@ -21,6 +21,7 @@ mod block;
 mod chebyshev;
 mod convolution;
 mod edge_series;
+mod far;
 mod fit;
 mod law;
 mod part;
@@ -28,10 +29,11 @@ mod profile;
 mod quadrature;
 
 pub use block::Supplied;
+pub(crate) use far::{Far, POWERS};
 pub use law::{Law, MAX_TERMS, RadialKernel, Term};
 
 use crate::error::Result;
-use crate::mollifier::{Blob, Mollifier};
+use crate::mollifier::{Blob, Mollifier, Polynomials};
 use crate::real::Real;
 use part::Part;
 
@@ -39,6 +41,7 @@ use part::Part;
 #[derive(Clone, Copy, Debug)]
 pub struct Kernel<'k, T: Real, const D: usize> {
     blob: Blob<T, D>,
+    polynomials: Option<Polynomials<T>>,
     newtonian: T,
     terms: [Term; MAX_TERMS],
     count: usize,
@@ -158,6 +161,50 @@ impl<T: Real, const D: usize> Kernel<'_, T, D> {
             sum = [sum[0] + u, sum[1] + g, sum[2] + l];
         }
         sum
+    }
+
+    /// Value, gradient factor and Laplacian where `wanted` says so (else anything), for sums: the Newtonian part inside a
+    /// compact mollifier by plain polynomials, and outside by the bare law.
+    #[must_use]
+    #[inline]
+    pub fn pair(&self, r: T, wanted: [bool; 3]) -> [T; 3] {
+        let [mut u, mut g, mut l] = self.others(r);
+        let c = self.newtonian;
+        if c == T::ZERO || (r == T::ZERO && self.is_singular()) {
+            return [u, g, l];
+        }
+        match &self.polynomials {
+            Some(p) if r < p.delta => {
+                let t = (p.delta - r) / p.delta * (T::ONE + r / p.delta);
+                if wanted[0] {
+                    u += c * (p.potential_scale * p.potential.at(t) + p.potential_offset);
+                }
+                if wanted[1] {
+                    g += c * (p.scale * p.gradient.at(t));
+                }
+                if wanted[2] {
+                    l += c * (p.scale * p.density.at(t));
+                }
+            }
+            None if !self.is_singular() => {
+                let blob = &self.blob;
+                if wanted[0] {
+                    u += c * blob.potential(r);
+                }
+                if wanted[1] {
+                    g += c * blob.gradient_factor(r);
+                }
+                if wanted[2] {
+                    l += c * blob.density(r);
+                }
+            }
+            _ => {
+                let [v, f, _] = Law::Newtonian.bare::<T, D>(r);
+                u += c * v;
+                g += c * f;
+            }
+        }
+        [u, g, l]
     }
 
     /// Value, gradient factor and Laplacian.

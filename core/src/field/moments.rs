@@ -1,0 +1,464 @@
+//! Even powers: the field is a polynomial of the target's position, whose coefficients are moments of the sources. O(n).
+//!
+//! With K_delta = sum_k a_k |x|^{2k}, mollified or not, and multi-indices over the dimensions,
+//!
+//! |x - y|^{2k} = sum_{|g| = k} k!/g! prod_d sum_{a_d} C(2 g_d, a_d) x_d^{a_d} (-y_d)^{2 g_d - a_d}.
+//!
+//! Moments and positions are taken about the sources' centre (weights |m|): then sum |m| |y-c|^{2k} and
+//! |x-c|^{2k} sum |m| are each at most 4^k sum |m| |x-y|^{2k}, and the expansion loses a bounded factor only. The centre is
+//! estimated from a few sources and corrected, by a second pass, where that was not good enough.
+
+use super::{Counters, Options, Outputs, Run, Sources};
+use crate::error::{Error, Result};
+use crate::isa::{Plain, widest};
+use crate::kernel::Far;
+use crate::real::{DoubleWord, Real};
+use crate::space::{Carve, Chunks, MAX_WORKERS, Measure, Space, each_piece};
+
+/// Particles side by side.
+const LANES: usize = 16;
+/// Blocks of lanes that are summed in single words before they go into a double word.
+const BLOCKS: usize = 64;
+/// Sources, or targets, of one task.
+const TASK: usize = 1 << 14;
+/// The highest degree.
+pub(super) const DEGREE: usize = 8;
+/// Monomials of at most that degree in three variables.
+const MONOMIALS: usize = 165;
+/// Numbers a task adds to its moments: sum |m|, sum |m| y, sum |m| |y|^2.
+const EXTRA: usize = 5;
+/// Sources that the first centre is taken from.
+const SAMPLE: usize = 1024;
+
+/// Monomials of at most `degree` in `dimension` variables.
+fn monomials(dimension: usize, degree: usize) -> usize {
+    (1..=dimension).fold(1, |count, k| count * (degree + k) / k.max(1))
+}
+
+/// Calls `f(a, b, c)` for all exponents with a + b + c <= degree, in the order in which moments are kept.
+fn each_exponent(dimension: usize, degree: usize, mut f: impl FnMut([usize; 3])) {
+    for a in 0..=degree {
+        for b in 0..=(if dimension > 1 { degree - a } else { 0 }) {
+            for c in 0..=(if dimension > 2 { degree - a - b } else { 0 }) {
+                f([a, b, c]);
+            }
+        }
+    }
+}
+
+/// Where a monomial is kept.
+fn place(dimension: usize, degree: usize, exponents: [usize; 3]) -> usize {
+    let (mut index, mut found) = (0, 0);
+    each_exponent(dimension, degree, |e| {
+        if e == exponents {
+            found = index;
+        }
+        index += 1;
+    });
+    found
+}
+
+struct Arrays<'w, T> {
+    /// A task's sums: high words, low words, extra.
+    partial: &'w mut [T],
+    /// A worker's running sums.
+    running: &'w mut [[T; LANES]],
+}
+
+fn lay<'w, T: Real>(space: &mut impl Space<'w>, count: usize, n: usize, workers: usize) -> Result<Arrays<'w, T>> {
+    let each = 2 * count + EXTRA;
+    Ok(Arrays {
+        partial: space.array(n.div_ceil(TASK).checked_mul(each).ok_or(Error::TooLarge)?)?,
+        running: space.array(workers.clamp(1, MAX_WORKERS) * count)?,
+    })
+}
+
+/// Bytes of workspace.
+pub(super) fn workspace_bytes<T: Real, const D: usize>(
+    degree: usize,
+    n_sources: usize,
+    workers: usize,
+) -> Result<usize> {
+    Measure::of(|space| lay::<T>(space, monomials(D, degree), n_sources, workers).map(|_| ()))
+}
+
+/// Sums of one task's sources.
+struct Sum<'a, T, const D: usize> {
+    positions: &'a [[T; D]],
+    masses: &'a [T],
+    centre: [T; D],
+    degree: usize,
+    running: &'a mut [[T; LANES]],
+    partial: &'a mut [T],
+}
+
+/// Powers 0 .. degree of each coordinate, lane by lane.
+type Powers<T> = [[[T; LANES]; DEGREE + 1]; 3];
+
+impl<T: Real, const D: usize> Plain for Sum<'_, T, D> {
+    type Out = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { positions, masses, centre, degree, running, partial } = self;
+        let count = running.len();
+        let (words, extra) = partial.split_at_mut_checked(2 * count).unwrap_or((&mut [], &mut []));
+        words.fill(T::ZERO);
+        let mut sizes = [[T::ZERO; LANES]; EXTRA];
+        let mut powers: Powers<T> = [[[T::ONE; LANES]; DEGREE + 1]; 3];
+        for (group, weights) in positions.chunks(LANES * BLOCKS).zip(masses.chunks(LANES * BLOCKS)) {
+            running.fill([T::ZERO; LANES]);
+            for (block, weight) in group.chunks(LANES).zip(weights.chunks(LANES)) {
+                let mut m = [T::ZERO; LANES];
+                m.iter_mut().zip(weight).for_each(|(m, &w)| *m = w);
+                let mut x = [[T::ZERO; LANES]; D];
+                for (lane, y) in block.iter().enumerate() {
+                    for ((x, &y), &c) in x.iter_mut().zip(y).zip(&centre) {
+                        if let Some(x) = x.get_mut(lane) {
+                            *x = y - c;
+                        }
+                    }
+                }
+                add_block(&x, &m, degree, &mut powers, running, &mut sizes);
+            }
+            let (high, low) = words.split_at_mut_checked(count).unwrap_or((&mut [], &mut []));
+            for ((lanes, high), low) in running.iter().zip(high).zip(low) {
+                for &lane in lanes {
+                    let sum = DoubleWord { hi: *high, lo: *low } + DoubleWord::from(lane);
+                    (*high, *low) = (sum.hi, sum.lo);
+                }
+            }
+        }
+        for (slot, lanes) in extra.iter_mut().zip(sizes) {
+            *slot = lanes.into_iter().fold(T::ZERO, |sum, v| sum + v);
+        }
+    }
+}
+
+/// Adds m times every monomial, and the sizes.
+#[inline(always)]
+fn add_block<T: Real, const D: usize>(
+    x: &[[T; LANES]; D],
+    m: &[T; LANES],
+    degree: usize,
+    powers: &mut Powers<T>,
+    running: &mut [[T; LANES]],
+    sizes: &mut [[T; LANES]; EXTRA],
+) {
+    for (x, powers) in x.iter().zip(powers.iter_mut()) {
+        let mut power = [T::ONE; LANES];
+        for slot in powers.iter_mut().take(degree + 1) {
+            *slot = power;
+            power = product(&power, x);
+        }
+    }
+    let [px, py, pz] = &*powers;
+    let mut slots = running.iter_mut();
+    for (a, pa) in px.iter().take(degree + 1).enumerate() {
+        let wa = product(m, pa);
+        if D == 1 {
+            add(slots.next(), &wa);
+            continue;
+        }
+        for (b, pb) in py.iter().take(degree + 1 - a).enumerate() {
+            let wb = product(&wa, pb);
+            if D == 2 {
+                add(slots.next(), &wb);
+                continue;
+            }
+            for pc in pz.iter().take(degree + 1 - a - b) {
+                add(slots.next(), &product(&wb, pc));
+            }
+        }
+    }
+    let [weight, rest @ ..] = sizes;
+    let (first, last) = rest.split_at_mut(3);
+    let mut square = [T::ZERO; LANES];
+    let mut share = [T::ZERO; LANES];
+    share.iter_mut().zip(m).for_each(|(s, m)| *s = m.abs());
+    add(Some(weight), &share);
+    for (x, slot) in x.iter().zip(first) {
+        add(Some(slot), &product(&share, x));
+        square.iter_mut().zip(x).for_each(|(s, &x)| *s += x * x);
+    }
+    for slot in last {
+        add(Some(slot), &product(&share, &square));
+    }
+}
+
+#[inline(always)]
+fn product<T: Real>(a: &[T; LANES], b: &[T; LANES]) -> [T; LANES] {
+    let mut c = *a;
+    c.iter_mut().zip(b).for_each(|(c, &b)| *c *= b);
+    c
+}
+
+#[inline(always)]
+fn add<T: Real>(slot: Option<&mut [T; LANES]>, term: &[T; LANES]) {
+    if let Some(slot) = slot {
+        slot.iter_mut().zip(term).for_each(|(s, &t)| *s += t);
+    }
+}
+
+/// Polynomials of the target's position, in the order of the moments.
+struct Field<T> {
+    value: [T; MONOMIALS],
+    gradient: [[T; MONOMIALS]; 3],
+    laplacian: [T; MONOMIALS],
+}
+
+impl<T: Real> Field<T> {
+    fn new<const D: usize>(
+        far: &Far<T>,
+        degree: usize,
+        moments: &[DoubleWord<T>; MONOMIALS],
+        options: &Options,
+    ) -> Self {
+        let zero = [T::ZERO; MONOMIALS];
+        let mut field = Self { value: zero, gradient: [zero; 3], laplacian: zero };
+        // sum over |g| = k of k!/g! a_k, for each target monomial
+        for (slot, e) in field.value.iter_mut().zip(exponents::<D>(degree)) {
+            let mut sum = DoubleWord::ZERO;
+            each_exponent(D, degree / 2, |g| {
+                let k: usize = g.iter().sum();
+                let Some(&coefficient) = far.coefficients.get(2 * k).filter(|&&c| c != T::ZERO) else { return };
+                if e.iter().zip(g).any(|(&e, g)| e > 2 * g) {
+                    return;
+                }
+                let multinomial = factorial(k) / g.iter().map(|&g| factorial(g)).product::<f64>();
+                let binomials: f64 = e.iter().zip(g).map(|(&e, g)| choose(2 * g, e)).product();
+                let sign = if e.iter().sum::<usize>() % 2 == 0 { 1.0 } else { -1.0 };
+                let rest = [2 * g[0] - e[0], 2 * g[1] - e[1], 2 * g[2] - e[2]];
+                let moment = moments.get(place(D, degree, rest)).copied().unwrap_or(DoubleWord::ZERO);
+                sum = sum + moment * (coefficient * T::from_f64(sign * multinomial * binomials));
+            });
+            *slot = sum.hi;
+        }
+        // derivatives, kept at the same degree with zeros above
+        for (index, e) in exponents::<D>(degree).enumerate() {
+            for d in 0..D {
+                let raised = |by: usize| {
+                    let mut e = e;
+                    if let Some(e) = e.get_mut(d) {
+                        *e += by;
+                    }
+                    let inside = e.iter().sum::<usize>() <= degree;
+                    let factor = T::from_usize(e.get(d).copied().unwrap_or(0));
+                    inside.then(|| (factor, field.value.get(place(D, degree, e)).copied().unwrap_or(T::ZERO)))
+                };
+                let first = raised(1).map_or(T::ZERO, |(factor, c)| factor * c);
+                let second = raised(2).map_or(T::ZERO, |(factor, c)| factor * (factor - T::ONE) * c);
+                if let Some(slot) = field.gradient.get_mut(d).and_then(|g| g.get_mut(index)) {
+                    *slot = first;
+                }
+                if let Some(slot) = field.laplacian.get_mut(index) {
+                    *slot += second;
+                }
+            }
+        }
+        let (a, b) = options.combination;
+        if (a, b) != (1.0, 0.0) {
+            let (a, b) = (T::from_f64(a), T::from_f64(b));
+            let [x, y, _] = &mut field.gradient;
+            for (x, y) in x.iter_mut().zip(y) {
+                (*x, *y) = (a * *x - b * *y, a * *y + b * *x);
+            }
+        }
+        field
+    }
+}
+
+/// All exponents in order.
+fn exponents<const D: usize>(degree: usize) -> impl Iterator<Item = [usize; 3]> {
+    (0..=degree).flat_map(move |a| {
+        (0..=(if D > 1 { degree - a } else { 0 }))
+            .flat_map(move |b| (0..=(if D > 2 { degree - a - b } else { 0 })).map(move |c| [a, b, c]))
+    })
+}
+
+fn factorial(n: usize) -> f64 {
+    (1..=n).map(|k| k as f64).product()
+}
+
+fn choose(n: usize, k: usize) -> f64 {
+    factorial(n) / (factorial(k) * factorial(n.saturating_sub(k)))
+}
+
+/// A polynomial by Horner's rule in each variable, lane by lane.
+#[inline(always)]
+fn horner<T: Real, const D: usize>(c: &[T; MONOMIALS], count: usize, degree: usize, x: &[[T; LANES]; D]) -> [T; LANES] {
+    let ones = [T::ZERO; LANES];
+    let (x0, x1, x2) = (x.first().unwrap_or(&ones), x.get(1).unwrap_or(&ones), x.get(2).unwrap_or(&ones));
+    let mut backwards = c.iter().take(count).rev();
+    let mut next = || backwards.next().copied().unwrap_or(T::ZERO);
+    let step = |sum: &mut [T; LANES], x: &[T; LANES], add: &[T; LANES]| {
+        sum.iter_mut().zip(x).zip(add).for_each(|((s, &x), &a)| *s = *s * x + a);
+    };
+    let mut sum = [T::ZERO; LANES];
+    for a in (0..=degree).rev() {
+        if D == 1 {
+            step(&mut sum, x0, &[next(); LANES]);
+            continue;
+        }
+        let mut inner = [T::ZERO; LANES];
+        for b in (0..=degree - a).rev() {
+            if D == 2 {
+                step(&mut inner, x1, &[next(); LANES]);
+                continue;
+            }
+            let mut innermost = [T::ZERO; LANES];
+            for _ in 0..=degree - a - b {
+                step(&mut innermost, x2, &[next(); LANES]);
+            }
+            step(&mut inner, x1, &innermost);
+        }
+        step(&mut sum, x0, &inner);
+    }
+    sum
+}
+
+/// Evaluates one task's targets.
+struct Evaluate<'a, T, const D: usize> {
+    field: &'a Field<T>,
+    count: usize,
+    degree: usize,
+    centre: [T; D],
+    targets: &'a [[T; D]],
+    outputs: Outputs<'a, T, D>,
+}
+
+impl<T: Real, const D: usize> Plain for Evaluate<'_, T, D> {
+    type Out = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { field, count, degree, centre, targets, outputs } = self;
+        let Outputs { mut potential, mut gradient, mut laplacian } = outputs;
+        for (block, targets) in targets.chunks(LANES).enumerate() {
+            let mut x = [[T::ZERO; LANES]; D];
+            for (lane, t) in targets.iter().enumerate() {
+                for ((x, &t), &c) in x.iter_mut().zip(t).zip(&centre) {
+                    if let Some(x) = x.get_mut(lane) {
+                        *x = t - c;
+                    }
+                }
+            }
+            if let Some(out) = potential.as_mut().and_then(|o| o.chunks_mut(LANES).nth(block)) {
+                let values = horner(&field.value, count, degree, &x);
+                out.iter_mut().zip(values).for_each(|(o, v)| *o = v);
+            }
+            if let Some(out) = laplacian.as_mut().and_then(|o| o.chunks_mut(LANES).nth(block)) {
+                let values = horner(&field.laplacian, count, degree, &x);
+                out.iter_mut().zip(values).for_each(|(o, v)| *o = v);
+            }
+            if let Some(out) = gradient.as_mut().and_then(|o| o.chunks_mut(LANES).nth(block)) {
+                for (d, c) in field.gradient.iter().take(D).enumerate() {
+                    let values = horner(c, count, degree, &x);
+                    for (o, v) in out.iter_mut().zip(values) {
+                        if let Some(o) = o.get_mut(d) {
+                            *o = v;
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Writes the sums. The caller has checked lengths, values and the workspace's size.
+pub(super) fn evaluate<T: Real, const D: usize>(
+    far: &Far<T>,
+    options: &Options,
+    sources: Sources<'_, T, D>,
+    targets: &[[T; D]],
+    outputs: Outputs<'_, T, D>,
+    workspace: &mut [u8],
+    run: &mut Run<'_>,
+) -> Result<()> {
+    let degree = far.degree();
+    let count = monomials(D, degree);
+    let n = sources.positions.len();
+    let arrays = lay::<T>(&mut Carve::new(workspace)?, count, n, run.executor.workers())?;
+    let should_stop = run.should_stop;
+    let stop = || should_stop.is_some_and(|stop| stop());
+    let each = 2 * count + EXTRA;
+
+    let stride = (n / SAMPLE).max(1);
+    let sample = sources.positions.iter().zip(sources.masses).step_by(stride);
+    let mut centre = mean(sample.map(|(y, &m)| (m.abs(), *y)));
+    let mut moments = [DoubleWord::ZERO; MONOMIALS];
+    for pass in 0..2 {
+        let pieces = Chunks::new(&mut *arrays.partial, each);
+        let running = Chunks::new(&mut *arrays.running, count);
+        each_piece(run.executor, n.div_ceil(TASK), &pieces, &running, &|task, partial: &mut [T], running| {
+            if stop() {
+                return Err(Error::Stopped);
+            }
+            let range = task.saturating_mul(TASK);
+            let end = n.min(range.saturating_add(TASK));
+            let (Some(positions), Some(masses)) = (sources.positions.get(range..end), sources.masses.get(range..end))
+            else {
+                return Ok(());
+            };
+            widest(run.level, Sum { positions, masses, centre, degree, running, partial });
+            Ok(())
+        })?;
+        moments = [DoubleWord::ZERO; MONOMIALS];
+        let mut extra = [T::ZERO; EXTRA];
+        for partial in arrays.partial.chunks(each.max(1)).take(n.div_ceil(TASK)) {
+            let (high, rest) = partial.split_at_checked(count).unwrap_or((&[], &[]));
+            for ((slot, &hi), &lo) in moments.iter_mut().zip(high).zip(rest) {
+                *slot = *slot + DoubleWord { hi, lo };
+            }
+            for (sum, &v) in extra.iter_mut().zip(rest.iter().skip(count)) {
+                *sum += v;
+            }
+        }
+        // |mean|^2 <= 3/4 of the mean square: the centre is within twice the sources' spread of their mean
+        let [weight, first @ .., square] = extra;
+        let offset = first.map(|v| if weight > T::ZERO { v / weight } else { T::ZERO });
+        let distance = offset.iter().fold(T::ZERO, |sum, &v| sum + v * v);
+        if pass == 1 || weight == T::ZERO || distance * T::from_f64(4.0) * weight <= T::from_f64(3.0) * square {
+            break;
+        }
+        for (c, v) in centre.iter_mut().zip(offset) {
+            *c += v;
+        }
+    }
+    let field = Field::new::<D>(far, degree, &moments, options);
+    let pieces = (
+        outputs.potential.map(|p| Chunks::new(p, TASK)),
+        outputs.gradient.map(|g| Chunks::new(g, TASK)),
+        outputs.laplacian.map(|l| Chunks::new(l, TASK)),
+    );
+    each_piece(
+        run.executor,
+        targets.len().div_ceil(TASK),
+        &pieces,
+        &(),
+        &|task, (potential, gradient, laplacian), ()| {
+            if stop() {
+                return Err(Error::Stopped);
+            }
+            let start = task.saturating_mul(TASK);
+            let targets = targets.get(start..targets.len().min(start.saturating_add(TASK))).unwrap_or(&[]);
+            let outputs = Outputs { potential, gradient, laplacian };
+            widest(run.level, Evaluate { field: &field, count, degree, centre, targets, outputs });
+            Ok(())
+        },
+    )?;
+    if let Some(counters) = run.counters.as_deref_mut() {
+        let massless = sources.masses.iter().filter(|&&m| m == T::ZERO).count();
+        counters.add(&Counters { massless_sources: massless as u64, ..Counters::default() });
+    }
+    Ok(())
+}
+
+/// The weighted mean; 0 without weight.
+fn mean<T: Real, const D: usize>(points: impl Iterator<Item = (T, [T; D])>) -> [T; D] {
+    let (weight, sum) = points.fold((T::ZERO, [T::ZERO; D]), |(weight, mut sum), (m, y)| {
+        sum.iter_mut().zip(y).for_each(|(s, y)| *s += m * y);
+        (weight + m, sum)
+    });
+    sum.map(|s| if weight > T::ZERO && (s / weight).is_finite() { s / weight } else { T::ZERO })
+}

@@ -1,0 +1,203 @@
+//! The Laplacian of the mollified Newtonian kernel is the mollifier itself: a sum over sources closer than delta. O(n).
+//!
+//! Sources are sorted by the cell of a grid a little wider than delta; the neighbours of a target lie in runs of three
+//! successive cells, found by bisection. No array of cells, so distant particles cost nothing (but see `Grid::new`).
+
+use core::sync::atomic::{AtomicUsize, Ordering};
+
+use super::radix::{Entry, sort};
+use super::{Counters, Outputs, Run, Sources};
+use crate::error::{Error, Result};
+use crate::mollifier::Blob;
+use crate::real::Real;
+use crate::space::{Carve, Chunks, Measure, Space, each_piece};
+
+/// Targets of one task.
+const TASK: usize = 512;
+/// Bits of a cell's index in each of so many dimensions.
+const fn bits(dimension: usize) -> u32 {
+    match dimension {
+        1 => 40,
+        2 => 31,
+        _ => 21,
+    }
+}
+
+struct Arrays<'w, T, const D: usize> {
+    entries: &'w mut [Entry],
+    spare: &'w mut [Entry],
+    positions: &'w mut [[T; D]],
+    masses: &'w mut [T],
+}
+
+fn lay<'w, T: Real, const D: usize>(space: &mut impl Space<'w>, n: usize) -> Result<Arrays<'w, T, D>>
+where
+    [T; D]: crate::space::Plain,
+{
+    Ok(Arrays { entries: space.array(n)?, spare: space.array(n)?, positions: space.array(n)?, masses: space.array(n)? })
+}
+
+/// Bytes of workspace.
+pub(super) fn workspace_bytes<T: Real, const D: usize>(n_sources: usize) -> Result<usize> {
+    Measure::of(|space| lay::<T, D>(space, n_sources).map(|_| ()))
+}
+
+/// The grid: cell of x = 1 + floor((x - least)/size) in each dimension.
+struct Grid<T, const D: usize> {
+    least: [T; D],
+    size: T,
+    /// Cells in one dimension, at most.
+    most: T,
+}
+
+impl<T: Real, const D: usize> Grid<T, D> {
+    fn new(positions: &[[T; D]], delta: T) -> Self {
+        let (mut least, mut extent) = ([T::ZERO; D], T::ZERO);
+        for (d, least) in least.iter_mut().enumerate() {
+            let along = positions.iter().filter_map(|x| x.get(d));
+            let (low, high) = along.fold((T::INFINITY, -T::INFINITY), |(low, high), &x| (low.min(x), high.max(x)));
+            if low <= high {
+                *least = low;
+                extent = extent.max(high - low);
+            }
+        }
+        // Cells are wider than delta by more than the rounding of an index, u times the number of cells; so there are
+        // at most 2^39, 2^30, 2^20 (f64) or 2^12 (f32) of them in each of 1, 2, 3 dimensions, and wider ones where the
+        // particles spread further.
+        let most = T::ONE.ldexp(if T::DIGITS > 32 { bits(D) as i32 - 1 } else { 12 });
+        let margin = T::ONE + T::from_f64(1.0 / 128.0);
+        Self { least, size: (delta * margin).max(extent / most * margin), most: most + T::TWO }
+    }
+
+    /// The cell, moved by one so that a neighbour's index is not negative; None where no source is near.
+    fn cell(&self, x: &[T; D]) -> Option<[u64; D]> {
+        let mut cell = [0; D];
+        for ((slot, &x), &least) in cell.iter_mut().zip(x).zip(&self.least) {
+            let index = ((x - least) / self.size).floor() + T::ONE;
+            if !(index >= T::ZERO && index <= self.most) {
+                return None;
+            }
+            *slot = index.to_f64() as u64;
+        }
+        Some(cell)
+    }
+}
+
+/// A key whose lowest digits are the first dimension's.
+fn key<const D: usize>(cell: &[u64; D]) -> u64 {
+    cell.iter().rev().fold(0, |key, &index| (key << bits(D)) | index)
+}
+
+/// Overwrites `outputs.laplacian` with `coefficient sum_j m_j psi_delta(x_i - x_j)`; psi is compact or zero. The caller has
+/// checked lengths, values and the workspace's size, and that no other output is wanted.
+pub(super) fn evaluate<T: Real, const D: usize>(
+    coefficient: T,
+    blob: &Blob<T, D>,
+    sources: Sources<'_, T, D>,
+    targets: &[[T; D]],
+    outputs: Outputs<'_, T, D>,
+    workspace: &mut [u8],
+    run: &mut Run<'_>,
+) -> Result<()>
+where
+    [T; D]: crate::space::Plain,
+{
+    let Some(laplacian) = outputs.laplacian else { return Ok(()) };
+    let Some(polynomials) = blob.polynomials() else {
+        // without a mollifier the field is harmonic away from the sources
+        laplacian.fill(T::ZERO);
+        return Ok(());
+    };
+    let arrays = lay::<T, D>(&mut Carve::new(workspace)?, sources.positions.len())?;
+    let grid = Grid::new(sources.positions, polynomials.delta);
+    let mut count = 0;
+    for (index, (x, &m)) in sources.positions.iter().zip(sources.masses).enumerate() {
+        if m != T::ZERO
+            && let (Some(cell), Some(slot)) = (grid.cell(x), arrays.entries.get_mut(count))
+        {
+            *slot = [key(&cell), index as u64];
+            count += 1;
+        }
+    }
+    let massless = sources.masses.len() - count;
+    let (Some(entries), Some(spare)) = (arrays.entries.get_mut(..count), arrays.spare.get_mut(..count)) else {
+        return Err(Error::WorkspaceTooSmall);
+    };
+    sort(entries, spare);
+    for ((entry, y), m) in entries.iter().zip(arrays.positions.iter_mut()).zip(arrays.masses.iter_mut()) {
+        let index = entry[1] as usize;
+        *y = sources.positions.get(index).copied().unwrap_or([T::ZERO; D]);
+        *m = sources.masses.get(index).copied().unwrap_or(T::ZERO) * (coefficient * polynomials.scale);
+    }
+    let (entries, positions, masses) = (&*entries, &*arrays.positions, &*arrays.masses);
+    let per_square = T::ONE / polynomials.delta;
+    let should_stop = run.should_stop;
+    let (pairs, near) = (AtomicUsize::new(0), AtomicUsize::new(0));
+    let tasks = targets.len().div_ceil(TASK);
+    each_piece(run.executor, tasks, &Chunks::new(laplacian, TASK), &(), &|task, out: &mut [T], ()| {
+        if should_stop.is_some_and(|stop| stop()) {
+            return Err(Error::Stopped);
+        }
+        let (mut looked, mut found) = (0, 0);
+        for (x, out) in targets.iter().skip(task.saturating_mul(TASK)).zip(out) {
+            let mut sum = T::ZERO;
+            if let Some(cell) = grid.cell(x) {
+                each_row(&cell, |first, last| {
+                    let start = entries.partition_point(|e| e[0] < first);
+                    let run =
+                        entries.iter().zip(positions).zip(masses).skip(start).take_while(|((e, _), _)| e[0] <= last);
+                    for ((_, y), &m) in run {
+                        looked += 1;
+                        let s = x.iter().zip(y).fold(T::ZERO, |s, (&a, &b)| {
+                            let q = (a - b) * per_square;
+                            s + q * q
+                        });
+                        let t = T::ONE - s;
+                        if t > T::ZERO {
+                            found += 1;
+                            sum += m * polynomials.density.at(t);
+                        }
+                    }
+                });
+            }
+            *out = sum;
+        }
+        pairs.fetch_add(looked, Ordering::Relaxed);
+        near.fetch_add(found, Ordering::Relaxed);
+        Ok(())
+    })?;
+    if let Some(counters) = run.counters.as_deref_mut() {
+        counters.add(&Counters {
+            pairs: pairs.load(Ordering::Relaxed) as u64,
+            near_pairs: near.load(Ordering::Relaxed) as u64,
+            massless_sources: massless as u64,
+            ..Counters::default()
+        });
+    }
+    Ok(())
+}
+
+/// The key ranges of the cells next to this one and itself: three successive cells in each row.
+fn each_row<const D: usize>(cell: &[u64; D], mut f: impl FnMut(u64, u64)) {
+    let rows = 3_usize.pow((D as u32).saturating_sub(1));
+    for row in 0..rows {
+        let (mut first, mut left, mut outside) = (*cell, row, false);
+        for index in first.iter_mut().skip(1) {
+            // one of -1, 0, 1
+            match (*index + left as u64 % 3).checked_sub(1) {
+                Some(moved) => *index = moved,
+                None => outside = true,
+            }
+            left /= 3;
+        }
+        if outside {
+            continue;
+        }
+        let mut last = first;
+        if let (Some(a), Some(b)) = (first.first_mut(), last.first_mut()) {
+            *a = a.saturating_sub(1);
+            *b += 1;
+        }
+        f(key(&first), key(&last));
+    }
+}

@@ -1,0 +1,126 @@
+//! Kernels that are polynomials of the distance beyond a reach: what moments and sorted sums can use.
+
+use super::convolution::REACH;
+use super::edge_series::laurent;
+use super::profile::Profile;
+use super::{Kernel, Law};
+use crate::real::Real;
+
+/// Coefficients of |x|^0 .. |x|^9.
+pub(crate) const POWERS: usize = 10;
+
+/// K_delta = sum c_k |x|^k for |x| > reach.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Far<T> {
+    pub(crate) coefficients: [T; POWERS],
+    /// 0 where the polynomial holds everywhere.
+    pub(crate) reach: T,
+}
+
+impl<T: Real> Far<T> {
+    /// The highest power.
+    pub(crate) fn degree(&self) -> usize {
+        self.coefficients.iter().rposition(|&c| c != T::ZERO).unwrap_or(0)
+    }
+
+    /// Whether it is a polynomial of |x|^2.
+    pub(crate) fn is_even(&self) -> bool {
+        self.coefficients.iter().skip(1).step_by(2).all(|&c| c == T::ZERO)
+    }
+}
+
+impl<T: Real, const D: usize> Kernel<'_, T, D> {
+    /// The polynomial, if every term is one: even powers in any dimension, Newtonian and odd powers in 1D, up to 9.
+    pub(crate) fn far(&self) -> Option<Far<T>> {
+        if !self.is_known() {
+            return None;
+        }
+        let profile = Profile::new(self.mollifier(), D);
+        let delta = self.delta().to_f64();
+        let reach = match profile {
+            None => 0.0,
+            Some(Profile::Compact { .. }) => delta,
+            Some(Profile::Gaussian { parts, .. }) => {
+                parts.iter().fold(0.0, |most: f64, &(w, c)| if w == 0.0 { most } else { most.max(c) }) * REACH * delta
+            }
+        };
+        let mut sum = [0.0_f64; POWERS];
+        let mut far = Far { coefficients: [T::ZERO; POWERS], reach: T::ZERO };
+        for term in self.terms() {
+            let (law, factor) = term.law.canonical(D);
+            let coefficient = factor * term.coefficient;
+            // the Newtonian kernel in 1D is |x|/2, also outside any mollifier
+            let (p, terms, scale) = match law {
+                Law::Newtonian if D == 1 => (1.0, None, 0.5 * coefficient),
+                Law::Power { exponent: p } if (1.0..POWERS as f64).contains(&p) && p % 1.0 == 0.0 => {
+                    if p % 2.0 != 0.0 && D != 1 {
+                        return None;
+                    }
+                    (p, profile.as_ref().map(|profile| laurent(p, D, profile)), coefficient / p)
+                }
+                _ => return None,
+            };
+            if p % 2.0 != 0.0 {
+                far.reach = T::from_f64(reach);
+            }
+            let mut add = |power: usize, value: f64| {
+                if let Some(slot) = sum.get_mut(power) {
+                    *slot += value;
+                }
+            };
+            match terms {
+                None => add(p as usize, scale),
+                Some(None) => return None,
+                Some(Some((c, count))) => {
+                    let mut length = 1.0;
+                    for (n, c) in c.iter().take(count).enumerate() {
+                        add((p as usize).saturating_sub(2 * n), scale * c.hi * length);
+                        length *= delta * delta;
+                    }
+                }
+            }
+        }
+        for (slot, value) in far.coefficients.iter_mut().zip(sum) {
+            *slot = T::from_f64(value);
+        }
+        Some(far)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::kernel::Term;
+    use crate::mollifier::Mollifier;
+    use std::vec;
+
+    #[test]
+    fn the_polynomial_is_the_kernel_beyond_the_reach() {
+        let terms = [
+            Term { law: Law::Newtonian, coefficient: 2.0 },
+            Term { law: Law::Power { exponent: 3.0 }, coefficient: -1.5 },
+            Term { law: Law::Power { exponent: 4.0 }, coefficient: 0.5 },
+        ];
+        for mollifier in [
+            Mollifier::None,
+            Mollifier::Compact { order: 2, exponent: 3 },
+            Mollifier::Compact { order: 6, exponent: 5 },
+            Mollifier::Gaussian { order: 6 },
+        ] {
+            let bytes = Kernel::<f64, 1>::workspace_bytes(&terms, mollifier).unwrap();
+            let mut memory = vec![0_u8; bytes + 64];
+            let start = memory.as_ptr().align_offset(64);
+            let kernel = Kernel::<f64, 1>::prepare(&mut memory[start..start + bytes], &terms, mollifier, 0.2).unwrap();
+            let far = kernel.far().unwrap();
+            assert!(far.degree() == 4 && !far.is_even());
+            for r in [1.01, 2.0, 30.0].map(|f: f64| f * far.reach.max(0.1)) {
+                let want = far.coefficients.iter().rev().fold(0.0, |sum, c| sum * r + c);
+                let size = far.coefficients.iter().rev().fold(0.0, |sum, c| sum * r + c.abs());
+                // fits miss 1e-15 of the largest value, which the sum of magnitudes bounds within a panel's factor 2^4
+                assert!((kernel.value(r) - want).abs() < 64.0 * f64::EPSILON * size, "{mollifier:?} {r}");
+            }
+        }
+        let other = Kernel::<f64, 2>::newtonian(1.0, Mollifier::None, 1.0).unwrap();
+        assert!(other.far().is_none());
+    }
+}
