@@ -26,6 +26,7 @@ mod run;
 mod status;
 
 pub use grid::*;
+pub use blob::*;
 pub use kernel::*;
 pub use mollifier::*;
 pub use random::*;
