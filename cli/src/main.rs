@@ -12,6 +12,7 @@ mod output;
 mod pks_check;
 mod plot;
 mod run;
+mod converge;
 mod scene;
 mod verify;
 
@@ -31,6 +32,8 @@ enum Command {
     Run(run::Args),
     /// Print what a scene would run and what it would cost, without running it.
     Plan(run::PlanArgs),
+    /// Print the blob method's convergence and long-time studies.
+    Converge(converge::Args),
     /// Print the schema of scene files, or check scene files without running them.
     Scene(scene::Args),
     /// Compare results with reference values of 25 digits; status 1 above a tolerance.
@@ -42,6 +45,7 @@ fn main() -> ExitCode {
         Command::PksCheck(args) => pks_check::main(args),
         Command::Run(args) => run::main(args),
         Command::Plan(args) => run::plan_main(args),
+        Command::Converge(args) => converge::main(args),
         Command::Scene(args) => scene::main(args),
         Command::Verify(args) => verify::main(args),
     };

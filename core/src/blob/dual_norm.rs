@@ -71,7 +71,7 @@ impl<T: Real, const D: usize> Lattice<T, D> {
         if largest == T::ZERO {
             return Ok(T::ZERO);
         }
-        residual.iter_mut().for_each(|v| *v = *v / largest);
+        residual.iter_mut().for_each(|v| *v /= largest);
         direction.iter_mut().zip(residual.iter()).for_each(|(d, &r)| *d = r);
 
         let per_square = T::ONE / (self.spacing * self.spacing);
@@ -87,7 +87,7 @@ impl<T: Real, const D: usize> Lattice<T, D> {
             let along = square / dot(direction, image);
             sum += along * square;
             for (r, &a) in residual.iter_mut().zip(image.iter()) {
-                *r = *r - along * a;
+                *r -= along * a;
             }
             let next = dot(residual, residual);
             let keep = next / square;
@@ -146,10 +146,10 @@ fn apply<T: Real, const D: usize>(from: &[T], to: &mut [T], axes: &[usize; D], p
     let mut stride = 1_usize;
     for &n in axes {
         for (to, &v) in to.iter_mut().skip(stride).zip(from) {
-            *to = *to - per_square * v;
+            *to -= per_square * v;
         }
         for (to, &v) in to.iter_mut().zip(from.iter().skip(stride)) {
-            *to = *to - per_square * v;
+            *to -= per_square * v;
         }
         stride = stride.saturating_mul(n);
     }
