@@ -84,6 +84,26 @@
 
 
 /**
+ * The step will be given densities to advance.
+ */
+#define MOLLIS_BLOB_DENSITY 1
+
+/**
+ * The step will be asked for velocities.
+ */
+#define MOLLIS_BLOB_VELOCITY 2
+
+/**
+ * The step will be asked for the velocity's divergence.
+ */
+#define MOLLIS_BLOB_DIVERGENCE 4
+
+/**
+ * `first_bad` of a report when no value is bad.
+ */
+#define MOLLIS_BLOB_NONE_BAD UINT64_MAX
+
+/**
  * Free space: the field of all mass at its centre is prescribed on the mesh's border.
  */
 #define MOLLIS_WALLS_FREE 0
@@ -164,41 +184,32 @@
 typedef int32_t mollis_status;
 
 /**
- * Which field a grid solves for. Fill it with `mollis_grid2_options_init`; null means the defaults.
+ * How a run of the blob method is done. Fill it with `mollis_blob_options_init`; null means the defaults.
  */
-typedef struct mollis_grid2_options {
+typedef struct mollis_blob_options {
   /**
-   * Bytes of this structure, as `mollis_grid2_options_init` sets it.
+   * Bytes of this structure, as `mollis_blob_options_init` sets it.
    */
   uint32_t size;
   /**
-   * `MOLLIS_WALLS_*`. Default: free space.
+   * Nonzero: watch the regularised energy, and stop with `MOLLIS_ERR_ENERGY_ROSE` when it rises beyond rounding. Default 0.
    */
-  int32_t walls;
+  int32_t watch_energy;
   /**
-   * k >= 0 of Laplacian(u) - k^2 u = density. Default: 0.
+   * The relative error that field sums may spend for speed; 0 (the default) asks for rounding alone.
    */
-  double screening;
-} mollis_grid2_options;
-
-/**
- * A rectangle cut into cells[0] by cells[1] equal cells, at least 2 each way. It has (cells[0] + 1) (cells[1] + 1) nodes; arrays over
- * the nodes run along x first.
- */
-typedef struct mollis_mesh2 {
+  double tolerance;
   /**
-   * The lower left corner.
+   * Called after each step with the number of steps completed in this call and the call's own arrays (`double (*)[D]`
+   * or `float (*)[D]`; `density` is null if none is advanced), to be read through these pointers and not written.
+   * Nonzero stops the run with `MOLLIS_ERR_STOPPED`. May be null.
    */
-  double lower[2];
+  int32_t (*after_step)(void *context, size_t steps, const void *positions, const void *density);
   /**
-   * The upper right corner.
+   * Passed to `after_step`.
    */
-  double upper[2];
-  /**
-   * Cells along x and y.
-   */
-  size_t cells[2];
-} mollis_mesh2;
+  void *context;
+} mollis_blob_options;
 
 /**
  * One task of a call: `mollis` passes it to `parallel_for`, which calls it.
@@ -252,6 +263,67 @@ typedef struct mollis_run {
    */
   void *stop_context;
 } mollis_run;
+
+/**
+ * What a run says about itself. Written by every step that got as far as reading its arrays, also when it then refuses or
+ * stops.
+ */
+typedef struct mollis_blob_report {
+  /**
+   * Steps completed in this call: the state in the arrays is the one after them.
+   */
+  uint64_t steps;
+  /**
+   * With `MOLLIS_ERR_NOT_FINITE`: the index of the first particle with a coordinate, mass or density that is not finite
+   * (tracers count after the particles); else `MOLLIS_BLOB_NONE_BAD`.
+   */
+  uint64_t first_bad;
+  /**
+   * The regularised energy before the first step; NaN if not watched.
+   */
+  double energy_first;
+  /**
+   * The last energy computed; NaN if not watched.
+   */
+  double energy_last;
+} mollis_blob_report;
+
+/**
+ * Which field a grid solves for. Fill it with `mollis_grid2_options_init`; null means the defaults.
+ */
+typedef struct mollis_grid2_options {
+  /**
+   * Bytes of this structure, as `mollis_grid2_options_init` sets it.
+   */
+  uint32_t size;
+  /**
+   * `MOLLIS_WALLS_*`. Default: free space.
+   */
+  int32_t walls;
+  /**
+   * k >= 0 of Laplacian(u) - k^2 u = density. Default: 0.
+   */
+  double screening;
+} mollis_grid2_options;
+
+/**
+ * A rectangle cut into cells[0] by cells[1] equal cells, at least 2 each way. It has (cells[0] + 1) (cells[1] + 1) nodes; arrays over
+ * the nodes run along x first.
+ */
+typedef struct mollis_mesh2 {
+  /**
+   * The lower left corner.
+   */
+  double lower[2];
+  /**
+   * The upper right corner.
+   */
+  double upper[2];
+  /**
+   * Cells along x and y.
+   */
+  size_t cells[2];
+} mollis_mesh2;
 
 /**
  * One term of a kernel sum: coefficient (+1 attracts where K grows, -1 repels) times K.
@@ -319,6 +391,284 @@ typedef struct mollis_mollifier {
 #ifdef __cplusplus
 extern "C" {
 #endif // __cplusplus
+
+/**
+ * Fills `options` with the defaults. `size` is `sizeof *options`.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_blob_options_init(struct mollis_blob_options *options, size_t size);
+
+/**
+ * As `mollis_blob2_workspace_bytes`, in one dimension.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_blob1_workspace_bytes(const void *kernel,
+                                           size_t kernel_bytes,
+                                           size_t n,
+                                           size_t tracers,
+                                           uint32_t wanted,
+                                           const struct mollis_blob_options *options,
+                                           const struct mollis_run *run,
+                                           size_t *bytes);
+
+/**
+ * As `mollis_blob2_step`, in one dimension.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_blob1_step(const void *kernel,
+                                size_t kernel_bytes,
+                                size_t n,
+                                const double *masses,
+                                double (*positions)[1],
+                                double *density,
+                                double (*velocity)[1],
+                                double *divergence,
+                                size_t tracers,
+                                double (*tracer_positions)[1],
+                                double *tracer_density,
+                                double (*tracer_velocity)[1],
+                                double dt,
+                                size_t steps,
+                                const struct mollis_blob_options *options,
+                                const struct mollis_run *run,
+                                struct mollis_blob_report *report,
+                                void *workspace,
+                                size_t workspace_bytes);
+
+/**
+ * As `mollis_blob2_workspace_bytes`, in one dimension and float.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_blob1_workspace_bytes_f32(const void *kernel,
+                                               size_t kernel_bytes,
+                                               size_t n,
+                                               size_t tracers,
+                                               uint32_t wanted,
+                                               const struct mollis_blob_options *options,
+                                               const struct mollis_run *run,
+                                               size_t *bytes);
+
+/**
+ * As `mollis_blob2_step`, in one dimension and float.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_blob1_step_f32(const void *kernel,
+                                    size_t kernel_bytes,
+                                    size_t n,
+                                    const float *masses,
+                                    float (*positions)[1],
+                                    float *density,
+                                    float (*velocity)[1],
+                                    float *divergence,
+                                    size_t tracers,
+                                    float (*tracer_positions)[1],
+                                    float *tracer_density,
+                                    float (*tracer_velocity)[1],
+                                    double dt,
+                                    size_t steps,
+                                    const struct mollis_blob_options *options,
+                                    const struct mollis_run *run,
+                                    struct mollis_blob_report *report,
+                                    void *workspace,
+                                    size_t workspace_bytes);
+
+/**
+ * Bytes of workspace that `mollis_blob2_step` needs.
+ *
+ * `kernel` is a block of `mollis_kernel2_prepare`; `n` particles and `tracers` tracers; `wanted` is the sum of
+ * `MOLLIS_BLOB_DENSITY`, `_VELOCITY` and `_DIVERGENCE` for which the step will be given arrays (of particles or tracers). Options and
+ * run must be those of the step. Overwrites `bytes`.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_blob2_workspace_bytes(const void *kernel,
+                                           size_t kernel_bytes,
+                                           size_t n,
+                                           size_t tracers,
+                                           uint32_t wanted,
+                                           const struct mollis_blob_options *options,
+                                           const struct mollis_run *run,
+                                           size_t *bytes);
+
+/**
+ * Advances a solution of the aggregation equation by `steps` steps of length `dt` of the classical Runge-Kutta method
+ * (Craig & Bertozzi, Definitions 2.2 and 2.3; without a mollifier: the particle method).
+ *
+ * | array              | shape           |                                                              |
+ * |--------------------|-----------------|--------------------------------------------------------------|
+ * | `masses`           | `[n]`           | density times h^D, any sign; read only                       |
+ * | `positions`        | `[n][2]`        | advanced in place                                            |
+ * | `density`          | `[n]`           | advanced in place, or null                                   |
+ * | `velocity`         | `[n][2]`        | overwritten with the velocity at the end, or null            |
+ * | `divergence`       | `[n]`           | overwritten with the velocity's divergence at the end, or null |
+ * | `tracer_positions` | `[tracers][2]`  | massless points, advanced in place; null if there are none   |
+ * | `tracer_density`   | `[tracers]`     | advanced in place; given if and only if `density` is         |
+ * | `tracer_velocity`  | `[tracers][2]`  | overwritten with the velocity at the end, or null            |
+ *
+ * The velocity at x is `-sum_j masses[j] grad K(x - positions[j])`. `steps` may be 0 (then `dt` is not looked at): the outputs
+ * of the state as it is. `options`, `run` and `report` may be null. The workspace is garbage afterwards. Cost: four field evaluations a
+ * step, one more if velocity, divergence or energy are wanted.
+ *
+ * A refused call writes nothing but `report`. A run that stops (`MOLLIS_ERR_BECAME_NOT_FINITE`, `MOLLIS_ERR_STOPPED`,
+ * `MOLLIS_ERR_ENERGY_ROSE`) leaves positions and densities as they were after the last completed step, and velocity and
+ * divergence unwritten.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_blob2_step(const void *kernel,
+                                size_t kernel_bytes,
+                                size_t n,
+                                const double *masses,
+                                double (*positions)[2],
+                                double *density,
+                                double (*velocity)[2],
+                                double *divergence,
+                                size_t tracers,
+                                double (*tracer_positions)[2],
+                                double *tracer_density,
+                                double (*tracer_velocity)[2],
+                                double dt,
+                                size_t steps,
+                                const struct mollis_blob_options *options,
+                                const struct mollis_run *run,
+                                struct mollis_blob_report *report,
+                                void *workspace,
+                                size_t workspace_bytes);
+
+/**
+ * As `mollis_blob2_workspace_bytes`, in two dimensions and float.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_blob2_workspace_bytes_f32(const void *kernel,
+                                               size_t kernel_bytes,
+                                               size_t n,
+                                               size_t tracers,
+                                               uint32_t wanted,
+                                               const struct mollis_blob_options *options,
+                                               const struct mollis_run *run,
+                                               size_t *bytes);
+
+/**
+ * As `mollis_blob2_step`, in two dimensions and float.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_blob2_step_f32(const void *kernel,
+                                    size_t kernel_bytes,
+                                    size_t n,
+                                    const float *masses,
+                                    float (*positions)[2],
+                                    float *density,
+                                    float (*velocity)[2],
+                                    float *divergence,
+                                    size_t tracers,
+                                    float (*tracer_positions)[2],
+                                    float *tracer_density,
+                                    float (*tracer_velocity)[2],
+                                    double dt,
+                                    size_t steps,
+                                    const struct mollis_blob_options *options,
+                                    const struct mollis_run *run,
+                                    struct mollis_blob_report *report,
+                                    void *workspace,
+                                    size_t workspace_bytes);
+
+/**
+ * As `mollis_blob2_workspace_bytes`, in three dimensions.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_blob3_workspace_bytes(const void *kernel,
+                                           size_t kernel_bytes,
+                                           size_t n,
+                                           size_t tracers,
+                                           uint32_t wanted,
+                                           const struct mollis_blob_options *options,
+                                           const struct mollis_run *run,
+                                           size_t *bytes);
+
+/**
+ * As `mollis_blob2_step`, in three dimensions.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_blob3_step(const void *kernel,
+                                size_t kernel_bytes,
+                                size_t n,
+                                const double *masses,
+                                double (*positions)[3],
+                                double *density,
+                                double (*velocity)[3],
+                                double *divergence,
+                                size_t tracers,
+                                double (*tracer_positions)[3],
+                                double *tracer_density,
+                                double (*tracer_velocity)[3],
+                                double dt,
+                                size_t steps,
+                                const struct mollis_blob_options *options,
+                                const struct mollis_run *run,
+                                struct mollis_blob_report *report,
+                                void *workspace,
+                                size_t workspace_bytes);
+
+/**
+ * As `mollis_blob2_workspace_bytes`, in three dimensions and float.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_blob3_workspace_bytes_f32(const void *kernel,
+                                               size_t kernel_bytes,
+                                               size_t n,
+                                               size_t tracers,
+                                               uint32_t wanted,
+                                               const struct mollis_blob_options *options,
+                                               const struct mollis_run *run,
+                                               size_t *bytes);
+
+/**
+ * As `mollis_blob2_step`, in three dimensions and float.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_blob3_step_f32(const void *kernel,
+                                    size_t kernel_bytes,
+                                    size_t n,
+                                    const float *masses,
+                                    float (*positions)[3],
+                                    float *density,
+                                    float (*velocity)[3],
+                                    float *divergence,
+                                    size_t tracers,
+                                    float (*tracer_positions)[3],
+                                    float *tracer_density,
+                                    float (*tracer_velocity)[3],
+                                    double dt,
+                                    size_t steps,
+                                    const struct mollis_blob_options *options,
+                                    const struct mollis_run *run,
+                                    struct mollis_blob_report *report,
+                                    void *workspace,
+                                    size_t workspace_bytes);
 
 /**
  * Fills `options` with the defaults. `size` is `sizeof *options`.

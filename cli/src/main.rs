@@ -7,12 +7,12 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
+mod converge;
 mod initial;
 mod output;
 mod pks_check;
 mod plot;
 mod run;
-mod converge;
 mod scene;
 mod verify;
 

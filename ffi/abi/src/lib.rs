@@ -25,8 +25,8 @@ mod random;
 mod run;
 mod status;
 
-pub use grid::*;
 pub use blob::*;
+pub use grid::*;
 pub use kernel::*;
 pub use mollifier::*;
 pub use random::*;
