@@ -58,14 +58,23 @@ fn fields_at_points_are_those_of_the_distance() {
                 // Points on an axis have an exact distance.
                 let r = x.iter().fold(T::ZERO, |sum, c| sum + c.abs());
                 let (g, h) = (blob.gradient_factor(r), blob.hessian_factor(r));
-                assert_eq!(blob.potential_at(&x), blob.potential(r), "{mollifier:?} {x:?}");
-                assert_eq!(blob.density_at(&x), blob.density(r));
+                // Gaussians at points are plain arithmetic, with bounds of their own; the rest is the same number.
+                let plain = matches!(mollifier, Mollifier::Gaussian { .. });
+                let close = |got: T, want: T, size: f64| {
+                    let allowed = if plain { size * u } else { 0.0 };
+                    assert!((got.to_f64() - want.to_f64()).abs() <= allowed, "{mollifier:?} {x:?}: {got} {want}");
+                };
+                let phi = blob.potential(r);
+                let logarithms = if D == 2 { 1.0 + delta.to_f64().ln().abs() } else { 0.0 };
+                close(blob.potential_at(&x), phi, 4.0 * (phi.to_f64().abs() + logarithms));
+                close(blob.density_at(&x), blob.density(r), 4.0 * blob.density(T::ZERO).to_f64());
                 let normal = |value: T| value.is_finite() && value.abs() >= T::MIN_POSITIVE;
                 let gradient = blob.gradient_at(&x);
                 assert!(gradient.iter().all(|c| !c.is_nan()));
                 for (got, c) in gradient.into_iter().zip(x).filter(|_| normal(g)) {
                     let want = g.to_f64() * c.to_f64();
-                    assert!((got.to_f64() - want).abs() <= 2.0 * u * want.abs(), "{mollifier:?} {x:?}");
+                    let allowed = if plain { 5.0 } else { 2.0 } * u * want.abs();
+                    assert!((got.to_f64() - want).abs() <= allowed, "{mollifier:?} {x:?}");
                 }
                 let hessian = blob.hessian_at(&x);
                 if g != T::ZERO && !(normal(g) && normal(h)) {
@@ -115,11 +124,12 @@ fn points_off_the_axes_agree_with_their_rotation() {
     for mollifier in all::<2>() {
         let blob = Blob::<f64, 2>::new(mollifier, 0.7).unwrap();
         let (a, b) = ([0.375, 0.5], [0.625, 0.0]);
+        // The squared distance, 25/64, is exact either way.
         assert_eq!(blob.potential_at(&a), blob.potential_at(&b));
         assert_eq!(blob.density_at(&a), blob.density_at(&b));
         let (ga, gb) = (blob.gradient_at(&a), blob.gradient_at(&b));
         assert!(
-            (ga[0] - 0.6 * gb[0]).abs() <= 4e-16 * gb[0].abs() && (ga[1] - 0.8 * gb[0]).abs() <= 4e-16 * gb[0].abs()
+            (ga[0] - 0.6 * gb[0]).abs() <= 5e-16 * gb[0].abs() && (ga[1] - 0.8 * gb[0]).abs() <= 4e-16 * gb[0].abs()
         );
     }
 }

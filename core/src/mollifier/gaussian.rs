@@ -56,6 +56,12 @@ impl Gaussian {
         }
     }
 
+    /// (w_i, c_i) in 1D, where every c_i is a power of two.
+    pub fn terms<T: Real>(self) -> impl Iterator<Item = (T, T)> {
+        let denominator = T::from_i32(self.denominator);
+        self.components.iter().map(move |c| (T::from_i32(c.numerator) / denominator, T::ONE.ldexp(c.log_square / 2)))
+    }
+
     /// Moment k >= 0 in units of delta^k: the integral of |x|^k psi(x).
     ///
     /// The sum of w_i c_i^k Gamma((N+k)/2) / Gamma(N/2), whose first factor is a sum of integers for even k, exactly zero

@@ -31,6 +31,7 @@ mod gaussian;
 mod law;
 mod moments;
 mod newtonian;
+mod plain;
 mod points;
 mod richardson;
 mod scaled;

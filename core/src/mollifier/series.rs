@@ -154,8 +154,10 @@ impl<T: Real> Exact<T> {
 ///
 /// With t = 1 - (r/delta)^2 >= 0: density = `scale` b(t), gradient factor = `scale` G(t), Hessian factor =
 /// `hessian_scale` H(t), B'/r = `hessian_scale` Q(t), potential = `potential_scale` P(t) + `potential_offset`. Evaluated so, by
-/// Horner's rule in T, errors stay below 12 ulp for orders 2 and 4 (the density's and slope's of their maximum; the
-/// potential's in 1D below 45 ulp); [`Blob`](super::Blob) has the accurate functions. Scale factors overflow or underflow
+/// Horner's rule in T, errors are below (6n + 4) u times the sum of the coefficients' magnitudes, n being the degree (test
+/// `plain_polynomials_meet_their_bound`); that sum is the function's maximum for G and H at orders 2 and 4. Found there over
+/// all M: 14 u for G and H, 11 u for P in 2D and 3D, 51 u in 1D, 31 u of its maximum for the density.
+/// [`Blob`](super::Blob) has the accurate functions. Scale factors overflow or underflow
 /// where delta^(N+2) does.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Polynomials<T> {

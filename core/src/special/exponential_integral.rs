@@ -53,6 +53,30 @@ pub(crate) fn entire_exponential_integral<T: Real>(x: DoubleWord<T>) -> DoubleWo
     value.ldexp(exponent) + log(x) + euler()
 }
 
+/// Ein(x), x >= 0, in one number: to some 8 u of max(1, Ein), tens to hundreds of nanoseconds.
+pub(crate) fn plain_entire<T: Real>(x: T) -> T {
+    if x < T::TWO {
+        // x - x^2/(2 2!) + x^3/(3 3!) - ...: 2^k/(k k!) is below u/100 at k = 16 (f32), 26 (f64).
+        let terms = if T::DIGITS > 24 { 26 } else { 16 };
+        let (mut sum, mut term) = (x, x);
+        for k in 2..=terms {
+            let k = T::from_i32(k);
+            term = -(term * x) / k;
+            sum += term / k;
+        }
+        return sum;
+    }
+    let far = x.log() + euler::<T>().hi;
+    if x > T::from_i32(T::DIGITS as i32) {
+        return far;
+    }
+    // As above, with terms enough for e^-40.
+    let terms = 10 + (T::from_i32(90) / x).to_i32();
+    let odd = |k: i32| x + T::from_i32(2 * k + 1);
+    let tail = (1..=terms).rev().fold(odd(terms), |rest, k| odd(k - 1) - T::from_i32(k * k) / rest);
+    far + (-x).exp() / tail
+}
+
 /// Ein(x) = e^-x sum over k >= 1 of H_k x^k / k!, with H_k = 1 + 1/2 + ... + 1/k: no term is negative.
 fn entire_series<T: Real>(x: DoubleWord<T>) -> DoubleWord<T> {
     let (mut sum, mut term, mut harmonic) = (DoubleWord::ZERO, DoubleWord::ONE, DoubleWord::ZERO);
@@ -126,6 +150,20 @@ mod tests {
                 assert!((f64::from(exponential_integral(single)) - hi).abs() <= ulp, "{x} in f32");
             }
         }
+    }
+
+    #[test]
+    fn the_plain_form_agrees() {
+        fn check<T: Real>() {
+            for i in 0..2000 {
+                let x = T::from_f64(0.03 * f64::from(i));
+                let want = entire_exponential_integral(DoubleWord::from(x)).hi;
+                let error = (plain_entire(x) - want).abs().to_f64();
+                assert!(error <= 4.0 * T::EPSILON.to_f64() * want.to_f64().max(1.0), "{x} {error}");
+            }
+        }
+        check::<f64>();
+        check::<f32>();
     }
 
     #[test]

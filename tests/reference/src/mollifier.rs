@@ -53,8 +53,9 @@ impl Compact {
             for r in 0..k {
                 if r != c {
                     let factor = matrix[r][c] / matrix[c][c];
-                    for j in 0..=k {
-                        matrix[r][j] -= factor * matrix[c][j];
+                    let row = matrix[c].clone();
+                    for (entry, from) in matrix[r].iter_mut().zip(row) {
+                        *entry -= factor * from;
                     }
                 }
             }

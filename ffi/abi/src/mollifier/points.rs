@@ -62,8 +62,9 @@ unsafe fn field<T: Real, const D: usize>(
 /// A mollifier's Newtonian field about a particle of unit mass at the origin, at n points x[n][2] of the plane: density[n],
 /// potential[n], gradient[n][2], hessian[n][2][2] (symmetric, its trace the density), overwritten; null ones are not computed.
 ///
-/// Values are within 1 ulp (entries of the Hessian: of the larger of its two terms times a tiny factor, below 1e-30), except the
-/// density at points closer to the edge of the support than rounding of x can tell. Without a mollifier everything is 0 at x = 0.
+/// Of compact mollifiers values are within 1 ulp, but for the density at points closer to the edge of the support than rounding of
+/// x can tell. Gaussians are evaluated plainly, in tens of nanoseconds (their Hessian in tens of microseconds): to a few ulp, the
+/// density of its maximum, the potential in 2D of 1 + |log delta|. Without a mollifier everything is 0 at x = 0.
 ///
 /// Refused as mollis_mollifier2_eval does; MOLLIS_ERR_NOT_FINITE for any coordinate.
 #[unsafe(no_mangle)]

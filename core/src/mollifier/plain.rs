@@ -1,0 +1,83 @@
+//! Gaussian mollifiers in one number each, for sums over particles: tens of nanoseconds.
+//!
+//! 2D, with E = exp(-r^2/(2 delta^2)): psi = E (2E - 1/2) / (pi delta^2) and g = (1 - E)(1 + 2E) / (2 pi r^2), which does not cancel.
+//! 1D: sums of two or three error functions and Gaussians of weights that add to 1.
+
+use super::gaussian::Gaussian;
+use crate::real::Real;
+use crate::special::elementary::{euler, log_2};
+use crate::special::exponential_integral::plain_entire;
+
+/// A place at distance r of a Gaussian mollifier of length delta, where neither square leaves the normal range.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Plain<T> {
+    shape: Gaussian,
+    dimension: usize,
+    delta: T,
+    square: T,
+}
+
+impl<T: Real> Plain<T> {
+    /// None where squares overflow or underflow: the accurate functions serve there.
+    pub fn new(shape: Gaussian, dimension: usize, delta: T, x: &[T]) -> Option<Self> {
+        let square = x.iter().fold(T::ZERO, |sum, &c| sum + c * c);
+        let least = T::MIN_POSITIVE / T::EPSILON;
+        let normal = |value: T| value > least && value < T::ONE / least;
+        let fits = normal(delta * delta) && (square == T::ZERO || normal(square));
+        fits.then_some(Self { shape, dimension, delta, square })
+    }
+
+    /// psi_delta, to 4 u of its maximum (and (4 + 2 r^2/L^2) u of its terms).
+    pub fn density(&self) -> T {
+        let ratio = self.square / (self.delta * self.delta);
+        if self.dimension == 2 {
+            let e = (-(ratio * T::HALF)).exp();
+            return e * (T::TWO * e - T::HALF) / (T::PI * self.delta * self.delta);
+        }
+        let sum = self.sum(|width| (-(ratio / (width * width))).exp() / width);
+        sum / (T::PI.sqrt() * self.delta)
+    }
+
+    /// g, to 8 u.
+    pub fn gradient_factor(&self) -> T {
+        if self.dimension == 2 {
+            let area = self.delta * self.delta;
+            let half = self.square / area * T::HALF;
+            let rest = (-half).expm1();
+            // (1 - E) / (r^2/(2 delta^2)), 1 at r = 0
+            let fall = if half == T::ZERO { T::ONE } else { -rest / half };
+            let e = T::ONE + rest;
+            return fall * (T::ONE + T::TWO * e) / (T::TWO * T::TWO * T::PI * area);
+        }
+        if self.square == T::ZERO {
+            // g(0) = psi(0) in 1D
+            return self.density();
+        }
+        let r = self.square.sqrt();
+        let z = r / self.delta;
+        self.sum(|width| (z / width).erf()) / (T::TWO * r)
+    }
+
+    /// The sum of w_i f(c_i).
+    fn sum(&self, f: impl Fn(T) -> T) -> T {
+        self.shape.terms().fold(T::ZERO, |sum, (weight, width): (T, T)| sum + weight * f(width))
+    }
+
+    /// phi: in 1D to 8 u; in 2D to 8 u (1 + |log delta| + |phi|).
+    pub fn potential(&self) -> T {
+        if self.dimension == 2 {
+            // (log delta - log(2)/2 - gamma/2 + (2 Ein(xi) - Ein(xi/2))/2) / (2 pi)
+            let ratio = self.square / (self.delta * self.delta);
+            let rise = T::TWO * plain_entire(ratio) - plain_entire(ratio * T::HALF);
+            let constant = log_2::<T>().hi + euler::<T>().hi;
+            return (self.delta.log() + T::HALF * (rise - constant)) / (T::TWO * T::PI);
+        }
+        let z = self.square.sqrt() / self.delta;
+        let root = T::PI.sqrt();
+        let sum = self.sum(|width| {
+            let y = z / width;
+            z * y.erf() + width / root * (-(y * y)).exp()
+        });
+        T::HALF * self.delta * sum
+    }
+}
