@@ -257,7 +257,7 @@ impl Field {
     }
 }
 
-fn minimum(seconds: &[f64]) -> f64 {
+pub(crate) fn minimum(seconds: &[f64]) -> f64 {
     seconds.iter().copied().fold(f64::INFINITY, f64::min)
 }
 
@@ -306,14 +306,14 @@ fn error<T: Real, const D: usize>(
     Ok(norms.iter().filter(|n| n[1] > 0.0).map(|n| (n[0] / n[1]).sqrt()).fold(0.0, f64::max))
 }
 
-fn wall_time() -> Duration {
+pub(crate) fn wall_time() -> Duration {
     use std::sync::OnceLock;
     static START: OnceLock<std::time::Instant> = OnceLock::new();
     START.get_or_init(std::time::Instant::now).elapsed()
 }
 
 /// The thread's CPU time: what a shared machine disturbs least.
-fn cpu_time() -> Duration {
+pub(crate) fn cpu_time() -> Duration {
     let mut now = Timespec { seconds: 0, nanoseconds: 0 };
     const THREAD_CPU: i32 = 3;
     // SAFETY: writes one structure of this layout (64-bit Linux).

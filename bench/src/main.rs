@@ -2,6 +2,7 @@
 
 mod field;
 mod peers;
+mod pks;
 mod scene;
 
 use clap::{Parser, Subcommand};
@@ -18,10 +19,13 @@ struct Arguments {
 enum What {
     /// Sums over sources.
     Field(field::Field),
+    /// One sub-step of the Patlak-Keller-Segel particles on a mesh.
+    Pks(pks::Pks),
 }
 
 fn main() -> anyhow::Result<()> {
     match Arguments::parse().what {
         What::Field(field) => field.run(),
+        What::Pks(pks) => pks.run(),
     }
 }
