@@ -61,7 +61,7 @@ unsafe impl Options for mollis_grid2_options {
     const DEFAULT: Self = Self { size: size_of::<Self>() as u32, walls: MOLLIS_WALLS_FREE, screening: 0.0 };
 }
 
-fn equation<T: Real>(options: &mollis_grid2_options) -> Result<Equation<T>> {
+pub(crate) fn equation<T: Real>(options: &mollis_grid2_options) -> Result<Equation<T>> {
     let walls = match options.walls {
         MOLLIS_WALLS_FREE => Walls::Free,
         MOLLIS_WALLS_NO_FLUX => Walls::NoFlux,

@@ -29,6 +29,7 @@ pub use blob::*;
 pub use grid::*;
 pub use kernel::*;
 pub use mollifier::*;
+pub use pks::*;
 pub use random::*;
 pub use run::*;
 pub use status::*;
