@@ -154,6 +154,56 @@
 #define MOLLIS_MOLLIFIER_GAUSSIAN 2
 
 /**
+ * Collisions by the law of the hitting time of zero.
+ */
+#define MOLLIS_PKS_LAW_EXACT 0
+
+/**
+ * Collisions by one Gaussian increment of the second moment, as Zhelezov & Fatkullin print it, (3.11).
+ */
+#define MOLLIS_PKS_LAW_PRINTED 1
+
+/**
+ * Every collision merges: nu < 0.
+ */
+#define MOLLIS_PKS_MERGE_ALL 0
+
+/**
+ * Only collisions that must happen merge: nu <= -1.
+ */
+#define MOLLIS_PKS_MERGE_HARD 1
+
+/**
+ * Nothing merges.
+ */
+#define MOLLIS_PKS_MERGE_NEVER 2
+
+/**
+ * Adaptive Euler-Maruyama sub-steps.
+ */
+#define MOLLIS_PKS_SCHEME_EULER_MARUYAMA 0
+
+/**
+ * One RK4 step of the drift between two half steps of the noise.
+ */
+#define MOLLIS_PKS_SCHEME_STRANG_RK4 1
+
+/**
+ * No attraction.
+ */
+#define MOLLIS_PKS_ATTRACTION_NONE 0
+
+/**
+ * The field of a mesh, solved once a step.
+ */
+#define MOLLIS_PKS_ATTRACTION_MESH 1
+
+/**
+ * The sum of a prepared kernel over all particles, in every sub-step.
+ */
+#define MOLLIS_PKS_ATTRACTION_SUM 2
+
+/**
  * The fastest instruction set of the machine.
  */
 #define MOLLIS_LEVEL_BEST -1
@@ -387,6 +437,276 @@ typedef struct mollis_mollifier {
    */
   int32_t exponent;
 } mollis_mollifier;
+
+/**
+ * What a run is made with. Fill it with `mollis_pks_options_init`, then set at least chi and noise.
+ */
+typedef struct mollis_pks_options {
+  /**
+   * Bytes of this structure, as `mollis_pks_options_init` sets it.
+   */
+  uint32_t size;
+  /**
+   * `MOLLIS_PKS_LAW_*`. Default: exact.
+   */
+  int32_t law;
+  /**
+   * `MOLLIS_PKS_MERGE_*`. Default: all.
+   */
+  int32_t merging;
+  /**
+   * `MOLLIS_PKS_SCHEME_*`. Default: Euler-Maruyama.
+   */
+  int32_t scheme;
+  /**
+   * chi of (1.3), any sign; 0 solves no field. Default: 0.
+   */
+  double chi;
+  /**
+   * mu~ of (1.3), at least 0: a particle of mass m diffuses with noise / m. 0 draws no random number. Default: 0.
+   */
+  double noise;
+  /**
+   * The potential is gamma log r near zero. Default: 1 / (2 pi).
+   */
+  double gamma;
+  /**
+   * eta of (3.1), between 0 and 1. Default: 0.1.
+   */
+  double separation;
+  /**
+   * p of (3.2), between 0 and 1: clusters that collide with a smaller probability are left alone. Default: 1e-4.
+   */
+  double probability;
+  /**
+   * The expected jump of a sub-step stays below this length; 0: no limit but the mesh width. Default: 0.
+   */
+  double width;
+  /**
+   * At least so many sub-steps a step. Default: 1.
+   */
+  uint32_t at_least;
+  /**
+   * More sub-steps than this are refused with MOLLIS_ERR_TOO_MANY_SUBSTEPS. Default: 100,000.
+   */
+  uint32_t at_most;
+  /**
+   * Cells of the coarse mesh in which clusters are searched for. Default: 1, 1.
+   */
+  uint32_t mesh[2];
+  /**
+   * The box that this mesh covers, beside all particles: lower and upper corner. All 0: the mesh's rectangle, or twice the particles'
+   * bounding box. Default: 0.
+   */
+  double domain[4];
+  /**
+   * Nonzero: the coarse mesh is shifted from step to step, so that no cluster lies across the same border for long. Default: 1.
+   */
+  int32_t shifted;
+  /**
+   * 0.
+   */
+  int32_t reserved;
+} mollis_pks_options;
+
+/**
+ * Where the attraction comes from; the members of the other kinds are not looked at.
+ */
+typedef struct mollis_pks_attraction {
+  /**
+   * `MOLLIS_PKS_ATTRACTION_*`.
+   */
+  int32_t kind;
+  /**
+   * 0.
+   */
+  int32_t reserved;
+  /**
+   * MESH: its rectangle and cells.
+   */
+  const struct mollis_mesh2 *mesh;
+  /**
+   * MESH: walls and screening; null for free space without screening.
+   */
+  const struct mollis_grid2_options *grid;
+  /**
+   * SUM: a kernel prepared by mollis_kernel2_prepare (or its _f32); its mollifier bounds the speed.
+   */
+  const void *kernel;
+  /**
+   * SUM: the bytes of its buffer.
+   */
+  size_t kernel_bytes;
+  /**
+   * SUM: the relative error that may be spent for speed; 0 for rounding alone.
+   */
+  double tolerance;
+} mollis_pks_attraction;
+
+/**
+ * Time, and what a run counts. Zero it, then set `count`; it belongs to the state that a checkpoint saves.
+ */
+typedef struct mollis_pks_counters {
+  /**
+   * The time reached.
+   */
+  double time;
+  /**
+   * Steps made.
+   */
+  uint64_t step;
+  /**
+   * Particles alive: the first so many elements of the arrays.
+   */
+  uint64_t count;
+  /**
+   * Merges of the current step that wait for room in the event buffer; 0 between steps.
+   */
+  uint64_t pending;
+} mollis_pks_counters;
+
+/**
+ * A host's random generator: one stream of uniform bits, drawn serially in the order of the arrays.
+ *
+ * `fill` overwrites out[0 .. n] with uniform 64-bit words and returns 0; another status ends the call and comes back. A
+ * run continues bit for bit when the host saves its state with the buffers.
+ */
+typedef struct mollis_generator {
+  /**
+   * Passed to `fill`.
+   */
+  void *state;
+  /**
+   * Draws the next n words.
+   */
+  int32_t (*fill)(void *state, uint64_t *out, size_t n);
+} mollis_generator;
+
+/**
+ * One merge.
+ */
+typedef struct mollis_pks_event {
+  /**
+   * When it happened, inside the step.
+   */
+  double time;
+  /**
+   * The label that goes on: the lowest.
+   */
+  uint64_t label;
+  /**
+   * The mass of the merged particle.
+   */
+  double mass;
+  /**
+   * The index nu of the cluster (2.7).
+   */
+  double index;
+  /**
+   * Where its absorbed labels begin in the label buffer.
+   */
+  uint64_t first;
+  /**
+   * How many labels were absorbed, at least 1; ascending.
+   */
+  uint64_t absorbed;
+} mollis_pks_event;
+
+/**
+ * Where events go. The host empties the buffers by setting `written` and `labels_written` to 0.
+ */
+typedef struct mollis_pks_events {
+  /**
+   * The events; appended to.
+   */
+  struct mollis_pks_event *events;
+  /**
+   * Room for events.
+   */
+  size_t room;
+  /**
+   * Events written so far.
+   */
+  size_t written;
+  /**
+   * The labels absorbed, event by event; appended to.
+   */
+  uint64_t *labels;
+  /**
+   * Room for labels.
+   */
+  size_t labels_room;
+  /**
+   * Labels written so far.
+   */
+  size_t labels_written;
+} mollis_pks_events;
+
+/**
+ * What steps did; added to. What was skipped is not counted.
+ */
+typedef struct mollis_pks_report {
+  /**
+   * Sub-steps of single particles.
+   */
+  uint64_t substeps;
+  /**
+   * Pairs of normals drawn.
+   */
+  uint64_t normals;
+  /**
+   * Fields solved or summed.
+   */
+  uint64_t fields;
+  /**
+   * Cluster searches made.
+   */
+  uint64_t searches;
+  /**
+   * Clusters that were decided.
+   */
+  uint64_t clusters;
+  /**
+   * Merges.
+   */
+  uint64_t merges;
+  /**
+   * Particles that ended in another one.
+   */
+  uint64_t absorbed;
+} mollis_pks_report;
+
+/**
+ * What is known in closed form of one kind of particles with total mass `mass`, diffusivity mu and sensitivity chi.
+ */
+typedef struct mollis_pks_prediction {
+  /**
+   * 8 pi mu / chi (1.6).
+   */
+  double critical_mass;
+  /**
+   * The bound on the time of blow-up (1.8), infinite for a subcritical mass.
+   */
+  double blow_up_bound;
+  /**
+   * The rate of the second moment divided by the mass, heavy point masses beside the regular part (4.12).
+   */
+  double second_moment_rate;
+} mollis_pks_prediction;
+
+/**
+ * One species: its total mass and diffusivity.
+ */
+typedef struct mollis_pks_species {
+  /**
+   * Total mass M_i.
+   */
+  double mass;
+  /**
+   * Diffusivity mu_i.
+   */
+  double mu;
+} mollis_pks_species;
 
 #ifdef __cplusplus
 extern "C" {
@@ -1308,6 +1628,135 @@ mollis_status mollis_moment3_eval_f32(struct mollis_mollifier mollifier,
                                       float delta,
                                       uint32_t k,
                                       float *value);
+
+/**
+ * Fills `options` with the defaults. `size` is `sizeof *options`.
+ */
+mollis_status mollis_pks_options_init(struct mollis_pks_options *options, size_t size);
+
+/**
+ * The exact size of the workspace that mollis_pks_step needs for arrays with room for so many particles, with this run's executor.
+ *
+ * Refused: MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_OPTIONS_SIZE, MOLLIS_ERR_UNKNOWN_VALUE, MOLLIS_ERR_NOT_FINITE,
+ * MOLLIS_ERR_OUT_OF_DOMAIN (a negative noise, separation or probability not between 0 and 1, an empty mesh),
+ * MOLLIS_ERR_TOO_LARGE, and those of an unprepared kernel.
+ */
+mollis_status mollis_pks_workspace_bytes(size_t room,
+                                         const struct mollis_pks_options *options,
+                                         const struct mollis_pks_attraction *attraction,
+                                         const struct mollis_run *run,
+                                         size_t *bytes);
+
+/**
+ * As mollis_pks_workspace_bytes, for mollis_pks_step_f32.
+ */
+mollis_status mollis_pks_workspace_bytes_f32(size_t room,
+                                             const struct mollis_pks_options *options,
+                                             const struct mollis_pks_attraction *attraction,
+                                             const struct mollis_run *run,
+                                             size_t *bytes);
+
+/**
+ * Advances coalescing particles by `steps` steps of length dt (Zhelezov & Fatkullin, Section 3.2): finds the clusters that may collide, moves
+ * every particle by chi times the attraction and its own noise, decides the collisions and merges at the centre of mass.
+ *
+ * | argument  | shape   |                                                                                             |
+ * |-----------|---------|---------------------------------------------------------------------------------------------|
+ * | positions | room, 2 | read and written; the first counters->count are alive                                       |
+ * | masses    | room    | positive; a merged particle has the sum                                                     |
+ * | labels    | room    | all different; a merged particle keeps its lowest                                           |
+ * | species   | room    | travels with the particles; may be null                                                     |
+ * | counters  | 1       | read and written                                                                            |
+ * | generator |         | the host's stream, drawn in array order; null: the built-in one with `seed`, a stream a label |
+ * | events    | 1       | every merge is appended                                                                     |
+ * | report    | 1       | added to; may be null                                                                       |
+ *
+ * Merging lowers counters->count; the particles that are left keep their order. Arrays, counters and the generator's state are all that a
+ * run is: copied away and back between calls it continues bit for bit. With the built-in generator the result does not
+ * depend on the executor.
+ *
+ * MOLLIS_ERR_EVENTS_FULL: the step stopped before a merge that has no room; empty the buffers (or give larger ones) and call again with the
+ * same workspace content: it goes on with counters->pending merges. Any other status leaves the state of the last completed step:
+ * MOLLIS_ERR_TOO_MANY_SUBSTEPS, MOLLIS_ERR_BECAME_NOT_FINITE, MOLLIS_ERR_STOPPED, the generator's or executor's own. Refused with nothing
+ * written: MOLLIS_ERR_NOT_FINITE, MOLLIS_ERR_MASS, MOLLIS_ERR_TIME_STEP, MOLLIS_ERR_OUT_OF_DOMAIN, MOLLIS_ERR_LENGTH_MISMATCH (count > room),
+ * MOLLIS_ERR_OVERLAP, MOLLIS_ERR_WORKSPACE_TOO_SMALL, MOLLIS_ERR_NOT_PREPARED (pending merges that the workspace does not hold).
+ */
+mollis_status mollis_pks_step(const struct mollis_pks_options *options,
+                              const struct mollis_pks_attraction *attraction,
+                              size_t room,
+                              double (*positions)[2],
+                              double *masses,
+                              uint64_t *labels,
+                              uint32_t *species,
+                              struct mollis_pks_counters *counters,
+                              const struct mollis_generator *generator,
+                              uint64_t seed,
+                              double dt,
+                              size_t steps,
+                              struct mollis_pks_events *events,
+                              struct mollis_pks_report *report,
+                              void *workspace,
+                              size_t workspace_bytes,
+                              const struct mollis_run *run);
+
+/**
+ * As mollis_pks_step, in single precision.
+ */
+mollis_status mollis_pks_step_f32(const struct mollis_pks_options *options,
+                                  const struct mollis_pks_attraction *attraction,
+                                  size_t room,
+                                  float (*positions)[2],
+                                  float *masses,
+                                  uint64_t *labels,
+                                  uint32_t *species,
+                                  struct mollis_pks_counters *counters,
+                                  const struct mollis_generator *generator,
+                                  uint64_t seed,
+                                  float dt,
+                                  size_t steps,
+                                  struct mollis_pks_events *events,
+                                  struct mollis_pks_report *report,
+                                  void *workspace,
+                                  size_t workspace_bytes,
+                                  const struct mollis_run *run);
+
+/**
+ * Overwrites `out` with what is known of a mass: `second_moment` is the integral of |x|^2 rho about its centre, `heavy` the n_heavy masses that
+ * have become points (their sum at most the mass).
+ */
+mollis_status mollis_pks_prediction_eval(double mass,
+                                         double mu,
+                                         double chi,
+                                         double second_moment,
+                                         size_t n_heavy,
+                                         const double *heavy,
+                                         struct mollis_pks_prediction *out);
+
+/**
+ * Overwrites index[0] with nu of (2.7), (4.30) for n particles of these masses, and index[1], index[2] with alpha and beta^2 of (2.4).
+ *
+ * gamma: the potential is gamma log r near zero, 1 / (2 pi) for the logarithmic and the screened one.
+ */
+mollis_status mollis_pks_index_eval(size_t n,
+                                    const double *masses,
+                                    double chi,
+                                    double noise,
+                                    double gamma,
+                                    double *index);
+
+/**
+ * What represents n species by `particles` particles with one noise: overwrites share[i] with eta_i, the share of the particles that species i
+ * gets, noise with mu~ for the step's options, and rate with the rate of the second moment of all species together (4.28). Each output may be null.
+ *
+ * From (4.25), mu_i = M eta_i mu / M_i.
+ */
+mollis_status mollis_pks_species_eval(size_t n,
+                                      const struct mollis_pks_species *species,
+                                      double chi,
+                                      size_t particles,
+                                      double *share,
+                                      double *noise,
+                                      double *rate);
 
 /**
  * Overwrites out[0 .. n] with uniform 64-bit words of the built-in generator for the particle `label` at time step `step`,

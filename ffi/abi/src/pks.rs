@@ -239,7 +239,9 @@ unsafe impl Plain for mollis_pks_counters {}
 unsafe impl Plain for mollis_pks_event {}
 // SAFETY: as above.
 unsafe impl Plain for mollis_pks_report {}
-const _: () = assert!(size_of::<mollis_pks_event>() == size_of::<Event>() && align_of::<mollis_pks_event>() == align_of::<Event>());
+const _: () = assert!(
+    size_of::<mollis_pks_event>() == size_of::<Event>() && align_of::<mollis_pks_event>() == align_of::<Event>()
+);
 
 /// A caller's choice of attraction, checked.
 enum Chosen<'k, T: Real> {
@@ -533,8 +535,23 @@ pub unsafe extern "C" fn mollis_pks_step(
     // SAFETY: the caller promises the crate's contract.
     status(unsafe {
         step(
-            options, attraction, room, positions, masses, labels, species, counters, generator, seed, dt, steps, events,
-            report, workspace, workspace_bytes, run,
+            options,
+            attraction,
+            room,
+            positions,
+            masses,
+            labels,
+            species,
+            counters,
+            generator,
+            seed,
+            dt,
+            steps,
+            events,
+            report,
+            workspace,
+            workspace_bytes,
+            run,
         )
     })
 }
@@ -563,8 +580,23 @@ pub unsafe extern "C" fn mollis_pks_step_f32(
     // SAFETY: the caller promises the crate's contract.
     status(unsafe {
         step(
-            options, attraction, room, positions, masses, labels, species, counters, generator, seed, dt, steps, events,
-            report, workspace, workspace_bytes, run,
+            options,
+            attraction,
+            room,
+            positions,
+            masses,
+            labels,
+            species,
+            counters,
+            generator,
+            seed,
+            dt,
+            steps,
+            events,
+            report,
+            workspace,
+            workspace_bytes,
+            run,
         )
     })
 }
