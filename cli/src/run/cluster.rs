@@ -117,13 +117,14 @@ impl Simulation for Cluster<'_> {
                 sign * other * masses[i].sqrt() * (d[0] * z[i][0] + d[1] * z[i][1]) * h.sqrt()
             };
             let noise = 2.0 * (2.0 * pks.mu).sqrt() / pair.powi(2) * (weight(0, m2, 1.0) + weight(1, m1, -1.0));
-            // (2.26): V'' = -1 / (2 pi r^2).
+            // (2.26) to (2.29) with V'' = -1 / (2 pi r^2), but with the other sign than printed: the relative motion of two
+            // particles side by side of the third, (2.24) with the difference of its fractions, is compressed, not stretched.
             let centre = [0, 1].map(|axis| (m1 * self.positions[0][axis] + m2 * self.positions[1][axis]) / pair);
             let far = [centre[0] - self.positions[2][0], centre[1] - self.positions[2][1]];
             let cosine = (d[0] * far[0] + d[1] * far[1]) / (square(d) * square(far)).sqrt();
             let pull = pks.chi * m3 / (PI * square(far)) * (2.0 * cosine * cosine - 1.0);
             self.plain += decay * h + noise;
-            self.corrected += (decay - pull * self.corrected) * h + noise;
+            self.corrected += (decay + pull * self.corrected) * h + noise;
             for i in 0..3 {
                 let spread = (2.0 * pks.mu / masses[i] * h).sqrt();
                 for axis in 0..2 {
