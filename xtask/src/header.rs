@@ -4,6 +4,8 @@ use std::fmt::Write as _;
 
 use anyhow::{Context, Result, bail, ensure};
 use mollis_core::Error;
+use mollis_core::kernel::{Kernel, Law, Term};
+use mollis_core::mollifier::Mollifier;
 
 use crate::{shell, text};
 
@@ -84,9 +86,24 @@ fn constants() -> Result<String> {
         let text = error.text().to_str()?;
         write!(out, "/** {}. */\n#define MOLLIS_ERR_{} {}\n", text, screaming(error.name()), error as i32)?;
     }
+    let newtonian = [Term { law: Law::Newtonian, coefficient: 1.0 }];
+    let kernel = Kernel::<f32, 2>::workspace_bytes(&newtonian, Mollifier::None)?;
     write!(
         out,
-        "\n/** What a workspace must be aligned to, in bytes. */\n#define MOLLIS_WORKSPACE_ALIGN {}\n",
+        "
+/** What a workspace must be aligned to, in bytes. */
+#define MOLLIS_WORKSPACE_ALIGN {}
+/** `bytes`, rounded up to the alignment: what an array takes in a workspace. */
+#define MOLLIS_WORKSPACE_PADDED(bytes) (((bytes) + MOLLIS_WORKSPACE_ALIGN - 1) / MOLLIS_WORKSPACE_ALIGN * MOLLIS_WORKSPACE_ALIGN)
+/** For static buffers: what `mollis_kernel2_workspace_bytes_f32` answers for one Newtonian term. */
+#define MOLLIS_KERNEL2_NEWTONIAN_BYTES_F32 {kernel}
+/**
+ * For static buffers: what `mollis_blob2_workspace_bytes_f32` answers for n particles with densities, no tracers, a
+ * Newtonian kernel and default options.
+ */
+#define MOLLIS_BLOB2_WORKSPACE_BYTES_F32(n) \\
+  (4 * MOLLIS_WORKSPACE_PADDED(12 * (n)) + MOLLIS_WORKSPACE_PADDED(8 * (n)) + MOLLIS_WORKSPACE_PADDED(4 * (n)))
+",
         mollis_core::space::ALIGN
     )?;
     Ok(out)

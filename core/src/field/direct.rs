@@ -80,16 +80,15 @@ pub(super) fn evaluate<T: Real, const D: usize>(
             let outputs = Outputs { potential, gradient, laplacian };
             let compensated = options.accumulation == Accumulation::Compensated;
             match (wanted.potential, wanted.gradient, compensated) {
-                (false, false, false) => {
+                // Where flash is dear, three of the five: what isn't wanted is computed for nothing.
+                (false, false, false) if MAX_LANES > 1 => {
                     level.run(Sum::<T, D, false, false, false> { shared: &shared, targets, outputs })
                 }
-                (false, true, false) => {
-                    level.run(Sum::<T, D, false, true, false> { shared: &shared, targets, outputs })
-                }
-                (true, false, false) => {
+                (false, _, false) => level.run(Sum::<T, D, false, true, false> { shared: &shared, targets, outputs }),
+                (true, false, false) if MAX_LANES > 1 => {
                     level.run(Sum::<T, D, true, false, false> { shared: &shared, targets, outputs })
                 }
-                (true, true, false) => level.run(Sum::<T, D, true, true, false> { shared: &shared, targets, outputs }),
+                (true, _, false) => level.run(Sum::<T, D, true, true, false> { shared: &shared, targets, outputs }),
                 (_, _, true) => level.run(Sum::<T, D, true, true, true> { shared: &shared, targets, outputs }),
             }
             Ok(())
@@ -157,7 +156,10 @@ impl<T: Real, const D: usize, const P: bool, const G: bool, const C: bool> Job<T
     fn run<I: Isa<T>>(self, isa: I) {
         let Sum { shared, targets, outputs } = self;
         let kernel = shared.softened.lanes(isa);
-        if I::REGISTERS >= 32 {
+        if MAX_LANES == 1 {
+            // Where flash is dear, one target at a time.
+            self_run::<T, I, D, 1, P, G, C>(isa, shared, &kernel, targets, outputs)
+        } else if I::REGISTERS >= 32 {
             self_run::<T, I, D, 4, P, G, C>(isa, shared, &kernel, targets, outputs)
         } else {
             self_run::<T, I, D, 2, P, G, C>(isa, shared, &kernel, targets, outputs)

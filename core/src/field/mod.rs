@@ -231,6 +231,7 @@ pub fn evaluate<T: Real, const D: usize>(
             let kernel = direct::Newtonian { blob, coefficient };
             direct::evaluate(kernel, plan.options(), sources, targets, outputs, workspace, run)
         }
+        None if !cfg!(feature = "kernels") => Err(Error::Unsupported),
         None => radial::evaluate(kernel, plan.options(), sources, targets, outputs, run),
     }
 }

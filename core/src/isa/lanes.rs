@@ -3,7 +3,8 @@
 use crate::real::Real;
 
 /// The most lanes of any machine: sixteen f32 in 512 bits.
-pub const MAX_LANES: usize = 16;
+pub const MAX_LANES: usize =
+    if cfg!(all(feature = "small", not(any(target_arch = "x86_64", target_arch = "aarch64")))) { 1 } else { 16 };
 
 /// A machine that works on [`Isa::LANES`] numbers at a time. A value of the type proves that the processor has it.
 #[expect(missing_docs, reason = "the arithmetic operations are named after what they do, lane by lane")]

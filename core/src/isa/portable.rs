@@ -8,20 +8,53 @@ use crate::real::Real;
 #[derive(Clone, Copy, Debug)]
 pub struct Portable;
 
-/// Numbers in a vector: two registers of SSE2 in f64, so that a wide machine's loops stay in registers.
-const LANES: usize = 4;
+#[cfg(not(all(feature = "small", not(any(target_arch = "x86_64", target_arch = "aarch64")))))]
+mod lanes {
+    use super::MAX_LANES;
 
-#[inline(always)]
-fn each<T: Copy, R>(a: [T; LANES], mut f: impl FnMut(T) -> R) -> [R; LANES] {
-    let [a0, a1, a2, a3] = a;
-    [f(a0), f(a1), f(a2), f(a3)]
+    /// Numbers in a vector: two registers of SSE2 in f64, so that a wide machine's loops stay in registers.
+    pub const LANES: usize = 4;
+
+    #[inline(always)]
+    pub fn first<T: Copy>(from: &[T; MAX_LANES]) -> [T; LANES] {
+        let [a, b, c, d, ..] = *from;
+        [a, b, c, d]
+    }
+
+    #[inline(always)]
+    pub fn each<T: Copy, R>(a: [T; LANES], mut f: impl FnMut(T) -> R) -> [R; LANES] {
+        let [a0, a1, a2, a3] = a;
+        [f(a0), f(a1), f(a2), f(a3)]
+    }
+
+    #[inline(always)]
+    pub fn both<A: Copy, B: Copy, R>(a: [A; LANES], b: [B; LANES], mut f: impl FnMut(A, B) -> R) -> [R; LANES] {
+        let ([a0, a1, a2, a3], [b0, b1, b2, b3]) = (a, b);
+        [f(a0, b0), f(a1, b1), f(a2, b2), f(a3, b3)]
+    }
 }
 
-#[inline(always)]
-fn both<A: Copy, B: Copy, R>(a: [A; LANES], b: [B; LANES], mut f: impl FnMut(A, B) -> R) -> [R; LANES] {
-    let ([a0, a1, a2, a3], [b0, b1, b2, b3]) = (a, b);
-    [f(a0, b0), f(a1, b1), f(a2, b2), f(a3, b3)]
+/// One number, for machines without vectors whose flash is dear. Lanes are independent, so the bits are the same.
+#[cfg(all(feature = "small", not(any(target_arch = "x86_64", target_arch = "aarch64"))))]
+mod lanes {
+    pub const LANES: usize = 1;
+
+    #[inline(always)]
+    pub fn first<T: Copy>(from: &[T; 1]) -> [T; 1] {
+        *from
+    }
+
+    #[inline(always)]
+    pub fn each<T: Copy, R>([a]: [T; 1], mut f: impl FnMut(T) -> R) -> [R; 1] {
+        [f(a)]
+    }
+
+    #[inline(always)]
+    pub fn both<A: Copy, B: Copy, R>([a]: [A; 1], [b]: [B; 1], mut f: impl FnMut(A, B) -> R) -> [R; 1] {
+        [f(a, b)]
+    }
 }
+use lanes::{LANES, both, each, first};
 
 macro_rules! portable {
     ($t:ty, $digits:literal, $bias:literal, $mantissa:literal) => {
@@ -38,8 +71,7 @@ macro_rules! portable {
             }
             #[inline(always)]
             fn load(self, from: &[$t; MAX_LANES]) -> Self::V {
-                let [a, b, c, d, ..] = *from;
-                [a, b, c, d]
+                first(from)
             }
             #[inline(always)]
             fn store(self, a: Self::V) -> [$t; MAX_LANES] {

@@ -53,7 +53,10 @@ fn check<const D: usize>(terms: &[Term], supplied: bool, mollifier: Mollifier) -
     if count == 0 || count > MAX_TERMS {
         return Err(Error::KernelTerms);
     }
-    let profile = Profile::new(mollifier, D);
+    if !cfg!(feature = "kernels") && (supplied || terms.iter().any(|t| t.law.canonical(D).0 != Law::Newtonian)) {
+        return Err(Error::Unsupported);
+    }
+    let profile = if cfg!(feature = "kernels") { Profile::new(mollifier, D) } else { None };
     let mut tables = 0;
     for term in terms {
         term.law.check(D)?;
@@ -61,11 +64,11 @@ fn check<const D: usize>(terms: &[Term], supplied: bool, mollifier: Mollifier) -
             return Err(Error::NotFinite);
         }
         let (law, _) = term.law.canonical(D);
-        if law != Law::Newtonian {
+        if cfg!(feature = "kernels") && law != Law::Newtonian {
             tables += capacity(Some(law), profile.as_ref(), D);
         }
     }
-    if supplied {
+    if cfg!(feature = "kernels") && supplied {
         tables += capacity(None, profile.as_ref(), D);
     }
     Ok(tables)
@@ -148,7 +151,7 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
             return Err(Error::WorkspaceTooSmall);
         }
         let (head, records, tables) = lay::<T>(&mut Carve::new(memory)?, size)?;
-        let profile = Profile::new(mollifier, D);
+        let profile = if cfg!(feature = "kernels") { Profile::new(mollifier, D) } else { None };
         let delta = delta.to_f64();
         let mut builder = Builder::new(tables);
         let (mut newtonian, mut used) = (0.0, 0_usize);
@@ -168,16 +171,18 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
             let coefficient = factor * term.coefficient;
             if law == Law::Newtonian {
                 newtonian += coefficient;
-            } else {
+            } else if cfg!(feature = "kernels") {
                 let task = Task { dimension: D, profile: profile.as_ref(), delta, coefficient };
                 store(task.prepare::<T, D>(law, &mut builder)?)?;
             }
         }
-        if let Some(s) = supplied {
+        if let Some(s) = supplied.filter(|_| cfg!(feature = "kernels")) {
             let task = Task { dimension: D, profile: profile.as_ref(), delta, coefficient: s.coefficient };
             store(task.supplied(s.kernel, s.reach, &mut builder)?)?;
         }
-        builder.finish(D, delta)?;
+        if cfg!(feature = "kernels") {
+            builder.finish(D, delta)?;
+        }
         let (kind, order, exponent) = match mollifier {
             Mollifier::None => (0.0, 0, 0),
             Mollifier::Compact { order, exponent } => (1.0, order, exponent),

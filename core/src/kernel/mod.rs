@@ -153,7 +153,7 @@ impl<T: Real, const D: usize> Kernel<'_, T, D> {
     #[inline]
     pub fn others(&self, r: T) -> [T; 3] {
         let mut sum = [T::ZERO; 3];
-        if self.used == 0 || (r == T::ZERO && self.is_singular()) {
+        if !cfg!(feature = "kernels") || self.used == 0 || (r == T::ZERO && self.is_singular()) {
             return sum;
         }
         for part in self.parts.iter().take(self.used) {
