@@ -81,6 +81,16 @@
 
 /** What a workspace must be aligned to, in bytes. */
 #define MOLLIS_WORKSPACE_ALIGN 64
+/** `bytes`, rounded up to the alignment: what an array takes in a workspace. */
+#define MOLLIS_WORKSPACE_PADDED(bytes) (((bytes) + MOLLIS_WORKSPACE_ALIGN - 1) / MOLLIS_WORKSPACE_ALIGN * MOLLIS_WORKSPACE_ALIGN)
+/** For static buffers: what `mollis_kernel2_workspace_bytes_f32` answers for one Newtonian term. */
+#define MOLLIS_KERNEL2_NEWTONIAN_BYTES_F32 1088
+/**
+ * For static buffers: what `mollis_blob2_workspace_bytes_f32` answers for n particles with densities, no tracers, a
+ * Newtonian kernel and default options.
+ */
+#define MOLLIS_BLOB2_WORKSPACE_BYTES_F32(n) \
+  (4 * MOLLIS_WORKSPACE_PADDED(12 * (n)) + MOLLIS_WORKSPACE_PADDED(8 * (n)) + MOLLIS_WORKSPACE_PADDED(4 * (n)))
 
 
 /**
