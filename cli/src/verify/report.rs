@@ -79,11 +79,14 @@ impl Summary {
     }
 }
 
+/// (N, M, order).
+type Shape = (u32, Option<u32>, u32);
+
 /// The errors of one file.
 #[derive(Default)]
 pub struct Report {
     by_order: BTreeMap<(usize, u32), (&'static str, Summary)>,
-    by_shape: BTreeMap<(u32, Option<u32>, u32), BTreeMap<usize, (&'static str, f64)>>,
+    by_shape: BTreeMap<Shape, BTreeMap<usize, (&'static str, f64)>>,
 }
 
 impl Report {

@@ -9,6 +9,8 @@
 //! What can be checked (null, alignment, overlap, sizes) is checked before the first write.
 #![cfg_attr(not(test), no_std)]
 #![deny(clippy::indexing_slicing, clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+#![cfg_attr(test, allow(clippy::indexing_slicing, clippy::unwrap_used, clippy::expect_used, clippy::panic))]
+#![cfg_attr(test, allow(clippy::undocumented_unsafe_blocks, reason = "each call passes buffers that live through it"))]
 #![expect(unsafe_code, reason = "the C boundary")]
 #![allow(clippy::missing_safety_doc, reason = "one contract, stated above")]
 #![allow(non_camel_case_types, reason = "names in C")]

@@ -1,6 +1,4 @@
 //! Through the functions that C calls: values, each refusal, and untouched outputs.
-#![allow(clippy::undocumented_unsafe_blocks, reason = "each call passes buffers that live through it")]
-#![allow(clippy::unwrap_used, clippy::indexing_slicing, reason = "tests")]
 
 use core::ptr::{null, null_mut};
 
