@@ -99,12 +99,18 @@ fn in_space(picture: &Picture, results: &[&CaseResult<'_>], d: usize, oblique: b
             (0..count).map(|index| place(*t, &x[index * d..])).collect::<Vec<_>>()
         };
         for index in 0..count {
-            let color = if oblique { COLORS[1 + index % 4] } else { GREY };
-            chart.curves.push(Curve { width: if oblique { 1.3 } else { 0.8 }, ..Curve::line("", path(index), color) });
+            let few = oblique || count <= 30;
+            let color = if few { COLORS[1 + index % 4] } else { GREY };
+            chart.curves.push(Curve { width: if few { 1.3 } else { 0.8 }, ..Curve::line("", path(index), color) });
         }
         let small = if count > 400 { 1.4 } else { 2.4 };
-        chart.curves.push(Curve::dots(&format!("t = {first}"), at(0), COLORS[5], small));
-        chart.curves.push(Curve::dots(&format!("t = {last}"), at(paths.len() - 1), COLORS[0], small + 0.3));
+        chart.curves.push(Curve::dots(&format!("t = {}", super::shown(first)), at(0), COLORS[5], small));
+        chart.curves.push(Curve::dots(
+            &format!("t = {}", super::shown(last)),
+            at(paths.len() - 1),
+            COLORS[0],
+            small + 0.3,
+        ));
         fit(picture, &mut chart);
         chart.equal = true;
         if oblique {
@@ -136,12 +142,17 @@ pub fn density(picture: &Picture, results: &[&CaseResult<'_>]) -> Result<Canvas>
             // The density is zero outside the support.
             points.insert(0, [points[0][0], 0.0]);
             points.push([points[points.len() - 1][0], 0.0]);
-            chart.curves.push(Curve { width: 2.4, ..Curve::line(&format!("t = {t}, exact"), points, lighter(color)) });
+            chart.curves.push(Curve {
+                width: 2.4,
+                ..Curve::line(&format!("t = {}, exact", super::shown(t)), points, lighter(color))
+            });
         }
         let mut points: Vec<[f64; 2]> =
             snapshot.particles.positions.iter().zip(&snapshot.particles.densities).map(|(&x, &rho)| [x, rho]).collect();
         points.sort_by(|a, b| a[0].total_cmp(&b[0]));
-        chart.curves.push(Curve { dash: DASHED, ..Curve::line(&format!("t = {t}, blobs"), points, color) });
+        chart
+            .curves
+            .push(Curve { dash: DASHED, ..Curve::line(&format!("t = {}, blobs", super::shown(t)), points, color) });
     }
     fit(picture, &mut chart);
     Ok(single(chart))

@@ -34,3 +34,18 @@ pub fn picture(picture: &Picture, results: &[CaseResult<'_>], executor: &dyn Exe
         other => bail!("{other}: no such kind"),
     }
 }
+
+/// A time as a caption shows it: multiples of a decimal step carry roundings that nobody wants to read.
+fn shown(time: f64) -> String {
+    format!("{time:.6e}").parse::<f64>().map_or_else(|_| time.to_string(), |rounded| rounded.to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn captions_are_short() {
+        assert_eq!(super::shown(140.0 * 0.01), "1.4");
+        assert_eq!(super::shown(200.0 * 2e-6), "0.0004");
+        assert_eq!(super::shown(0.0), "0");
+    }
+}

@@ -66,6 +66,7 @@ fn panels(title: &str, charts: &[Chart]) -> Canvas {
 }
 
 fn named(picture: &Picture, results: usize, result: &CaseResult<'_>, time: f64, panels: usize) -> String {
+    let time = super::shown(time);
     match (results, panels) {
         (1, 1) => format!("{}, t = {time}", picture.title),
         (1, _) => format!("t = {time}"),
