@@ -253,7 +253,6 @@ pub fn convergence(picture: &Picture, results: &[&CaseResult<'_>]) -> Result<Can
             chart.curves.push(Curve { mark, ..Curve::line(&name, points, COLORS[index % COLORS.len()]) });
         }
     }
-    fit(picture, &mut chart);
     // Lines for comparison start at the coarsest error of the first curve that is left to take one.
     let computed = chart.curves.clone();
     for (index, &rate) in picture.rates.iter().enumerate() {
@@ -267,6 +266,7 @@ pub fn convergence(picture: &Picture, results: &[&CaseResult<'_>]) -> Result<Can
             ..Curve::line(&format!("h^{rate}"), points, GREY)
         });
     }
+    fit(picture, &mut chart);
     Ok(single(chart))
 }
 

@@ -164,8 +164,11 @@ impl<const D: usize> Simulation for Flow<'_, D> {
         row.extend(self.energy()?);
         if let Some(density) = &self.density {
             row.push(density.iter().copied().fold(0.0, f64::max));
-            let overlap =
-                blob::smallest_overlap::<f64, D>(self.delta.unwrap_or(f64::NAN), &self.start.masses, density)?;
+            // Without a mollifier nothing overlaps.
+            let overlap = match self.delta {
+                Some(delta) => blob::smallest_overlap::<f64, D>(delta, &self.start.masses, density)?,
+                None => None,
+            };
             row.push(overlap.unwrap_or(f64::NAN));
         }
         if self.exact.is_some() {

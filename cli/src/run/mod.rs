@@ -367,6 +367,11 @@ fn slug(name: &str) -> String {
     name.chars().map(plain).collect()
 }
 
+/// A number as short as it is readable.
+fn short(value: f64) -> String {
+    if value != 0.0 && value.abs() < 1e-2 { format!("{value:.4e}") } else { format!("{value:.5}") }
+}
+
 fn described(check: &measure::Check) -> String {
     let expectation = &check.expectation;
     let case = expectation.case.as_ref().map_or(String::new(), |case| format!(" [{case}]"));
@@ -378,12 +383,12 @@ fn described(check: &measure::Check) -> String {
         }
     };
     let bounds = match (expectation.least.is_finite(), expectation.most.is_finite()) {
-        (true, true) => format!("{:.5} to {:.5}", expectation.least, expectation.most),
-        (true, false) => format!("at least {:.5}", expectation.least),
-        _ => format!("at most {:.5}", expectation.most),
+        (true, true) => format!("{} to {}", short(expectation.least), short(expectation.most)),
+        (true, false) => format!("at least {}", short(expectation.least)),
+        _ => format!("at most {}", short(expectation.most)),
     };
     let verdict = if check.passed { "met" } else { "NOT MET" };
-    format!("  {}{case}{place}: {:.6} (expected {bounds}): {verdict}", expectation.quantity, check.value)
+    format!("  {}{case}{place}: {} (expected {bounds}): {verdict}", expectation.quantity, short(check.value))
 }
 
 fn report(out: &Path, file: &SceneFile, results: &[CaseResult<'_>], checks: &[measure::Check]) {
