@@ -510,6 +510,7 @@ mod tests {
         for n in 1..2000 {
             assert_eq!(smooth(n), (n..).find(|&m| is(m)).unwrap(), "{n}");
         }
+        assert_eq!((crate::grid::good_size(257), crate::grid::good_size(0)), (270, 2));
         assert!(cost(320) < cost(257) && cost(270) < cost(269) && cost(256) < cost(255));
     }
 }

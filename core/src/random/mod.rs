@@ -42,7 +42,7 @@ pub trait Generator {
 /// The same as [`Generator::fill`] with two words a label followed by [`normals`], label by label, and the same bits; a
 /// counter-based generator is run on many labels at a time. The bits do not depend on the machine's level.
 ///
-/// Cost: 3 to 5 ns a normal with [`Philox`], bits and all.
+/// Cost: 4 to 5 ns a normal with [`Philox`], bits and all.
 ///
 /// # Errors
 /// [`crate::Error::LengthMismatch`] before anything is drawn; the generator's error, `out` then being overwritten in part.

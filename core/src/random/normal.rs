@@ -41,7 +41,7 @@ pub const fn words(n: usize) -> usize {
 /// number is within 4 units in the last place of the pair's radius of what exact arithmetic makes of the same bits
 /// (test `against_the_formula`).
 ///
-/// Cost: about 2 ns a number.
+/// Cost: about 3 ns a number.
 ///
 /// # Source
 /// Box & Muller 1958.
