@@ -51,7 +51,7 @@ pub enum Walls {
 /// The least number of cells >= `n` that the solve is fastest for: 2^a 3^b 5^c.
 ///
 /// Any number works, and one smooth axis of the two suffices, as the transform runs along that one. Prime factors up to 31
-/// have passes of their own; with a larger one along both axes the solve takes about four times as long.
+/// have passes of their own; with a larger one along both axes the solve takes two to three times as long.
 #[must_use]
 pub fn good_size(n: usize) -> usize {
     fft::smooth(n.clamp(2, MAX_CELLS))
