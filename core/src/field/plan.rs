@@ -172,3 +172,32 @@ impl Plan {
             && (self.wanted.laplacian || !outputs.laplacian)
     }
 }
+
+impl core::fmt::Display for Plan {
+    /// What will run, why, and what is skipped, in a sentence.
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        let method = match self.method {
+            Method::Direct => "direct (all pairs)",
+            Method::Moments => "moments (no pair)",
+            Method::Sorted => "sorted (one sort, running moments)",
+            Method::Neighbours => "neighbours (pairs closer than delta)",
+        };
+        let reason = match self.reason {
+            Reason::Forced => "as the caller asked",
+            Reason::EvenPowers => "every term is an even power",
+            Reason::OneDimension => "one dimension, and polynomials of the distance",
+            Reason::CompactLaplacian => "only the Laplacian is wanted, which has compact support",
+            Reason::NothingFaster => "no faster method serves this kernel, size and tolerance",
+        };
+        write!(f, "{method}: {reason}; {} sources, {} targets", self.n_sources, self.n_targets)?;
+        let outputs = [
+            (self.wanted.potential, "potential"),
+            (self.wanted.gradient, "gradient"),
+            (self.wanted.laplacian, "Laplacian"),
+        ];
+        for (wanted, name) in outputs {
+            write!(f, "; {name} {}", if wanted { "computed" } else { "skipped" })?;
+        }
+        write!(f, "; massless sources skipped")
+    }
+}

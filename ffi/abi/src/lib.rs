@@ -28,6 +28,7 @@ mod run;
 mod status;
 
 pub use blob::*;
+pub use field::*;
 pub use grid::*;
 pub use kernel::*;
 pub use mollifier::*;
