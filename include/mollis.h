@@ -114,6 +114,56 @@
 #define MOLLIS_BLOB_NONE_BAD UINT64_MAX
 
 /**
+ * The plan chooses.
+ */
+#define MOLLIS_METHOD_AUTO 0
+
+/**
+ * All pairs.
+ */
+#define MOLLIS_METHOD_DIRECT 1
+
+/**
+ * No pair: moments of the sources (even powers).
+ */
+#define MOLLIS_METHOD_MOMENTS 2
+
+/**
+ * One dimension: one sort.
+ */
+#define MOLLIS_METHOD_SORTED 3
+
+/**
+ * Pairs closer than delta alone (the Laplacian of a Newtonian kernel).
+ */
+#define MOLLIS_METHOD_NEIGHBOURS 4
+
+/**
+ * Terms are added up in blocks.
+ */
+#define MOLLIS_ACCUMULATION_BLOCKED 0
+
+/**
+ * Each addition's error is carried along: for diagnostics.
+ */
+#define MOLLIS_ACCUMULATION_COMPENSATED 1
+
+/**
+ * The potential is wanted: a bit of `wanted`.
+ */
+#define MOLLIS_WANT_POTENTIAL 1
+
+/**
+ * The gradient is wanted.
+ */
+#define MOLLIS_WANT_GRADIENT 2
+
+/**
+ * The Laplacian is wanted.
+ */
+#define MOLLIS_WANT_LAPLACIAN 4
+
+/**
  * Free space: the field of all mass at its centre is prescribed on the mesh's border.
  */
 #define MOLLIS_WALLS_FREE 0
@@ -347,6 +397,66 @@ typedef struct mollis_blob_report {
    */
   double energy_last;
 } mollis_blob_report;
+
+/**
+ * How a sum is computed. Fill it with `mollis_field_options_init`, then change what you want; null means the defaults.
+ */
+typedef struct mollis_field_options {
+  /**
+   * Bytes of this structure, as `mollis_field_options_init` sets it.
+   */
+  uint32_t size;
+  /**
+   * `MOLLIS_METHOD_...`.
+   */
+  int32_t method;
+  /**
+   * `MOLLIS_ACCUMULATION_...`.
+   */
+  int32_t accumulation;
+  /**
+   * 0.
+   */
+  int32_t reserved;
+  /**
+   * (a, b): in 2D the gradient output is a grad u + b (grad u rotated by +90 degrees); else (1, 0).
+   */
+  double combination[2];
+  /**
+   * The relative error that may be spent for speed; 0 asks for rounding alone.
+   */
+  double tolerance;
+} mollis_field_options;
+
+/**
+ * What a sum did. Added to, when the call succeeds.
+ */
+typedef struct mollis_counters {
+  /**
+   * Pairs of a target and a source with mass.
+   */
+  uint64_t pairs;
+  /**
+   * Of these, pairs closer than delta.
+   */
+  uint64_t near_pairs;
+  /**
+   * Blocks (a source against a block of targets) that evaluated the mollifier's polynomial.
+   */
+  uint64_t polynomial_blocks;
+  /**
+   * Of these, blocks with every target near, where nothing was divided.
+   */
+  uint64_t all_near_blocks;
+  /**
+   * Pairs that took the scaled path, because r^2 or r^D leaves the normal range.
+   */
+  uint64_t scaled_pairs;
+  /**
+   * Sources without mass that were dropped.
+   */
+  uint64_t massless_sources;
+} mollis_counters;
 
 /**
  * Which field a grid solves for. Fill it with `mollis_grid2_options_init`; null means the defaults.
@@ -999,6 +1109,343 @@ mollis_status mollis_blob3_step_f32(const void *kernel,
                                     struct mollis_blob_report *report,
                                     void *workspace,
                                     size_t workspace_bytes);
+
+/**
+ * Fills `options` with the defaults. `size` is `sizeof *options`.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_field_options_init(struct mollis_field_options *options, size_t size);
+
+/**
+ * The exact number of workspace bytes that `mollis_field1_eval` needs for these sizes, outputs (`wanted`: bits
+ * `MOLLIS_WANT_...`), options and number of workers.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_field1_workspace_bytes(const void *kernel,
+                                            size_t kernel_bytes,
+                                            size_t n_sources,
+                                            size_t n_targets,
+                                            uint32_t wanted,
+                                            const struct mollis_field_options *options,
+                                            const struct mollis_run *run,
+                                            size_t *bytes);
+
+/**
+ * Writes a sentence that says which method will run, why, and what is skipped: at most `text_bytes` with the zero at its end.
+ * `length` (may be null): the whole sentence's length, without the zero.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_field1_text(const void *kernel,
+                                 size_t kernel_bytes,
+                                 size_t n_sources,
+                                 size_t n_targets,
+                                 uint32_t wanted,
+                                 const struct mollis_field_options *options,
+                                 char *text,
+                                 size_t text_bytes,
+                                 size_t *length);
+
+/**
+ * Sums over sources: u(x_i) = sum_j m_j K_delta(x_i - x_j) at every target, its gradient and its Laplacian.
+ *
+ * `kernel`: a block that `mollis_kernel1_prepare` filled. `positions` [n_sources][1], `masses` [n_sources] of any sign (those that are
+ * 0 are dropped), `targets` [n_targets][1], which may be `positions`. `potential` and `laplacian` [n_targets], `gradient` [n_targets][1]:
+ * overwritten; null is not computed. A mollified kernel counts every pair, a target on a source included; without a
+ * mollifier coincident pairs contribute nothing. `workspace` is garbage afterwards. `options`, `run`, `counters` may be null.
+ *
+ * The error is at most (16 + 256 + n/256) u times the sum of |m_j| |K_j|, componentwise (in 2D |K_j| + 1/(2 pi) for the
+ * potential). Results do not depend on the number of threads, bit for bit. A refused call writes nothing; a stopped one has
+ * written some outputs.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_field1_eval(const void *kernel,
+                                 size_t kernel_bytes,
+                                 size_t n_sources,
+                                 const double (*positions)[1],
+                                 const double *masses,
+                                 size_t n_targets,
+                                 const double (*targets)[1],
+                                 double *potential,
+                                 double (*gradient)[1],
+                                 double *laplacian,
+                                 const struct mollis_field_options *options,
+                                 void *workspace,
+                                 size_t workspace_bytes,
+                                 const struct mollis_run *run,
+                                 struct mollis_counters *counters);
+
+/**
+ * As `mollis_field1_workspace_bytes`.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_field1_workspace_bytes_f32(const void *kernel,
+                                                size_t kernel_bytes,
+                                                size_t n_sources,
+                                                size_t n_targets,
+                                                uint32_t wanted,
+                                                const struct mollis_field_options *options,
+                                                const struct mollis_run *run,
+                                                size_t *bytes);
+
+/**
+ * As `mollis_field1_text`.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_field1_text_f32(const void *kernel,
+                                     size_t kernel_bytes,
+                                     size_t n_sources,
+                                     size_t n_targets,
+                                     uint32_t wanted,
+                                     const struct mollis_field_options *options,
+                                     char *text,
+                                     size_t text_bytes,
+                                     size_t *length);
+
+/**
+ * As `mollis_field1_eval`.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_field1_eval_f32(const void *kernel,
+                                     size_t kernel_bytes,
+                                     size_t n_sources,
+                                     const float (*positions)[1],
+                                     const float *masses,
+                                     size_t n_targets,
+                                     const float (*targets)[1],
+                                     float *potential,
+                                     float (*gradient)[1],
+                                     float *laplacian,
+                                     const struct mollis_field_options *options,
+                                     void *workspace,
+                                     size_t workspace_bytes,
+                                     const struct mollis_run *run,
+                                     struct mollis_counters *counters);
+
+/**
+ * As `mollis_field1_workspace_bytes`.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_field2_workspace_bytes(const void *kernel,
+                                            size_t kernel_bytes,
+                                            size_t n_sources,
+                                            size_t n_targets,
+                                            uint32_t wanted,
+                                            const struct mollis_field_options *options,
+                                            const struct mollis_run *run,
+                                            size_t *bytes);
+
+/**
+ * As `mollis_field1_text`.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_field2_text(const void *kernel,
+                                 size_t kernel_bytes,
+                                 size_t n_sources,
+                                 size_t n_targets,
+                                 uint32_t wanted,
+                                 const struct mollis_field_options *options,
+                                 char *text,
+                                 size_t text_bytes,
+                                 size_t *length);
+
+/**
+ * As `mollis_field1_eval`.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_field2_eval(const void *kernel,
+                                 size_t kernel_bytes,
+                                 size_t n_sources,
+                                 const double (*positions)[2],
+                                 const double *masses,
+                                 size_t n_targets,
+                                 const double (*targets)[2],
+                                 double *potential,
+                                 double (*gradient)[2],
+                                 double *laplacian,
+                                 const struct mollis_field_options *options,
+                                 void *workspace,
+                                 size_t workspace_bytes,
+                                 const struct mollis_run *run,
+                                 struct mollis_counters *counters);
+
+/**
+ * As `mollis_field1_workspace_bytes`.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_field2_workspace_bytes_f32(const void *kernel,
+                                                size_t kernel_bytes,
+                                                size_t n_sources,
+                                                size_t n_targets,
+                                                uint32_t wanted,
+                                                const struct mollis_field_options *options,
+                                                const struct mollis_run *run,
+                                                size_t *bytes);
+
+/**
+ * As `mollis_field1_text`.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_field2_text_f32(const void *kernel,
+                                     size_t kernel_bytes,
+                                     size_t n_sources,
+                                     size_t n_targets,
+                                     uint32_t wanted,
+                                     const struct mollis_field_options *options,
+                                     char *text,
+                                     size_t text_bytes,
+                                     size_t *length);
+
+/**
+ * As `mollis_field1_eval`.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_field2_eval_f32(const void *kernel,
+                                     size_t kernel_bytes,
+                                     size_t n_sources,
+                                     const float (*positions)[2],
+                                     const float *masses,
+                                     size_t n_targets,
+                                     const float (*targets)[2],
+                                     float *potential,
+                                     float (*gradient)[2],
+                                     float *laplacian,
+                                     const struct mollis_field_options *options,
+                                     void *workspace,
+                                     size_t workspace_bytes,
+                                     const struct mollis_run *run,
+                                     struct mollis_counters *counters);
+
+/**
+ * As `mollis_field1_workspace_bytes`.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_field3_workspace_bytes(const void *kernel,
+                                            size_t kernel_bytes,
+                                            size_t n_sources,
+                                            size_t n_targets,
+                                            uint32_t wanted,
+                                            const struct mollis_field_options *options,
+                                            const struct mollis_run *run,
+                                            size_t *bytes);
+
+/**
+ * As `mollis_field1_text`.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_field3_text(const void *kernel,
+                                 size_t kernel_bytes,
+                                 size_t n_sources,
+                                 size_t n_targets,
+                                 uint32_t wanted,
+                                 const struct mollis_field_options *options,
+                                 char *text,
+                                 size_t text_bytes,
+                                 size_t *length);
+
+/**
+ * As `mollis_field1_eval`.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_field3_eval(const void *kernel,
+                                 size_t kernel_bytes,
+                                 size_t n_sources,
+                                 const double (*positions)[3],
+                                 const double *masses,
+                                 size_t n_targets,
+                                 const double (*targets)[3],
+                                 double *potential,
+                                 double (*gradient)[3],
+                                 double *laplacian,
+                                 const struct mollis_field_options *options,
+                                 void *workspace,
+                                 size_t workspace_bytes,
+                                 const struct mollis_run *run,
+                                 struct mollis_counters *counters);
+
+/**
+ * As `mollis_field1_workspace_bytes`.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_field3_workspace_bytes_f32(const void *kernel,
+                                                size_t kernel_bytes,
+                                                size_t n_sources,
+                                                size_t n_targets,
+                                                uint32_t wanted,
+                                                const struct mollis_field_options *options,
+                                                const struct mollis_run *run,
+                                                size_t *bytes);
+
+/**
+ * As `mollis_field1_text`.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_field3_text_f32(const void *kernel,
+                                     size_t kernel_bytes,
+                                     size_t n_sources,
+                                     size_t n_targets,
+                                     uint32_t wanted,
+                                     const struct mollis_field_options *options,
+                                     char *text,
+                                     size_t text_bytes,
+                                     size_t *length);
+
+/**
+ * As `mollis_field1_eval`.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_field3_eval_f32(const void *kernel,
+                                     size_t kernel_bytes,
+                                     size_t n_sources,
+                                     const float (*positions)[3],
+                                     const float *masses,
+                                     size_t n_targets,
+                                     const float (*targets)[3],
+                                     float *potential,
+                                     float (*gradient)[3],
+                                     float *laplacian,
+                                     const struct mollis_field_options *options,
+                                     void *workspace,
+                                     size_t workspace_bytes,
+                                     const struct mollis_run *run,
+                                     struct mollis_counters *counters);
 
 /**
  * Fills `options` with the defaults. `size` is `sizeof *options`.
