@@ -8,6 +8,7 @@
 //! truncated Taylor series of that solution, and nothing cancels at the edge or at small kappa. Beyond degree M + K terms of
 //! the source's size must cancel to (nearly) nothing, so the recurrence runs in double-word arithmetic.
 
+use super::law::is_multiple;
 use super::profile::{Profile, TERMS};
 use crate::real::DoubleWord;
 
@@ -50,9 +51,9 @@ pub(crate) fn exact(b: &[f64; TERMS]) -> [DoubleWord<f64>; TERMS] {
 /// The sum ends for even p and for even p + d; the second value is then the number of terms.
 pub(crate) fn laurent(p: f64, dimension: usize, profile: &Profile) -> Option<(Series, usize)> {
     let d = dimension as f64;
-    let terms = if p >= 0.0 && p % 2.0 == 0.0 {
+    let terms = if p >= 0.0 && is_multiple(p, 2.0) {
         0.5 * p + 1.0
-    } else if (p + d) % 2.0 == 0.0 && p + d >= 2.0 {
+    } else if is_multiple(p + d, 2.0) && p + d >= 2.0 {
         0.5 * (p + d)
     } else {
         return None;

@@ -2,6 +2,7 @@
 
 use super::convolution::REACH;
 use super::edge_series::laurent;
+use super::law::is_multiple;
 use super::profile::Profile;
 use super::{Kernel, Law};
 use crate::real::Real;
@@ -52,15 +53,15 @@ impl<T: Real, const D: usize> Kernel<'_, T, D> {
             // the Newtonian kernel in 1D is |x|/2, also outside any mollifier
             let (p, terms, scale) = match law {
                 Law::Newtonian if D == 1 => (1.0, None, 0.5 * coefficient),
-                Law::Power { exponent: p } if (1.0..POWERS as f64).contains(&p) && p % 1.0 == 0.0 => {
-                    if p % 2.0 != 0.0 && D != 1 {
+                Law::Power { exponent: p } if (1.0..POWERS as f64).contains(&p) && is_multiple(p, 1.0) => {
+                    if !is_multiple(p, 2.0) && D != 1 {
                         return None;
                     }
                     (p, profile.as_ref().map(|profile| laurent(p, D, profile)), coefficient / p)
                 }
                 _ => return None,
             };
-            if p % 2.0 != 0.0 {
+            if !is_multiple(p, 2.0) {
                 far.reach = T::from_f64(reach);
             }
             let mut add = |power: usize, value: f64| {

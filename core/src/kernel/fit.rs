@@ -3,7 +3,7 @@
 use super::chebyshev::{CAPACITY, Fit, fit};
 use super::convolution::{Convolution, REACH};
 use super::edge_series::{LENGTH, exact, exterior_factor, laurent, odd_power, series};
-use super::law::{Law, RadialKernel};
+use super::law::{Law, RadialKernel, is_multiple};
 use super::part::{HEADER, Outer, Panel, Part, Variable};
 use super::profile::{Profile, TERMS, horner, sphere};
 use crate::error::{Error, Result};
@@ -38,8 +38,8 @@ fn form(law: Law, profile: Option<&Profile>, dimension: usize) -> Form {
     let Some(profile) = profile else { return Form::Bare };
     if let Law::Power { exponent: p } = law
         && laurent(p, dimension, profile).is_some()
-        && (p > 0.0 && p % 2.0 == 0.0
-            || p > 2.0 - dimension as f64 && p % 2.0 != 0.0 && odd_power(p, dimension, profile).is_some())
+        && (p > 0.0 && is_multiple(p, 2.0)
+            || p > 2.0 - dimension as f64 && !is_multiple(p, 2.0) && odd_power(p, dimension, profile).is_some())
     {
         return Form::Closed;
     }
@@ -245,7 +245,7 @@ impl Task<'_> {
         }
         let outside = outside.get_mut(..terms).unwrap_or(&mut []);
         let mut inside = [[0.0; 3]; LENGTH];
-        let (variable, len) = if p % 2.0 == 0.0 {
+        let (variable, len) = if is_multiple(p, 2.0) {
             // the same polynomial in s: z^n s^{p/2} = s^{p/2-n}, one power less for the derivatives
             for (n, &[u, g, l]) in outside.iter().enumerate() {
                 let place = terms - 1 - n;

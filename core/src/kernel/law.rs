@@ -142,6 +142,13 @@ impl Law {
     }
 }
 
+/// Whether p is a multiple of n = 1 or 2. (The remainder of two doubles would call libc's `fmod`, whose static stand-in needs
+/// an unwinder.)
+pub(crate) fn is_multiple(p: f64, n: f64) -> bool {
+    let quotient = p / n;
+    libm::floor(quotient) == quotient
+}
+
 /// r^p: by multiplications and a square root for small half-integers, by `pow` else.
 #[inline]
 pub(crate) fn power<T: Real>(r: T, p: f64) -> T {
