@@ -33,7 +33,8 @@ pub fn run(check: bool) -> Result<()> {
 pub fn functions() -> Result<Vec<String>> {
     let header = shell::read(&shell::root().join(HEADER))?;
     let code = text::code_only(&header);
-    let called = |end: usize| code[end..].trim_start().starts_with('(');
+    // A pointer to a function, `mollis_status (*evaluate)(...)`, is none.
+    let called = |end: usize| code[end..].trim_start().strip_prefix('(').is_some_and(|rest| !rest.starts_with('*'));
     let names = text::identifiers(&code)
         .filter(|&(at, word)| word.starts_with("mollis_") && called(at + word.len()))
         .map(|(_, word)| word.to_owned());
