@@ -91,7 +91,8 @@ fn check<const D: usize>(kernel: &str, psi: &str, delta: f64, rows: &[Row]) -> [
 
 #[test]
 fn every_row_of_the_tables() {
-    let mut groups: Vec<((String, String, String, f64), Vec<Row>)> = Vec::new();
+    type Key = (String, String, String, f64);
+    let mut groups: Vec<(Key, Vec<Row>)> = Vec::new();
     let mut count = 0;
     for table in TABLES {
         for line in table.lines().filter(|l| !l.starts_with('#') && !l.starts_with("dim")) {

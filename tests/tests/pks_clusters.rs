@@ -50,7 +50,6 @@ fn search(
         out.push(members);
     }
     out.sort();
-    drop(carve);
     assert!(memory[..start].iter().chain(&memory[start + bytes..]).all(|&b| b == 0xAB));
     out
 }

@@ -470,8 +470,20 @@ fn refused_calls_change_nothing() {
     check(&|rig| rig.p.masses[3] = 0.0, 1e-3, Error::Mass);
     check(&|rig| rig.p.masses[3] = -1.0, 1e-3, Error::Mass);
     check(&|rig| rig.p.counters.count = 51, 1e-3, Error::LengthMismatch);
-    check(&|rig| drop(rig.p.labels.pop()), 1e-3, Error::LengthMismatch);
-    check(&|rig| drop(rig.p.species.pop()), 1e-3, Error::LengthMismatch);
+    check(
+        &|rig| {
+            rig.p.labels.pop();
+        },
+        1e-3,
+        Error::LengthMismatch,
+    );
+    check(
+        &|rig| {
+            rig.p.species.pop();
+        },
+        1e-3,
+        Error::LengthMismatch,
+    );
     check(&|rig| rig.p.counters.step = 1 << 32, 1e-3, Error::TooLarge);
     check(&|rig| rig.workspace.1 -= 1, 1e-3, Error::WorkspaceTooSmall);
     check(&|rig| rig.options.chi = f64::NAN, 1e-3, Error::NotFinite);
@@ -536,21 +548,22 @@ fn without_noise_the_fixed_scheme_is_the_classical_step() {
     }
 }
 
+impl rand_core::TryRng for Split {
+    type Error = core::convert::Infallible;
+    fn try_next_u32(&mut self) -> core::result::Result<u32, Self::Error> {
+        Ok(self.next() as u32)
+    }
+    fn try_next_u64(&mut self) -> core::result::Result<u64, Self::Error> {
+        Ok(self.next())
+    }
+    fn try_fill_bytes(&mut self, out: &mut [u8]) -> core::result::Result<(), Self::Error> {
+        out.fill_with(|| self.next() as u8);
+        Ok(())
+    }
+}
+
 #[test]
 fn a_rand_core_stream_drives_it() {
-    impl rand_core::TryRng for Split {
-        type Error = core::convert::Infallible;
-        fn try_next_u32(&mut self) -> core::result::Result<u32, Self::Error> {
-            Ok(self.next() as u32)
-        }
-        fn try_next_u64(&mut self) -> core::result::Result<u64, Self::Error> {
-            Ok(self.next())
-        }
-        fn try_fill_bytes(&mut self, out: &mut [u8]) -> core::result::Result<(), Self::Error> {
-            out.fill_with(|| self.next() as u8);
-            Ok(())
-        }
-    }
     let (start, options) = collapsing::<f64>(100, 12);
     let run = |generator: &mut dyn Generator| {
         let mut rig = Rig::new(start.clone(), options, Force::Mesh(Walls::Free), (100, 100), 1);

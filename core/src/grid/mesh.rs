@@ -6,8 +6,8 @@ use crate::real::Real;
 /// The most cells along an axis: node numbers and their first moments stay exact in 64 bits.
 pub const MAX_CELLS: usize = 1 << 20;
 
-/// A rectangle of `cells[0]` by `cells[1]` equal cells; node (i, j), 0 <= i <= cells[0], 0 <= j <= cells[1], stands at
-/// `lower + (i, j) * spacing`. Arrays over the nodes run along x first: node (i, j) is element `j (cells[0] + 1) + i`.
+/// A rectangle of `cells[0]` by `cells[1]` equal cells; node `(i, j)`, `0 <= i <= cells[0]`, `0 <= j <= cells[1]`, stands at
+/// `lower + (i, j) * spacing`. Arrays over the nodes run along x first: node `(i, j)` is element `j (cells[0] + 1) + i`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mesh<T> {
     lower: [T; 2],

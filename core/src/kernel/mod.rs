@@ -6,7 +6,7 @@
 //!
 //! | kernel | inside the mollifier | outside |
 //! |---|---|---|
-//! | Newtonian | [`Blob`](crate::mollifier::Blob) | exactly Newtonian |
+//! | Newtonian | [`Blob`] | exactly Newtonian |
 //! | even powers; odd powers in 1D and 3D (compact) | polynomial in s or t | finite Laurent sum |
 //! | other powers, log | Chebyshev fit in sqrt(1 - s) | r^p times a fit in (delta/r)^2 |
 //! | screened, 1D exponential | series from the edge (k delta <= 3) or fit | a constant times itself, exactly |

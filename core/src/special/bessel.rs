@@ -122,6 +122,7 @@ mod tests {
     use super::*;
 
     /// x, e^x K0, e^x K1, e^-x I0, e^-x I1 / x to 18 digits (mpmath, 30 digits).
+    #[expect(clippy::excessive_precision, clippy::inconsistent_digit_grouping, reason = "as tabulated")]
     const TABLE: &[(f64, [f64; 4])] = &[
         (
             1.0e-8,

@@ -244,6 +244,7 @@ const _: () = assert!(
 );
 
 /// A caller's choice of attraction, checked.
+#[expect(clippy::large_enum_variant, reason = "one lives at a time, on the stack: there is no heap to box in")]
 enum Chosen<'k, T: Real> {
     None,
     Mesh(mollis_core::grid::Mesh<T>, mollis_core::grid::Equation<T>),
