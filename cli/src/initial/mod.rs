@@ -1,7 +1,7 @@
 //! Initial data: from a scene's parts to particles.
 //!
 //! [`density`] knows the papers' shapes and their integrals, [`sample`] turns them into particles on a grid or at random,
-//! [`file`] reads a user's own points, [`exact`] knows how some of them move.
+//! [`mod@file`] reads a user's own points, [`exact`] knows how some of them move.
 
 use std::path::Path;
 

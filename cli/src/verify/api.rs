@@ -233,7 +233,7 @@ fn blob<T: Real, const D: usize>(mollifier: Mollifier, delta: T, r: T) -> Result
     Ok(Quantity::ALL.map(|quantity| blob.evaluate(quantity, r)))
 }
 
-/// The kernels that files name: p<p> is |x|^p/p, log, morse, k0_<k> and screened_<k>.
+/// The kernels that files name: `p<p>` is |x|^p/p, `log`, `morse`, `k0_<k>` and `screened_<k>`.
 fn terms(name: &str) -> Result<Vec<Term>> {
     let one = |law| Ok(vec![Term { law, coefficient: 1.0 }]);
     if name == "morse" {

@@ -102,7 +102,7 @@ fn row(family: Family, fields: &HashMap<&str, &str>) -> Result<Row> {
     })
 }
 
-/// poly<order>_M<exponent>, gauss<order>, none.
+/// `poly<order>_M<exponent>`, `gauss<order>`, `none`.
 fn named(psi: &str) -> Result<Mollifier> {
     if psi == "none" {
         return Ok(Mollifier::None);

@@ -11,6 +11,10 @@
 #![deny(clippy::indexing_slicing, clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 #![cfg_attr(test, allow(clippy::indexing_slicing, clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 #![cfg_attr(test, allow(clippy::undocumented_unsafe_blocks, reason = "each call passes buffers that live through it"))]
+#![allow(
+    rustdoc::broken_intra_doc_links,
+    reason = "comments are for readers of C, whose brackets are shapes, not links"
+)]
 #![expect(unsafe_code, reason = "the C boundary")]
 #![allow(clippy::missing_safety_doc, reason = "one contract, stated above")]
 #![allow(non_camel_case_types, reason = "names in C")]
