@@ -85,7 +85,8 @@ struct Pointers {
 }
 
 fn kernel_block() -> Block {
-    let (terms, mollifier) = ([Term { law: Law::Newtonian, coefficient: 1.0 }], Mollifier::Compact { order: 2, exponent: 4 });
+    let (terms, mollifier) =
+        ([Term { law: Law::Newtonian, coefficient: 1.0 }], Mollifier::Compact { order: 2, exponent: 4 });
     let bytes = Kernel::<f64, 2>::workspace_bytes(&terms, mollifier).unwrap();
     let mut block = Block::new(bytes);
     let start = block.start;
@@ -103,11 +104,8 @@ impl Call {
         let points = |n: usize, from: usize| -> Vec<[f64; 2]> { (from..from + n).map(point).collect() };
         let mut kernel = kernel_block();
         let kernel_bytes = bytes_of(&kernel);
-        let (mut options, mut run, mut workspace_bytes) = (
-            std::mem::MaybeUninit::<mollis_blob_options>::uninit(),
-            std::mem::MaybeUninit::<mollis_run>::uninit(),
-            0,
-        );
+        let (mut options, mut run, mut workspace_bytes) =
+            (std::mem::MaybeUninit::<mollis_blob_options>::uninit(), std::mem::MaybeUninit::<mollis_run>::uninit(), 0);
         // SAFETY: pointers to live locals of the stated sizes; `_init` fills the structures.
         let (options, run) = unsafe {
             assert_eq!(mollis_blob_options_init(options.as_mut_ptr(), size_of::<mollis_blob_options>()), 0);
@@ -295,7 +293,11 @@ fn workspaces() {
     refused(Error::WorkspaceTooSmall, |c| c.workspace_bytes -= 1, none);
     refused(Error::WorkspaceTooSmall, |c| c.workspace_bytes = 0, none);
     for by in [1, 8, 32] {
-        refused(Error::Misaligned, |c| c.workspace_bytes -= by, move |p| p.workspace = p.workspace.wrapping_byte_add(by));
+        refused(
+            Error::Misaligned,
+            |c| c.workspace_bytes -= by,
+            move |p| p.workspace = p.workspace.wrapping_byte_add(by),
+        );
     }
 }
 
@@ -338,8 +340,14 @@ fn values() {
         assert_eq!(first_bad(refused(Error::NotFinite, |c| spoil(&mut c.positions, 7, value), none)), 3);
         assert_eq!(first_bad(refused(Error::NotFinite, |c| spoil(&mut c.masses, 8, value), none)), 8);
         assert_eq!(first_bad(refused(Error::NotFinite, |c| spoil(&mut c.density, 0, value), none)), 0);
-        assert_eq!(first_bad(refused(Error::NotFinite, |c| spoil(&mut c.tracer_positions, 2, value), none)), N as u64 + 1);
-        assert_eq!(first_bad(refused(Error::NotFinite, |c| spoil(&mut c.tracer_density, 3, value), none)), N as u64 + 3);
+        assert_eq!(
+            first_bad(refused(Error::NotFinite, |c| spoil(&mut c.tracer_positions, 2, value), none)),
+            N as u64 + 1
+        );
+        assert_eq!(
+            first_bad(refused(Error::NotFinite, |c| spoil(&mut c.tracer_density, 3, value), none)),
+            N as u64 + 3
+        );
     }
     refused(Error::LengthMismatch, |_| {}, |p| p.tracer_density = null_mut());
     refused(Error::LengthMismatch, |_| {}, |p| p.density = null_mut());
@@ -383,13 +391,47 @@ fn kernels_of_another_kind() {
         unsafe {
             code = if three {
                 mollis_blob3_step(
-                    block, length, 0, null(), null_mut(), null_mut(), null_mut(), null_mut(), 0, null_mut(), null_mut(),
-                    null_mut(), 0.1, 1, null(), null(), null_mut(), scratch, call.workspace_bytes,
+                    block,
+                    length,
+                    0,
+                    null(),
+                    null_mut(),
+                    null_mut(),
+                    null_mut(),
+                    null_mut(),
+                    0,
+                    null_mut(),
+                    null_mut(),
+                    null_mut(),
+                    0.1,
+                    1,
+                    null(),
+                    null(),
+                    null_mut(),
+                    scratch,
+                    call.workspace_bytes,
                 )
             } else {
                 mollis_blob2_step_f32(
-                    block, length, 0, null(), null_mut(), null_mut(), null_mut(), null_mut(), 0, null_mut(), null_mut(),
-                    null_mut(), 0.1, 1, null(), null(), null_mut(), scratch, call.workspace_bytes,
+                    block,
+                    length,
+                    0,
+                    null(),
+                    null_mut(),
+                    null_mut(),
+                    null_mut(),
+                    null_mut(),
+                    0,
+                    null_mut(),
+                    null_mut(),
+                    null_mut(),
+                    0.1,
+                    1,
+                    null(),
+                    null(),
+                    null_mut(),
+                    scratch,
+                    call.workspace_bytes,
                 )
             };
         }
@@ -405,9 +447,8 @@ fn kernels_of_another_kind() {
 fn the_callback_sees_each_step_and_stops() {
     unsafe extern "C" fn after(context: *mut c_void, steps: usize, x: *const c_void, rho: *const c_void) -> i32 {
         // SAFETY: the test passes its list; x and rho are the call's arrays.
-        let (seen, x, rho) = unsafe {
-            (&mut *context.cast::<Vec<(usize, f64, f64)>>(), *x.cast::<f64>(), *rho.cast::<f64>())
-        };
+        let (seen, x, rho) =
+            unsafe { (&mut *context.cast::<Vec<(usize, f64, f64)>>(), *x.cast::<f64>(), *rho.cast::<f64>()) };
         seen.push((steps, x, rho));
         i32::from(steps == 1)
     }

@@ -42,7 +42,7 @@ const MACHINES: [Machine; 2] = [
 ];
 
 /// A program, and the flash in bytes it may take on the Cortex-M4F, startup included.
-const PROGRAMS: &[(&str, u64)] = &[("mollifier", 9 * 1024)];
+const PROGRAMS: &[(&str, u64)] = &[("mollifier", 6 * 1024)];
 /// The deepest stack any may use, in bytes.
 const STACK: u64 = 2048;
 /// What firmware takes of the library.
