@@ -10,8 +10,8 @@
 //! Roundings of sums are as good as independent, so errors of a few u are what is seen. The bound supposes that no result
 //! underflows.
 
-use super::newtonian::{Group, List, Softened, Sums, far_run, mixed, near_run};
-use super::packed::{Packed, Units};
+use super::newtonian::{Group, List, Pending, Softened, Sums, far_run, inside, near_run};
+use super::packed::{Bounds, Packed, Units, bounds_of, farthest};
 use super::{Accumulation, Counters, Options, Outputs, Run, Sources, Wanted};
 use crate::error::{Error, Result};
 use crate::isa::{Isa, Job, MAX_LANES};
@@ -23,8 +23,6 @@ use core::sync::atomic::{AtomicUsize, Ordering};
 /// Targets of one task: a multiple of every machine's register block, so that blocks, and with them the bits of the
 /// results, do not depend on who runs them.
 const TASK: usize = 128;
-/// Sources added up before their sum joins the total.
-const BLOCK: usize = 256;
 
 /// Bytes for the compacted sources.
 pub(super) fn workspace_bytes<T: Real, const D: usize>(n_sources: usize) -> Result<usize> {
@@ -203,33 +201,37 @@ fn block_sum<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool,
         *valid = u32::MAX >> (32 - targets.len().clamp(1, 32) as u32);
     }
     let mut total = groups;
-    let (positions, masses) = shared.packed.tame();
     let laplacian = shared.wanted.laplacian;
-    // A compensated sum has nothing to gain from blocks.
-    let each = if C { usize::MAX } else { BLOCK };
-    for (positions, masses) in positions.chunks(each).zip(masses.chunks(each)) {
-        let mut left = (positions, masses);
-        while !left.0.is_empty() {
-            let far = far_run::<T, I, D, NB, P, G, C>(isa, kernel, left, &mut groups);
-            left = skip(left, far);
-            let near = if kernel.gradient_terms() == 5 {
-                near_run::<T, I, D, NB, P, G, C, 5>(isa, kernel, laplacian, left, &mut groups)
+    let valid_lanes = valid.iter().map(|valid| u64::from(valid.count_ones())).sum::<u64>();
+    let five = kernel.gradient_terms() == 5;
+    let bounds = block_bounds(shared, targets);
+    let mut pending = Pending::new();
+    for (block, positions, masses) in shared.packed.blocks() {
+        let all = (positions, masses);
+        let mut left = all;
+        let mut near = 0;
+        if kernel.has_polynomials() && farthest(block, &bounds) < *shared.softened.edge() {
+            near = if five {
+                near_run::<T, I, D, NB, P, G, C, 5, false>(isa, kernel, laplacian, left, &mut groups)
             } else {
-                near_run::<T, I, D, NB, P, G, C, 0>(isa, kernel, laplacian, left, &mut groups)
+                near_run::<T, I, D, NB, P, G, C, 0, false>(isa, kernel, laplacian, left, &mut groups)
             };
-            left = skip(left, near);
-            let lanes_valid = valid.iter().map(|valid| u64::from(valid.count_ones())).sum::<u64>();
-            counts.all_near_blocks += near as u64;
-            counts.polynomial_blocks += near as u64;
-            counts.near_pairs += near as u64 * lanes_valid;
-            let (Some((x, positions)), Some((&m, masses))) = (left.0.split_first(), left.1.split_first()) else {
-                break;
-            };
-            if near > 0 {
-                continue;
-            }
-            left = (positions, masses);
-            let lanes = mixed::<T, I, D, NB, P, G, C>(isa, kernel, laplacian, x, m, &mut groups);
+            left = (&[], &[]);
+        }
+        while !left.0.is_empty() {
+            let start = positions.len() - left.0.len();
+            let far = far_run::<T, I, D, NB, P, G, C>(isa, kernel, left, start, &mut pending, &mut groups);
+            left = skip(left, far);
+            let run = near_run::<T, I, D, NB, P, G, C, 0, true>(isa, kernel, laplacian, left, &mut groups);
+            left = skip(left, run);
+            near += run;
+        }
+        counts.all_near_blocks += near as u64;
+        counts.polynomial_blocks += near as u64;
+        counts.near_pairs += near as u64 * valid_lanes;
+        for at in pending.take() {
+            let (Some(x), Some(&m)) = (positions.get(at), masses.get(at)) else { continue };
+            let lanes = inside::<T, I, D, NB, P, G, C>(isa, kernel, laplacian, x, m, &mut groups);
             if kernel.has_polynomials() {
                 counts.polynomial_blocks += 1;
                 for (lanes, valid) in lanes.iter().zip(&valid) {
@@ -239,14 +241,30 @@ fn block_sum<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool,
                 exact.pairs::<NB>(shared, I::LANES, targets, x, m, lanes, counts);
             }
         }
-        for (total, group) in total.iter_mut().zip(&mut groups) {
-            total.sums.add(isa, &group.sums);
+        // A compensated sum has nothing to gain from blocks.
+        if !C {
+            for (total, group) in total.iter_mut().zip(&mut groups) {
+                total.sums.add(isa, &group.sums);
+                group.sums = zero;
+            }
+        }
+    }
+    if C {
+        for (total, group) in total.iter_mut().zip(&groups) {
+            total.sums = group.sums;
             total.sums.add(isa, &group.lost);
-            (group.sums, group.lost) = (zero, zero);
         }
     }
     exact.wild(shared, targets, counts);
     total
+}
+
+/// The bounds of targets in units.
+#[inline(always)]
+fn block_bounds<T: Real, const D: usize>(shared: &Shared<'_, T, D>, targets: &[[T; D]]) -> Bounds<T, D> {
+    let mut scaled = [[T::ZERO; D]; WIDE * MAX_LANES];
+    scaled.iter_mut().zip(targets).for_each(|(scaled, x)| *scaled = shared.units.point(x).0);
+    bounds_of(scaled.get(..targets.len()).unwrap_or(&[]))
 }
 
 /// The list without its first `n`.

@@ -30,7 +30,6 @@ macro_rules! portable {
             type M = [bool; LANES];
             const LANES: usize = LANES;
             const REGISTERS: usize = 16;
-            const ROOT_TERMS: usize = 0;
 
             #[inline(always)]
             fn splat(self, a: $t) -> Self::V {
@@ -99,10 +98,6 @@ macro_rules! portable {
             #[inline(always)]
             fn all_below<const N: usize>(self, a: &[Self::V; N], bound: Self::V) -> bool {
                 a.iter().all(|&a| Isa::<$t>::lt(self, a, bound).iter().all(|&below| below))
-            }
-            #[inline(always)]
-            fn root_seed(self, a: Self::V) -> Self::V {
-                Isa::<$t>::div(self, Isa::<$t>::splat(self, 1.0), Isa::<$t>::sqrt(self, a))
             }
             // One division each: a quotient that depends on its neighbours would depend on the number of lanes.
             #[inline(always)]
