@@ -203,19 +203,15 @@ fn block_sum<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool,
     let mut total = groups;
     let laplacian = shared.wanted.laplacian;
     let valid_lanes = valid.iter().map(|valid| u64::from(valid.count_ones())).sum::<u64>();
-    let five = kernel.gradient_terms() == 5;
     let bounds = block_bounds(shared, targets);
     let mut pending = Pending::new();
     for (block, positions, masses) in shared.packed.blocks() {
         let all = (positions, masses);
         let mut left = all;
         let mut near = 0;
-        if kernel.has_polynomials() && farthest(block, &bounds) < *shared.softened.edge() {
-            near = if five {
-                near_run::<T, I, D, NB, P, G, C, 5, false>(isa, kernel, laplacian, left, &mut groups)
-            } else {
-                near_run::<T, I, D, NB, P, G, C, 0, false>(isa, kernel, laplacian, left, &mut groups)
-            };
+        // With five terms (M = 4, order 2: the paper's choice) the polynomial is unrolled, and nothing is tested.
+        if kernel.gradient_terms() == 5 && farthest(block, &bounds) < *shared.softened.edge() {
+            near = near_run::<T, I, D, NB, P, G, C, 5, false>(isa, kernel, laplacian, left, &mut groups);
             left = (&[], &[]);
         }
         while !left.0.is_empty() {

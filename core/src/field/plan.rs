@@ -136,3 +136,27 @@ impl Plan {
             && (self.wanted.laplacian || !outputs.laplacian)
     }
 }
+
+impl core::fmt::Display for Plan {
+    /// What will run, why, and what is skipped, in a sentence.
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        let method = match self.method {
+            Method::Direct => "direct (all pairs)",
+        };
+        let reason = match self.reason {
+            Reason::Forced => "as the caller asked",
+            Reason::NothingFaster => "no faster method serves this kernel, size and tolerance",
+        };
+        write!(f, "{method}: {reason}; {} sources, {} targets", self.n_sources, self.n_targets)?;
+        let outputs = [
+            (self.wanted.potential, "potential"),
+            (self.wanted.gradient, "gradient"),
+            (self.wanted.laplacian, "Laplacian"),
+        ];
+        for (wanted, name) in outputs {
+            write!(f, "; {name} {}", if wanted { "computed" } else { "skipped" })?;
+        }
+        write!(f, "; massless sources skipped; mollifier evaluated where a block of targets has a near pair")?;
+        write!(f, "; {} workspace bytes", self.bytes)
+    }
+}

@@ -1,1 +1,740 @@
-//! Field sums, their plan, executors and counters.
+//! Field sums: plan (method, reason, bytes, text) and evaluation.
+
+use core::ffi::{c_char, c_void};
+use core::fmt::Write;
+
+use mollis_core::field::{self, Accumulation, Counters, Method, Outputs, Plan, Sources, Wanted};
+use mollis_core::space::Plain;
+use mollis_core::{Error, Real, Result};
+
+use crate::buffers::{Input, Output, disjoint, workspace};
+use crate::kernel::open;
+use crate::options::{self, Options};
+use crate::run::{HostRun, mollis_run};
+use crate::status::{mollis_status, status};
+
+/// The plan chooses.
+pub const MOLLIS_METHOD_AUTO: i32 = 0;
+/// All pairs.
+pub const MOLLIS_METHOD_DIRECT: i32 = 1;
+
+/// Terms are added up in blocks.
+pub const MOLLIS_ACCUMULATION_BLOCKED: i32 = 0;
+/// Each addition's error is carried along: for diagnostics.
+pub const MOLLIS_ACCUMULATION_COMPENSATED: i32 = 1;
+
+/// The potential is wanted: a bit of `wanted`.
+pub const MOLLIS_WANT_POTENTIAL: u32 = 1;
+/// The gradient is wanted.
+pub const MOLLIS_WANT_GRADIENT: u32 = 2;
+/// The Laplacian is wanted.
+pub const MOLLIS_WANT_LAPLACIAN: u32 = 4;
+
+/// How a sum is computed. Fill it with `mollis_field_options_init`, then change what you want; null means the defaults.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct mollis_field_options {
+    /// Bytes of this structure, as `mollis_field_options_init` sets it.
+    pub size: u32,
+    /// `MOLLIS_METHOD_...`.
+    pub method: i32,
+    /// `MOLLIS_ACCUMULATION_...`.
+    pub accumulation: i32,
+    /// 0.
+    pub reserved: i32,
+    /// (a, b): in 2D the gradient output is a grad u + b (grad u rotated by +90 degrees); else (1, 0).
+    pub combination: [f64; 2],
+    /// The relative error that may be spent for speed; 0 asks for rounding alone.
+    pub tolerance: f64,
+}
+
+// SAFETY: `repr(C)`, the size first; older versions are prefixes, and all members take any bytes an older caller wrote.
+unsafe impl Options for mollis_field_options {
+    const DEFAULT: Self = Self {
+        size: size_of::<Self>() as u32,
+        method: MOLLIS_METHOD_AUTO,
+        accumulation: MOLLIS_ACCUMULATION_BLOCKED,
+        reserved: 0,
+        combination: [1.0, 0.0],
+        tolerance: 0.0,
+    };
+}
+
+impl mollis_field_options {
+    fn to_core(self) -> Result<field::Options> {
+        let [a, b] = self.combination;
+        Ok(field::Options {
+            accumulation: match self.accumulation {
+                MOLLIS_ACCUMULATION_BLOCKED => Accumulation::Blocked,
+                MOLLIS_ACCUMULATION_COMPENSATED => Accumulation::Compensated,
+                _ => return Err(Error::UnknownValue),
+            },
+            combination: (a, b),
+            tolerance: self.tolerance,
+            method: match self.method {
+                MOLLIS_METHOD_AUTO => None,
+                MOLLIS_METHOD_DIRECT => Some(Method::Direct),
+                _ => return Err(Error::UnknownValue),
+            },
+        })
+    }
+}
+
+/// What a sum did. Added to, when the call succeeds.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default)]
+pub struct mollis_counters {
+    /// Pairs of a target and a source with mass.
+    pub pairs: u64,
+    /// Of these, pairs closer than delta.
+    pub near_pairs: u64,
+    /// Blocks (a source against a block of targets) that evaluated the mollifier's polynomial.
+    pub polynomial_blocks: u64,
+    /// Of these, blocks with every target near, where nothing was divided.
+    pub all_near_blocks: u64,
+    /// Pairs that took the scaled path, because r^2 or r^D leaves the normal range.
+    pub scaled_pairs: u64,
+    /// Sources without mass that were dropped.
+    pub massless_sources: u64,
+}
+
+// SAFETY: six numbers of eight bytes, no padding.
+unsafe impl Plain for mollis_counters {}
+
+/// Fills `options` with the defaults. `size` is `sizeof *options`.
+///
+/// # Safety
+/// The contract of this header.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mollis_field_options_init(options: *mut mollis_field_options, size: usize) -> mollis_status {
+    // SAFETY: this function's own contract.
+    status(unsafe { options::init(options, size) })
+}
+
+/// What a plan is made from.
+#[derive(Clone, Copy)]
+struct Ask {
+    kernel: *const c_void,
+    kernel_bytes: usize,
+    n_sources: usize,
+    n_targets: usize,
+    wanted: Wanted,
+    options: *const mollis_field_options,
+}
+
+fn wanted(bits: u32) -> Result<Wanted> {
+    if bits & !(MOLLIS_WANT_POTENTIAL | MOLLIS_WANT_GRADIENT | MOLLIS_WANT_LAPLACIAN) != 0 {
+        return Err(Error::UnknownValue);
+    }
+    Ok(Wanted {
+        potential: bits & MOLLIS_WANT_POTENTIAL != 0,
+        gradient: bits & MOLLIS_WANT_GRADIENT != 0,
+        laplacian: bits & MOLLIS_WANT_LAPLACIAN != 0,
+    })
+}
+
+impl Ask {
+    /// # Safety
+    /// The crate's contract.
+    unsafe fn plan<T: Real, const D: usize>(self) -> Result<Plan> {
+        // SAFETY: passed on.
+        let (kernel, options) =
+            unsafe { (open::<T, D>(self.kernel, self.kernel_bytes)?, options::read(self.options)?) };
+        field::plan(&kernel, self.n_sources, self.n_targets, self.wanted, &options.to_core()?)
+    }
+
+    /// # Safety
+    /// The crate's contract.
+    unsafe fn bytes<T: Real, const D: usize>(self, run: *const mollis_run, bytes: *mut usize) -> Result<()> {
+        let output = Output::new(bytes, 1)?;
+        disjoint(&[Some(output.range())], &[Input::new(self.kernel.cast::<u8>(), self.kernel_bytes)?.range()])?;
+        // SAFETY: passed on.
+        let (run, plan) = unsafe { (HostRun::read(run)?, self.plan::<T, D>()?) };
+        let needed = plan.workspace_bytes(run.workers())?;
+        // SAFETY: passed on.
+        unsafe { output.slice() }.fill(needed);
+        Ok(())
+    }
+
+    /// # Safety
+    /// The crate's contract.
+    unsafe fn text<T: Real, const D: usize>(self, text: *mut c_char, size: usize, length: *mut usize) -> Result<()> {
+        let (buffer, count) = (Output::new(text.cast::<u8>(), size)?, Output::optional(length, 1)?);
+        let kernel = Input::new(self.kernel.cast::<u8>(), self.kernel_bytes)?;
+        disjoint(&[Some(buffer.range()), count.map(Output::range)], &[kernel.range()])?;
+        // SAFETY: passed on.
+        let plan = unsafe { self.plan::<T, D>() }?;
+        // SAFETY: passed on.
+        let mut writer = Text { left: unsafe { buffer.slice() }, written: 0 };
+        // A `Text` takes everything.
+        let _ = write!(writer, "{plan}");
+        let written = writer.written;
+        writer.end();
+        if let Some(count) = count {
+            // SAFETY: passed on.
+            unsafe { count.slice() }.fill(written);
+        }
+        Ok(())
+    }
+}
+
+/// Text into a caller's buffer: what does not fit is counted and dropped; always ended by a zero.
+struct Text<'a> {
+    left: &'a mut [u8],
+    written: usize,
+}
+
+impl Write for Text<'_> {
+    fn write_str(&mut self, s: &str) -> core::fmt::Result {
+        self.written = self.written.saturating_add(s.len());
+        // One byte stays for the end.
+        let room = self.left.len().saturating_sub(1).min(s.len());
+        let left = core::mem::take(&mut self.left);
+        if let Some((here, rest)) = left.split_at_mut_checked(room) {
+            here.iter_mut().zip(s.as_bytes()).for_each(|(to, &from)| *to = from);
+            self.left = rest;
+        }
+        Ok(())
+    }
+}
+
+impl Text<'_> {
+    fn end(self) {
+        if let Some(last) = self.left.first_mut() {
+            *last = 0;
+        }
+    }
+}
+
+/// The buffers of an evaluation.
+struct Buffers<T, const D: usize> {
+    positions: *const [T; D],
+    masses: *const T,
+    targets: *const [T; D],
+    potential: *mut T,
+    gradient: *mut [T; D],
+    laplacian: *mut T,
+    workspace: *mut c_void,
+    workspace_bytes: usize,
+}
+
+/// # Safety
+/// The crate's contract.
+unsafe fn evaluate<T: Real, const D: usize>(
+    ask: Ask,
+    buffers: Buffers<T, D>,
+    run: *const mollis_run,
+    counters: *mut mollis_counters,
+) -> Result<()> {
+    let (n, k) = (ask.n_sources, ask.n_targets);
+    let block = Input::new(ask.kernel.cast::<u8>(), ask.kernel_bytes)?;
+    let (positions, masses) = (Input::new(buffers.positions, n)?, Input::new(buffers.masses, n)?);
+    let targets = Input::new(buffers.targets, k)?;
+    let potential = Output::optional(buffers.potential, k)?;
+    let gradient = Output::optional(buffers.gradient, k)?;
+    let laplacian = Output::optional(buffers.laplacian, k)?;
+    let memory = workspace(buffers.workspace, buffers.workspace_bytes)?;
+    let counts = Output::optional(counters, 1)?;
+    disjoint(
+        &[
+            potential.map(Output::range),
+            gradient.map(Output::range),
+            laplacian.map(Output::range),
+            Some(memory.range()),
+            counts.map(Output::range),
+        ],
+        &[block.range(), positions.range(), masses.range(), targets.range()],
+    )?;
+    let wanted =
+        Wanted { potential: potential.is_some(), gradient: gradient.is_some(), laplacian: laplacian.is_some() };
+    let ask = Ask { wanted, ..ask };
+    // SAFETY: the caller promises the crate's contract.
+    let (host, plan) = unsafe { (HostRun::read(run)?, ask.plan::<T, D>()?) };
+    // SAFETY: as above.
+    let kernel = unsafe { open::<T, D>(ask.kernel, ask.kernel_bytes) }?;
+    // SAFETY: as above; outputs and workspace overlap nothing.
+    let (sources, targets, outputs, memory) = unsafe {
+        (
+            Sources { positions: positions.slice(), masses: masses.slice() },
+            targets.slice(),
+            Outputs {
+                potential: potential.map(|p| p.slice()),
+                gradient: gradient.map(|g| g.slice()),
+                laplacian: laplacian.map(|l| l.slice()),
+            },
+            memory.slice(),
+        )
+    };
+    let mut done = Counters::default();
+    host.enter(|run| {
+        run.counters = Some(&mut done);
+        field::evaluate(&plan, &kernel, sources, targets, outputs, memory, run)
+    })?;
+    if let Some(counts) = counts {
+        // SAFETY: as above.
+        for to in unsafe { counts.slice() } {
+            to.pairs = to.pairs.saturating_add(done.pairs);
+            to.near_pairs = to.near_pairs.saturating_add(done.near_pairs);
+            to.polynomial_blocks = to.polynomial_blocks.saturating_add(done.polynomial_blocks);
+            to.all_near_blocks = to.all_near_blocks.saturating_add(done.all_near_blocks);
+            to.scaled_pairs = to.scaled_pairs.saturating_add(done.scaled_pairs);
+            to.massless_sources = to.massless_sources.saturating_add(done.massless_sources);
+        }
+    }
+    Ok(())
+}
+
+/// The exact number of workspace bytes that `mollis_field1_eval` needs for these sizes, outputs (`wanted`: bits
+/// `MOLLIS_WANT_...`), options and number of workers.
+///
+/// # Safety
+/// The contract of this header.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mollis_field1_workspace_bytes(
+    kernel: *const c_void,
+    kernel_bytes: usize,
+    n_sources: usize,
+    n_targets: usize,
+    wanted: u32,
+    options: *const mollis_field_options,
+    run: *const mollis_run,
+    bytes: *mut usize,
+) -> mollis_status {
+    status(self::wanted(wanted).and_then(|wanted| {
+        let ask = Ask { kernel, kernel_bytes, n_sources, n_targets, wanted, options };
+        // SAFETY: this function's own contract.
+        unsafe { ask.bytes::<f64, 1>(run, bytes) }
+    }))
+}
+
+/// Writes a sentence that says which method will run, why, and what is skipped: at most `text_bytes` with the zero at its end.
+/// `length` (may be null): the whole sentence's length, without the zero.
+///
+/// # Safety
+/// The contract of this header.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mollis_field1_text(
+    kernel: *const c_void,
+    kernel_bytes: usize,
+    n_sources: usize,
+    n_targets: usize,
+    wanted: u32,
+    options: *const mollis_field_options,
+    text: *mut c_char,
+    text_bytes: usize,
+    length: *mut usize,
+) -> mollis_status {
+    status(self::wanted(wanted).and_then(|wanted| {
+        let ask = Ask { kernel, kernel_bytes, n_sources, n_targets, wanted, options };
+        // SAFETY: this function's own contract.
+        unsafe { ask.text::<f64, 1>(text, text_bytes, length) }
+    }))
+}
+
+/// Sums over sources: u(x_i) = sum_j m_j K_delta(x_i - x_j) at every target, its gradient and its Laplacian.
+///
+/// `kernel`: a block that `mollis_kernel1_prepare` filled. `positions` [n_sources][1], `masses` [n_sources] of any sign (those that are
+/// 0 are dropped), `targets` [n_targets][1], which may be `positions`. `potential` and `laplacian` [n_targets], `gradient` [n_targets][1]:
+/// overwritten; null is not computed. A mollified kernel counts every pair, a target on a source included; without a
+/// mollifier coincident pairs contribute nothing. `workspace` is garbage afterwards. `options`, `run`, `counters` may be null.
+///
+/// The error is at most (16 + 256 + n/256) u times the sum of |m_j| |K_j|, componentwise (in 2D |K_j| + 1/(2 pi) for the
+/// potential). Results do not depend on the number of threads, bit for bit. A refused call writes nothing; a stopped one has
+/// written some outputs.
+///
+/// # Safety
+/// The contract of this header.
+#[unsafe(no_mangle)]
+#[allow(clippy::too_many_arguments, reason = "one function, outputs by pointers")]
+pub unsafe extern "C" fn mollis_field1_eval(
+    kernel: *const c_void,
+    kernel_bytes: usize,
+    n_sources: usize,
+    positions: *const [f64; 1],
+    masses: *const f64,
+    n_targets: usize,
+    targets: *const [f64; 1],
+    potential: *mut f64,
+    gradient: *mut [f64; 1],
+    laplacian: *mut f64,
+    options: *const mollis_field_options,
+    workspace: *mut c_void,
+    workspace_bytes: usize,
+    run: *const mollis_run,
+    counters: *mut mollis_counters,
+) -> mollis_status {
+    let ask = Ask { kernel, kernel_bytes, n_sources, n_targets, wanted: Wanted::default(), options };
+    let buffers = Buffers { positions, masses, targets, potential, gradient, laplacian, workspace, workspace_bytes };
+    // SAFETY: this function's own contract.
+    status(unsafe { evaluate(ask, buffers, run, counters) })
+}
+
+/// As `mollis_field1_workspace_bytes`.
+///
+/// # Safety
+/// The contract of this header.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mollis_field1_workspace_bytes_f32(
+    kernel: *const c_void,
+    kernel_bytes: usize,
+    n_sources: usize,
+    n_targets: usize,
+    wanted: u32,
+    options: *const mollis_field_options,
+    run: *const mollis_run,
+    bytes: *mut usize,
+) -> mollis_status {
+    status(self::wanted(wanted).and_then(|wanted| {
+        let ask = Ask { kernel, kernel_bytes, n_sources, n_targets, wanted, options };
+        // SAFETY: this function's own contract.
+        unsafe { ask.bytes::<f32, 1>(run, bytes) }
+    }))
+}
+
+/// As `mollis_field1_text`.
+///
+/// # Safety
+/// The contract of this header.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mollis_field1_text_f32(
+    kernel: *const c_void,
+    kernel_bytes: usize,
+    n_sources: usize,
+    n_targets: usize,
+    wanted: u32,
+    options: *const mollis_field_options,
+    text: *mut c_char,
+    text_bytes: usize,
+    length: *mut usize,
+) -> mollis_status {
+    status(self::wanted(wanted).and_then(|wanted| {
+        let ask = Ask { kernel, kernel_bytes, n_sources, n_targets, wanted, options };
+        // SAFETY: this function's own contract.
+        unsafe { ask.text::<f32, 1>(text, text_bytes, length) }
+    }))
+}
+
+/// As `mollis_field1_eval`.
+///
+/// # Safety
+/// The contract of this header.
+#[unsafe(no_mangle)]
+#[allow(clippy::too_many_arguments, reason = "one function, outputs by pointers")]
+pub unsafe extern "C" fn mollis_field1_eval_f32(
+    kernel: *const c_void,
+    kernel_bytes: usize,
+    n_sources: usize,
+    positions: *const [f32; 1],
+    masses: *const f32,
+    n_targets: usize,
+    targets: *const [f32; 1],
+    potential: *mut f32,
+    gradient: *mut [f32; 1],
+    laplacian: *mut f32,
+    options: *const mollis_field_options,
+    workspace: *mut c_void,
+    workspace_bytes: usize,
+    run: *const mollis_run,
+    counters: *mut mollis_counters,
+) -> mollis_status {
+    let ask = Ask { kernel, kernel_bytes, n_sources, n_targets, wanted: Wanted::default(), options };
+    let buffers = Buffers { positions, masses, targets, potential, gradient, laplacian, workspace, workspace_bytes };
+    // SAFETY: this function's own contract.
+    status(unsafe { evaluate(ask, buffers, run, counters) })
+}
+
+/// As `mollis_field1_workspace_bytes`.
+///
+/// # Safety
+/// The contract of this header.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mollis_field2_workspace_bytes(
+    kernel: *const c_void,
+    kernel_bytes: usize,
+    n_sources: usize,
+    n_targets: usize,
+    wanted: u32,
+    options: *const mollis_field_options,
+    run: *const mollis_run,
+    bytes: *mut usize,
+) -> mollis_status {
+    status(self::wanted(wanted).and_then(|wanted| {
+        let ask = Ask { kernel, kernel_bytes, n_sources, n_targets, wanted, options };
+        // SAFETY: this function's own contract.
+        unsafe { ask.bytes::<f64, 2>(run, bytes) }
+    }))
+}
+
+/// As `mollis_field1_text`.
+///
+/// # Safety
+/// The contract of this header.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mollis_field2_text(
+    kernel: *const c_void,
+    kernel_bytes: usize,
+    n_sources: usize,
+    n_targets: usize,
+    wanted: u32,
+    options: *const mollis_field_options,
+    text: *mut c_char,
+    text_bytes: usize,
+    length: *mut usize,
+) -> mollis_status {
+    status(self::wanted(wanted).and_then(|wanted| {
+        let ask = Ask { kernel, kernel_bytes, n_sources, n_targets, wanted, options };
+        // SAFETY: this function's own contract.
+        unsafe { ask.text::<f64, 2>(text, text_bytes, length) }
+    }))
+}
+
+/// As `mollis_field1_eval`.
+///
+/// # Safety
+/// The contract of this header.
+#[unsafe(no_mangle)]
+#[allow(clippy::too_many_arguments, reason = "one function, outputs by pointers")]
+pub unsafe extern "C" fn mollis_field2_eval(
+    kernel: *const c_void,
+    kernel_bytes: usize,
+    n_sources: usize,
+    positions: *const [f64; 2],
+    masses: *const f64,
+    n_targets: usize,
+    targets: *const [f64; 2],
+    potential: *mut f64,
+    gradient: *mut [f64; 2],
+    laplacian: *mut f64,
+    options: *const mollis_field_options,
+    workspace: *mut c_void,
+    workspace_bytes: usize,
+    run: *const mollis_run,
+    counters: *mut mollis_counters,
+) -> mollis_status {
+    let ask = Ask { kernel, kernel_bytes, n_sources, n_targets, wanted: Wanted::default(), options };
+    let buffers = Buffers { positions, masses, targets, potential, gradient, laplacian, workspace, workspace_bytes };
+    // SAFETY: this function's own contract.
+    status(unsafe { evaluate(ask, buffers, run, counters) })
+}
+
+/// As `mollis_field1_workspace_bytes`.
+///
+/// # Safety
+/// The contract of this header.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mollis_field2_workspace_bytes_f32(
+    kernel: *const c_void,
+    kernel_bytes: usize,
+    n_sources: usize,
+    n_targets: usize,
+    wanted: u32,
+    options: *const mollis_field_options,
+    run: *const mollis_run,
+    bytes: *mut usize,
+) -> mollis_status {
+    status(self::wanted(wanted).and_then(|wanted| {
+        let ask = Ask { kernel, kernel_bytes, n_sources, n_targets, wanted, options };
+        // SAFETY: this function's own contract.
+        unsafe { ask.bytes::<f32, 2>(run, bytes) }
+    }))
+}
+
+/// As `mollis_field1_text`.
+///
+/// # Safety
+/// The contract of this header.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mollis_field2_text_f32(
+    kernel: *const c_void,
+    kernel_bytes: usize,
+    n_sources: usize,
+    n_targets: usize,
+    wanted: u32,
+    options: *const mollis_field_options,
+    text: *mut c_char,
+    text_bytes: usize,
+    length: *mut usize,
+) -> mollis_status {
+    status(self::wanted(wanted).and_then(|wanted| {
+        let ask = Ask { kernel, kernel_bytes, n_sources, n_targets, wanted, options };
+        // SAFETY: this function's own contract.
+        unsafe { ask.text::<f32, 2>(text, text_bytes, length) }
+    }))
+}
+
+/// As `mollis_field1_eval`.
+///
+/// # Safety
+/// The contract of this header.
+#[unsafe(no_mangle)]
+#[allow(clippy::too_many_arguments, reason = "one function, outputs by pointers")]
+pub unsafe extern "C" fn mollis_field2_eval_f32(
+    kernel: *const c_void,
+    kernel_bytes: usize,
+    n_sources: usize,
+    positions: *const [f32; 2],
+    masses: *const f32,
+    n_targets: usize,
+    targets: *const [f32; 2],
+    potential: *mut f32,
+    gradient: *mut [f32; 2],
+    laplacian: *mut f32,
+    options: *const mollis_field_options,
+    workspace: *mut c_void,
+    workspace_bytes: usize,
+    run: *const mollis_run,
+    counters: *mut mollis_counters,
+) -> mollis_status {
+    let ask = Ask { kernel, kernel_bytes, n_sources, n_targets, wanted: Wanted::default(), options };
+    let buffers = Buffers { positions, masses, targets, potential, gradient, laplacian, workspace, workspace_bytes };
+    // SAFETY: this function's own contract.
+    status(unsafe { evaluate(ask, buffers, run, counters) })
+}
+
+/// As `mollis_field1_workspace_bytes`.
+///
+/// # Safety
+/// The contract of this header.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mollis_field3_workspace_bytes(
+    kernel: *const c_void,
+    kernel_bytes: usize,
+    n_sources: usize,
+    n_targets: usize,
+    wanted: u32,
+    options: *const mollis_field_options,
+    run: *const mollis_run,
+    bytes: *mut usize,
+) -> mollis_status {
+    status(self::wanted(wanted).and_then(|wanted| {
+        let ask = Ask { kernel, kernel_bytes, n_sources, n_targets, wanted, options };
+        // SAFETY: this function's own contract.
+        unsafe { ask.bytes::<f64, 3>(run, bytes) }
+    }))
+}
+
+/// As `mollis_field1_text`.
+///
+/// # Safety
+/// The contract of this header.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mollis_field3_text(
+    kernel: *const c_void,
+    kernel_bytes: usize,
+    n_sources: usize,
+    n_targets: usize,
+    wanted: u32,
+    options: *const mollis_field_options,
+    text: *mut c_char,
+    text_bytes: usize,
+    length: *mut usize,
+) -> mollis_status {
+    status(self::wanted(wanted).and_then(|wanted| {
+        let ask = Ask { kernel, kernel_bytes, n_sources, n_targets, wanted, options };
+        // SAFETY: this function's own contract.
+        unsafe { ask.text::<f64, 3>(text, text_bytes, length) }
+    }))
+}
+
+/// As `mollis_field1_eval`.
+///
+/// # Safety
+/// The contract of this header.
+#[unsafe(no_mangle)]
+#[allow(clippy::too_many_arguments, reason = "one function, outputs by pointers")]
+pub unsafe extern "C" fn mollis_field3_eval(
+    kernel: *const c_void,
+    kernel_bytes: usize,
+    n_sources: usize,
+    positions: *const [f64; 3],
+    masses: *const f64,
+    n_targets: usize,
+    targets: *const [f64; 3],
+    potential: *mut f64,
+    gradient: *mut [f64; 3],
+    laplacian: *mut f64,
+    options: *const mollis_field_options,
+    workspace: *mut c_void,
+    workspace_bytes: usize,
+    run: *const mollis_run,
+    counters: *mut mollis_counters,
+) -> mollis_status {
+    let ask = Ask { kernel, kernel_bytes, n_sources, n_targets, wanted: Wanted::default(), options };
+    let buffers = Buffers { positions, masses, targets, potential, gradient, laplacian, workspace, workspace_bytes };
+    // SAFETY: this function's own contract.
+    status(unsafe { evaluate(ask, buffers, run, counters) })
+}
+
+/// As `mollis_field1_workspace_bytes`.
+///
+/// # Safety
+/// The contract of this header.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mollis_field3_workspace_bytes_f32(
+    kernel: *const c_void,
+    kernel_bytes: usize,
+    n_sources: usize,
+    n_targets: usize,
+    wanted: u32,
+    options: *const mollis_field_options,
+    run: *const mollis_run,
+    bytes: *mut usize,
+) -> mollis_status {
+    status(self::wanted(wanted).and_then(|wanted| {
+        let ask = Ask { kernel, kernel_bytes, n_sources, n_targets, wanted, options };
+        // SAFETY: this function's own contract.
+        unsafe { ask.bytes::<f32, 3>(run, bytes) }
+    }))
+}
+
+/// As `mollis_field1_text`.
+///
+/// # Safety
+/// The contract of this header.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mollis_field3_text_f32(
+    kernel: *const c_void,
+    kernel_bytes: usize,
+    n_sources: usize,
+    n_targets: usize,
+    wanted: u32,
+    options: *const mollis_field_options,
+    text: *mut c_char,
+    text_bytes: usize,
+    length: *mut usize,
+) -> mollis_status {
+    status(self::wanted(wanted).and_then(|wanted| {
+        let ask = Ask { kernel, kernel_bytes, n_sources, n_targets, wanted, options };
+        // SAFETY: this function's own contract.
+        unsafe { ask.text::<f32, 3>(text, text_bytes, length) }
+    }))
+}
+
+/// As `mollis_field1_eval`.
+///
+/// # Safety
+/// The contract of this header.
+#[unsafe(no_mangle)]
+#[allow(clippy::too_many_arguments, reason = "one function, outputs by pointers")]
+pub unsafe extern "C" fn mollis_field3_eval_f32(
+    kernel: *const c_void,
+    kernel_bytes: usize,
+    n_sources: usize,
+    positions: *const [f32; 3],
+    masses: *const f32,
+    n_targets: usize,
+    targets: *const [f32; 3],
+    potential: *mut f32,
+    gradient: *mut [f32; 3],
+    laplacian: *mut f32,
+    options: *const mollis_field_options,
+    workspace: *mut c_void,
+    workspace_bytes: usize,
+    run: *const mollis_run,
+    counters: *mut mollis_counters,
+) -> mollis_status {
+    let ask = Ask { kernel, kernel_bytes, n_sources, n_targets, wanted: Wanted::default(), options };
+    let buffers = Buffers { positions, masses, targets, potential, gradient, laplacian, workspace, workspace_bytes };
+    // SAFETY: this function's own contract.
+    status(unsafe { evaluate(ask, buffers, run, counters) })
+}

@@ -25,6 +25,7 @@ mod random;
 mod run;
 mod status;
 
+pub use field::*;
 pub use grid::*;
 pub use kernel::*;
 pub use mollifier::*;

@@ -1,6 +1,9 @@
 //! An executor over a rayon pool.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use mollis_core::parallel::Executor;
+use mollis_core::space::MAX_WORKERS;
 use mollis_core::{Error, Result};
 
 /// Threads that run the tasks of a call.
@@ -10,32 +13,61 @@ pub struct Pool {
 }
 
 impl Pool {
-    /// A pool of so many threads; 0 takes as many as the machine has.
+    /// A pool of so many threads; 0 takes as many as the machine has. At most [`MAX_WORKERS`].
     ///
     /// # Errors
     /// [`Error::Executor`]: the system gives no threads.
     pub fn new(threads: usize) -> Result<Self> {
-        let builder = rayon::ThreadPoolBuilder::new().num_threads(threads.min(mollis_core::space::MAX_WORKERS));
+        let wanted = match threads {
+            0 => std::thread::available_parallelism().map_or(1, usize::from),
+            n => n,
+        };
+        let builder = rayon::ThreadPoolBuilder::new().num_threads(wanted.min(MAX_WORKERS));
         Ok(Self { threads: builder.build().map_err(|_| Error::Executor)? })
+    }
+
+    /// Calls `task(index, worker)` once for every index below `tasks`; each thread takes the next one when it is free.
+    pub fn each(&self, tasks: usize, task: &(dyn Fn(usize, usize) + Sync)) {
+        let next = AtomicUsize::new(0);
+        self.threads.broadcast(|context| {
+            loop {
+                let index = next.fetch_add(1, Ordering::Relaxed);
+                if index >= tasks {
+                    break;
+                }
+                task(index, context.index());
+            }
+        });
     }
 }
 
 impl Executor for Pool {
     fn workers(&self) -> usize {
-        self.threads.current_num_threads().clamp(1, mollis_core::space::MAX_WORKERS)
+        self.threads.current_num_threads()
     }
 
     fn run(&self, tasks: usize, task: &(dyn Fn(usize) + Sync)) -> Result<()> {
-        let left = std::sync::atomic::AtomicUsize::new(tasks);
-        let take = || {
-            let step = |n: usize| n.checked_sub(1);
-            left.fetch_update(std::sync::atomic::Ordering::Relaxed, std::sync::atomic::Ordering::Relaxed, step).is_ok()
-        };
-        self.threads.broadcast(|context| {
-            while context.index() < self.workers() && take() {
-                task(context.index());
-            }
-        });
+        self.each(tasks, &|_, worker| task(worker));
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_task_once() {
+        for threads in [0, 1, 2, 3] {
+            let pool = Pool::new(threads).unwrap();
+            for tasks in [0, 1, 2, 100] {
+                let count: Vec<AtomicUsize> = (0..tasks).map(|_| AtomicUsize::new(0)).collect();
+                pool.each(tasks, &|index, worker| {
+                    assert!(worker < pool.workers());
+                    count[index].fetch_add(1, Ordering::Relaxed);
+                });
+                assert!(count.iter().all(|c| c.load(Ordering::Relaxed) == 1));
+            }
+        }
     }
 }
