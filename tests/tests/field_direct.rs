@@ -273,19 +273,6 @@ fn the_same_bits_for_any_number_of_threads_at_every_level() {
     }
 }
 
-/// The portable level's bits on this machine are those of every machine: only rounded + - * / and sqrt in one order.
-#[test]
-fn portable_bits() {
-    let case = grid_case::<3>(50, 5, Some(Soft { order: 2, exponent: 4, delta: 0.5 }));
-    let got = sum::<f64, 3>(&case, ALL, &Options::default(), Level::Portable, &Serial);
-    let mut hash = 0xCBF2_9CE4_8422_2325_u64;
-    for x in got.gradient.iter().flatten().chain(&got.potential).chain(&got.laplacian) {
-        hash = (hash ^ x.to_bits()).wrapping_mul(0x0000_0100_0000_01B3);
-    }
-    assert_eq!(hash, PORTABLE_HASH, "{hash:#018x}");
-}
-const PORTABLE_HASH: u64 = 0;
-
 /// Outputs do not change what others get beyond the bound, and what is not wanted is not written.
 #[test]
 fn any_subset_of_outputs() {

@@ -6,9 +6,9 @@
 //!
 //! `|computed - exact| <= (c + 256 + n / 256) u sum_j |m_j| |K_j|`, componentwise for gradients,
 //!
-//! and the same with |K_j| + 1/(2 pi) in place of |K_j| for the 2D potential. Compensated sums: c u sum_j |m_j| |K_j| + O(n u^2).
-//! Roundings of sums are as good as independent, so errors of a few u are what is seen. The bound supposes that no result
-//! underflows.
+//! and the same with |K_j| + 1/(2 pi) in place of |K_j| for the 2D potential, with max psi_delta for the Laplacian. Compensated
+//! sums: c u sum_j |m_j| |K_j| + O(n u^2). Roundings of sums are as good as independent, so errors of a few u are what is seen.
+//! The bound supposes that no result underflows. Tests: `field_direct::the_error_bound_holds_in_f64` and `.._f32`.
 
 use super::newtonian::{Group, List, Pending, Softened, Sums, far_run, inside, near_run};
 use super::packed::{Bounds, Packed, Units, bounds_of, farthest};

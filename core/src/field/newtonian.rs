@@ -8,16 +8,18 @@
 //! | S_D K | \|x\|, log r, -1/r | delta (c + s R(t) / 2), log delta + P(t), P(t) / delta |
 //! | S_D Laplacian K | 0 | delta^-D b(t) |
 //!
-//! The block first asks whether any lane is inside. If none is, no polynomial is evaluated; if all are, nothing is divided;
-//! only a mixed block does both. In 2D the mass goes into the numerator, m / r2, with one division for two vectors; in 3D
-//! the cube of 1/r comes from a short seed and a series in e = 1 - r2 seed^2, (1 - e)^(-3/2) = 1 + 3/2 e + 15/8 e^2 + ...
+//! A register block of targets meets one source after the other. If no lane is inside, no polynomial is evaluated
+//! ([`far_run`]); if all are, nothing is divided ([`near_run`]); a block with some lanes inside adds the others and is noted,
+//! and gets its polynomials later ([`inside`]), so that the common loop keeps its registers. In 2D the mass goes into the
+//! numerator, m / r2, with one division for two vectors; in 3D m / r^3 comes from the machine's square root and a shared
+//! division (AVX2) or from a 14-bit seed y and the series of (1 - e)^(-3/2), e = 1 - r2 y^2 (AVX-512).
 //!
 //! # Rounding
-//! With u the unit roundoff, each coordinate difference has 1 u, r2 has 3 u (D <= 3: two or three products, of which each
-//! has 3 u, and sums), so g has at most: 1D 2 u, 2D 7 u (3 of r2, 3 of the shared division, the mass), 3D 4.5 u of r2, 4 u of
-//! the series and its cut, 3 u of products; inside 12 u (`Polynomials`), 45 u for the 1D potential's t form, which is not used
-//! here. With the product by d, a term is good to c = 16 u. `direct` adds what the summation adds.
-//! The 2D potential is the logarithm of a rounded number: its error is relative to |log r| + 1, since r = 1 is a zero.
+//! With u the unit roundoff and to first order: a coordinate difference has 1 u, r2 has 5 u. Outside, g has in 1D 2 u, in 2D
+//! 8 u (r2, 3 u of the shared division), in 3D 12 u (1.5 times r2's, square root, product, shared division, or the series
+//! and its cut); inside at most 12 u (`Polynomials`). The products by d and by the coefficient add 4 u: c = 16 u a term.
+//! `direct` adds what the summation adds. The 2D potential is the logarithm of a rounded number, which has a zero at r = 1: its
+//! error is relative to |log r| + 1. The density has zeros too: its error is relative to its maximum.
 
 use super::packed::{Units, least_square_exponent, power_of_two};
 use crate::isa::{Isa, log, log_numerator};

@@ -3,7 +3,7 @@
 use core::ffi::{c_char, c_void};
 use core::fmt::Write;
 
-use mollis_core::field::{self, Accumulation, Counters, Method, Outputs, Plan, Sources, Wanted};
+use mollis_core::field::{self, Accumulation, Counters, Method, Outputs, Plan, Run, Sources, Wanted};
 use mollis_core::space::Plain;
 use mollis_core::{Error, Real, Result};
 
@@ -267,8 +267,9 @@ unsafe fn evaluate<T: Real, const D: usize>(
     };
     let mut done = Counters::default();
     host.enter(|run| {
-        run.counters = Some(&mut done);
-        field::evaluate(&plan, &kernel, sources, targets, outputs, memory, run)
+        let (level, executor, should_stop) = (run.level, run.executor, run.should_stop);
+        let mut run = Run { level, executor, should_stop, counters: Some(&mut done) };
+        field::evaluate(&plan, &kernel, sources, targets, outputs, memory, &mut run)
     })?;
     if let Some(counts) = counts {
         // SAFETY: as above.
