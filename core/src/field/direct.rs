@@ -6,25 +6,23 @@
 //!
 //! `|computed - exact| <= (c + 256 + n / 256) u sum_j |m_j| |K_j|`, componentwise for gradients,
 //!
-//! and the same with |K_j| + 1/(2 pi) in place of |K_j| for the 2D potential. Compensated sums: c u sum_j |m_j| |K_j| + O(n u^2).
-//! Roundings of sums are as good as independent, so errors of a few u are what is seen. The bound supposes that no result
-//! underflows.
+//! and the same with |K_j| + 1/(2 pi) in place of |K_j| for the 2D potential, with max psi_delta for the Laplacian. Compensated
+//! sums: c u sum_j |m_j| |K_j| + O(n u^2). Roundings of sums are as good as independent, so errors of a few u are what is seen.
+//! The bound supposes that no result underflows. Tests: `field_direct::the_error_bound_holds_in_f64` and `.._f32`.
 
-use super::newtonian::{Group, List, Softened, Sums, far_run, mixed, near_run};
-use super::packed::{Packed, Units};
+use super::newtonian::{Group, List, Pending, Softened, Sums, far_run, inside, near_run};
+use super::packed::{Bounds, Packed, Units, bounds_of, farthest};
 use super::{Accumulation, Counters, Options, Outputs, Run, Sources, Wanted};
 use crate::error::{Error, Result};
-use crate::isa::{Isa, Job, MAX_LANES};
+use crate::isa::{BlockJob, Isa, Job, MAX_LANES};
 use crate::mollifier::{Blob, Mollifier};
 use crate::real::Real;
-use crate::space::{Carve, Chunks, Measure, each_piece};
+use crate::space::{Carve, Chunks, Measure, Same, each_piece};
 use core::sync::atomic::{AtomicUsize, Ordering};
 
 /// Targets of one task: a multiple of every machine's register block, so that blocks, and with them the bits of the
 /// results, do not depend on who runs them.
 const TASK: usize = 128;
-/// Sources added up before their sum joins the total.
-const BLOCK: usize = 256;
 
 /// Bytes for the compacted sources.
 pub(super) fn workspace_bytes<T: Real, const D: usize>(n_sources: usize) -> Result<usize> {
@@ -38,16 +36,78 @@ pub(super) struct Newtonian<'a, T: Real, const D: usize> {
     pub coefficient: T,
 }
 
-/// Overwrites the outputs. Arguments have been checked.
-pub(super) fn evaluate<T: Real, const D: usize>(
-    kernel: Newtonian<'_, T, D>,
-    options: &Options,
-    sources: Sources<'_, T, D>,
-    targets: &[[T; D]],
-    outputs: Outputs<'_, T, D>,
-    workspace: &mut [u8],
-    run: &mut Run<'_>,
-) -> Result<()> {
+/// The arguments of a sum, checked.
+pub(super) struct Call<'a, T: Real, const D: usize> {
+    pub kernel: Newtonian<'a, T, D>,
+    pub options: &'a Options,
+    pub sources: Sources<'a, T, D>,
+    pub targets: &'a [[T; D]],
+    pub outputs: Outputs<'a, T, D>,
+}
+
+impl<'a, T: Real, const D: usize> Call<'a, T, D> {
+    /// The same call with its types spelt out, where they are these.
+    #[inline(always)]
+    fn same<U: Real, const E: usize>(self) -> core::result::Result<Call<'a, U, E>, Self> {
+        let (Some(number), Some(point), Some(blob)) =
+            (Same::<T, U>::proof(), Same::<[T; D], [U; E]>::proof(), Same::<Blob<T, D>, Blob<U, E>>::proof())
+        else {
+            return Err(self);
+        };
+        let Self { kernel, options, sources, targets, outputs } = self;
+        Ok(Call {
+            kernel: Newtonian {
+                blob: blob.reference(kernel.blob),
+                coefficient: *number.reference(&kernel.coefficient),
+            },
+            options,
+            sources: Sources { positions: point.slice(sources.positions), masses: number.slice(sources.masses) },
+            targets: point.slice(targets),
+            outputs: Outputs {
+                potential: outputs.potential.map(|p| number.slice_mut(p)),
+                gradient: outputs.gradient.map(|g| point.slice_mut(g)),
+                laplacian: outputs.laplacian.map(|l| number.slice_mut(l)),
+            },
+        })
+    }
+}
+
+macro_rules! compiled_here {
+    ($($name:ident $t:ty, $d:literal;)*) => {
+        $(#[inline(never)]
+        fn $name(call: Call<'_, $t, $d>, workspace: &mut [u8], run: &mut Run<'_>) -> Result<()> {
+            sums(call, workspace, run)
+        })*
+
+        /// Overwrites the outputs.
+        ///
+        /// The loops are compiled with this crate, once for each scalar and dimension, not in every crate that calls them.
+        pub(super) fn evaluate<T: Real, const D: usize>(
+            call: Call<'_, T, D>,
+            workspace: &mut [u8],
+            run: &mut Run<'_>,
+        ) -> Result<()> {
+            $(let call = match call.same::<$t, $d>() {
+                Ok(call) => return $name(call, workspace, run),
+                Err(call) => call,
+            };)*
+            let _ = call;
+            Err(Error::Unsupported)
+        }
+    };
+}
+compiled_here! {
+    plane_f64 f64, 2;
+    plane_f32 f32, 2;
+    space_f64 f64, 3;
+    space_f32 f32, 3;
+    line_f64 f64, 1;
+    line_f32 f32, 1;
+}
+
+#[inline(always)]
+fn sums<T: Real, const D: usize>(call: Call<'_, T, D>, workspace: &mut [u8], run: &mut Run<'_>) -> Result<()> {
+    let Call { kernel, options, sources, targets, outputs } = call;
     let largest = |x: T, y: T| if y.abs() > x { y.abs() } else { x };
     let points = sources.positions.iter().chain(targets).flatten();
     let length = points.fold(kernel.blob.delta(), |x, &y| largest(x, y));
@@ -154,38 +214,29 @@ impl<T: Real, const D: usize, const P: bool, const G: bool, const C: bool> Job<T
 
     #[inline(always)]
     fn run<I: Isa<T>>(self, isa: I) {
+        isa.in_blocks(self);
+    }
+}
+
+impl<T: Real, const D: usize, const P: bool, const G: bool, const C: bool> BlockJob<T> for Sum<'_, T, D, P, G, C> {
+    type Out = ();
+
+    #[inline(always)]
+    fn run<I: Isa<T>, const NB: usize>(self, isa: I) {
         let Sum { shared, targets, outputs } = self;
         let kernel = shared.softened.lanes(isa);
-        if MAX_LANES == 1 {
-            // Where flash is dear, one target at a time.
-            self_run::<T, I, D, 1, P, G, C>(isa, shared, &kernel, targets, outputs)
-        } else if I::REGISTERS >= 32 {
-            self_run::<T, I, D, 4, P, G, C>(isa, shared, &kernel, targets, outputs)
-        } else {
-            self_run::<T, I, D, 2, P, G, C>(isa, shared, &kernel, targets, outputs)
+        let (mut counts, mut exact) = (Counters::default(), Exacts::new());
+        let mut writer = Writer::new(shared, outputs);
+        for block in targets.chunks(NB * I::LANES) {
+            let sums = block_sum::<T, I, D, NB, P, G, C>(isa, shared, &kernel, block, &mut exact, &mut counts);
+            writer.block::<I, NB>(isa, block.len(), &sums, &mut exact);
         }
+        shared.tally.add(&counts);
     }
 }
 
 /// The most vectors of targets in a register block.
 const WIDE: usize = 4;
-
-#[inline(always)]
-fn self_run<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool, const G: bool, const C: bool>(
-    isa: I,
-    shared: &Shared<'_, T, D>,
-    kernel: &Softened<I::V>,
-    targets: &[[T; D]],
-    outputs: Outputs<'_, T, D>,
-) {
-    let (mut counts, mut exact) = (Counters::default(), Exacts::new());
-    let mut writer = Writer::new(shared, outputs);
-    for block in targets.chunks(NB * I::LANES) {
-        let sums = block_sum::<T, I, D, NB, P, G, C>(isa, shared, kernel, block, &mut exact, &mut counts);
-        writer.block::<I, NB>(isa, block.len(), &sums, &mut exact);
-    }
-    shared.tally.add(&counts);
-}
 
 /// The sums over all sources for one register block of targets.
 #[inline(always)]
@@ -205,33 +256,33 @@ fn block_sum<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool,
         *valid = u32::MAX >> (32 - targets.len().clamp(1, 32) as u32);
     }
     let mut total = groups;
-    let (positions, masses) = shared.packed.tame();
     let laplacian = shared.wanted.laplacian;
-    // A compensated sum has nothing to gain from blocks.
-    let each = if C { usize::MAX } else { BLOCK };
-    for (positions, masses) in positions.chunks(each).zip(masses.chunks(each)) {
-        let mut left = (positions, masses);
+    let valid_lanes = valid.iter().map(|valid| u64::from(valid.count_ones())).sum::<u64>();
+    let bounds = block_bounds(shared, targets);
+    let mut pending = Pending::new();
+    for (block, positions, masses) in shared.packed.blocks() {
+        let all = (positions, masses);
+        let mut left = all;
+        let mut near = 0;
+        // With five terms (M = 4, order 2: the paper's choice) the polynomial is unrolled, and nothing is tested.
+        if kernel.gradient_terms() == 5 && farthest(block, &bounds) < *shared.softened.edge() {
+            near = near_run::<T, I, D, NB, P, G, C, 5, false>(isa, kernel, laplacian, left, &mut groups);
+            left = (&[], &[]);
+        }
         while !left.0.is_empty() {
-            let far = far_run::<T, I, D, NB, P, G, C>(isa, kernel, left, &mut groups);
+            let start = positions.len() - left.0.len();
+            let far = far_run::<T, I, D, NB, P, G, C>(isa, kernel, left, start, &mut pending, &mut groups);
             left = skip(left, far);
-            let near = if kernel.gradient_terms() == 5 {
-                near_run::<T, I, D, NB, P, G, C, 5>(isa, kernel, laplacian, left, &mut groups)
-            } else {
-                near_run::<T, I, D, NB, P, G, C, 0>(isa, kernel, laplacian, left, &mut groups)
-            };
-            left = skip(left, near);
-            let lanes_valid = valid.iter().map(|valid| u64::from(valid.count_ones())).sum::<u64>();
-            counts.all_near_blocks += near as u64;
-            counts.polynomial_blocks += near as u64;
-            counts.near_pairs += near as u64 * lanes_valid;
-            let (Some((x, positions)), Some((&m, masses))) = (left.0.split_first(), left.1.split_first()) else {
-                break;
-            };
-            if near > 0 {
-                continue;
-            }
-            left = (positions, masses);
-            let lanes = mixed::<T, I, D, NB, P, G, C>(isa, kernel, laplacian, x, m, &mut groups);
+            let run = near_run::<T, I, D, NB, P, G, C, 0, true>(isa, kernel, laplacian, left, &mut groups);
+            left = skip(left, run);
+            near += run;
+        }
+        counts.all_near_blocks += near as u64;
+        counts.polynomial_blocks += near as u64;
+        counts.near_pairs += near as u64 * valid_lanes;
+        for at in pending.take() {
+            let (Some(x), Some(&m)) = (positions.get(at), masses.get(at)) else { continue };
+            let lanes = inside::<T, I, D, NB, P, G, C>(isa, kernel, laplacian, x, m, &mut groups);
             if kernel.has_polynomials() {
                 counts.polynomial_blocks += 1;
                 for (lanes, valid) in lanes.iter().zip(&valid) {
@@ -241,14 +292,30 @@ fn block_sum<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool,
                 exact.pairs::<NB>(shared, I::LANES, targets, x, m, lanes, counts);
             }
         }
-        for (total, group) in total.iter_mut().zip(&mut groups) {
-            total.sums.add(isa, &group.sums);
+        // A compensated sum has nothing to gain from blocks.
+        if !C {
+            for (total, group) in total.iter_mut().zip(&mut groups) {
+                total.sums.add(isa, &group.sums);
+                group.sums = zero;
+            }
+        }
+    }
+    if C {
+        for (total, group) in total.iter_mut().zip(&groups) {
+            total.sums = group.sums;
             total.sums.add(isa, &group.lost);
-            (group.sums, group.lost) = (zero, zero);
         }
     }
     exact.wild(shared, targets, counts);
     total
+}
+
+/// The bounds of targets in units.
+#[inline(always)]
+fn block_bounds<T: Real, const D: usize>(shared: &Shared<'_, T, D>, targets: &[[T; D]]) -> Bounds<T, D> {
+    let mut scaled = [[T::ZERO; D]; WIDE * MAX_LANES];
+    scaled.iter_mut().zip(targets).for_each(|(scaled, x)| *scaled = shared.units.point(x).0);
+    bounds_of(scaled.get(..targets.len()).unwrap_or(&[]))
 }
 
 /// The list without its first `n`.

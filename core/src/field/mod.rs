@@ -229,7 +229,8 @@ pub fn evaluate<T: Real, const D: usize>(
     match kernel.newtonian() {
         Some((coefficient, blob)) => {
             let kernel = direct::Newtonian { blob, coefficient };
-            direct::evaluate(kernel, plan.options(), sources, targets, outputs, workspace, run)
+            let call = direct::Call { kernel, options: plan.options(), sources, targets, outputs };
+            direct::evaluate(call, workspace, run)
         }
         None if !cfg!(feature = "kernels") => Err(Error::Unsupported),
         None => radial::evaluate(kernel, plan.options(), sources, targets, outputs, run),

@@ -8,16 +8,18 @@
 //! | S_D K | \|x\|, log r, -1/r | delta (c + s R(t) / 2), log delta + P(t), P(t) / delta |
 //! | S_D Laplacian K | 0 | delta^-D b(t) |
 //!
-//! The block first asks whether any lane is inside. If none is, no polynomial is evaluated; if all are, nothing is divided;
-//! only a mixed block does both. In 2D the mass goes into the numerator, m / r2, with one division for two vectors; in 3D
-//! the cube of 1/r comes from a short seed and a series in e = 1 - r2 seed^2, (1 - e)^(-3/2) = 1 + 3/2 e + 15/8 e^2 + ...
+//! A register block of targets meets one source after the other. If no lane is inside, no polynomial is evaluated
+//! ([`far_run`]); if all are, nothing is divided ([`near_run`]); a block with some lanes inside adds the others and is noted,
+//! and gets its polynomials later ([`inside`]), so that the common loop keeps its registers. In 2D the mass goes into the
+//! numerator, m / r2, with one division for two vectors; in 3D m / r^3 comes from the machine's square root and a shared
+//! division (AVX2) or from a 14-bit seed y and the series of (1 - e)^(-3/2), e = 1 - r2 y^2 (AVX-512).
 //!
 //! # Rounding
-//! With u the unit roundoff, each coordinate difference has 1 u, r2 has 3 u (D <= 3: two or three products, of which each
-//! has 3 u, and sums), so g has at most: 1D 2 u, 2D 7 u (3 of r2, 3 of the shared division, the mass), 3D 4.5 u of r2, 4 u of
-//! the series and its cut, 3 u of products; inside 12 u (`Polynomials`), 45 u for the 1D potential's t form, which is not used
-//! here. With the product by d, a term is good to c = 16 u. `direct` adds what the summation adds.
-//! The 2D potential is the logarithm of a rounded number: its error is relative to |log r| + 1, since r = 1 is a zero.
+//! With u the unit roundoff and to first order: a coordinate difference has 1 u, r2 has 5 u. Outside, g has in 1D 2 u, in 2D
+//! 8 u (r2, 3 u of the shared division), in 3D 12 u (1.5 times r2's, square root, product, shared division, or the series
+//! and its cut); inside at most 12 u (`Polynomials`). The products by d and by the coefficient add 4 u: c = 16 u a term.
+//! `direct` adds what the summation adds. The 2D potential is the logarithm of a rounded number, which has a zero at r = 1: its
+//! error is relative to |log r| + 1. The density has zeros too: its error is relative to its maximum.
 
 use super::packed::{Units, least_square_exponent, power_of_two};
 use crate::isa::{Isa, log, log_numerator};
@@ -166,6 +168,12 @@ impl<T: Real> Softened<T> {
 }
 
 impl<V> Softened<V> {
+    /// Lanes with r2 below this are not plainly Newtonian.
+    #[inline(always)]
+    pub fn edge(&self) -> &V {
+        &self.edge
+    }
+
     /// Terms of the gradient's polynomial.
     #[inline(always)]
     pub fn gradient_terms(&self) -> usize {
@@ -219,7 +227,40 @@ impl<V: Copy, const D: usize> Sums<V, D> {
 /// Sources one after the other: positions and masses of equal length.
 pub(super) type List<'a, T, const D: usize> = (&'a [[T; D]], &'a [T]);
 
-/// Adds sources as long as no lane is below the edge; how many.
+/// Sources with a lane below the edge, for [`inside`]: their places in a list of at most [`BLOCK`].
+#[derive(Debug)]
+pub(super) struct Pending {
+    at: [u16; BLOCK],
+    n: usize,
+}
+
+impl Pending {
+    /// None.
+    pub fn new() -> Self {
+        Self { at: [0; BLOCK], n: 0 }
+    }
+
+    #[inline(always)]
+    fn push(&mut self, at: usize) {
+        if let Some(slot) = self.at.get_mut(self.n) {
+            *slot = at as u16;
+            self.n += 1;
+        }
+    }
+
+    /// Takes them all out.
+    #[inline(always)]
+    pub fn take(&mut self) -> impl Iterator<Item = usize> {
+        let n = core::mem::take(&mut self.n);
+        self.at.iter().take(n).map(|&at| usize::from(at))
+    }
+}
+
+/// Sources added up before their sum joins the total.
+pub(super) const BLOCK: usize = 256;
+
+/// Adds sources, but not where a lane is below the edge: such sources are noted in `pending`, at their place after `start`.
+/// Stops where every lane is inside the support, which [`near_run`] does without dividing. Returns how many it did.
 ///
 /// Targets and sums live in registers here: this loop is where a sum without near pairs spends its time.
 #[inline(always)]
@@ -235,17 +276,37 @@ pub(super) fn far_run<
     isa: I,
     kernel: &Softened<I::V>,
     sources: List<'_, T, D>,
+    start: usize,
+    pending: &mut Pending,
     groups: &mut [Group<I::V, D>; NB],
 ) -> usize {
+    let (zero, one) = (isa.splat(T::ZERO), isa.splat(T::ONE));
     let mut done = 0;
     let mut local = *groups;
     for (x, &m) in sources.0.iter().zip(sources.1) {
-        let (d, r2) = distances(isa, x, &local);
+        let (mut d, mut r2) = distances(isa, x, &local);
+        let mass = isa.splat(m);
         if isa.any_below(&r2, kernel.edge) {
-            break;
+            if kernel.inside.is_some() && isa.all_below(&r2, kernel.edge) {
+                break;
+            }
+            pending.push(start + done);
+            // Lanes below the edge add nothing: d = 0, and r2 = 1 is harmless. Only the potential, log or -1/r, has no zero there.
+            let below = r2.map(|r2| isa.lt(r2, kernel.edge));
+            for ((d, r2), &below) in d.iter_mut().zip(&mut r2).zip(&below) {
+                d.iter_mut().for_each(|d| *d = isa.select(below, zero, *d));
+                *r2 = isa.select(below, one, *r2);
+            }
+            if P && D > 1 {
+                let far = outside::<T, I, D, NB, P, G>(isa, kernel, mass, &d, &r2);
+                for (((group, d), (k, g)), &below) in local.iter_mut().zip(&d).zip(far).zip(&below) {
+                    gather::<T, I, D, P, G, C>(isa, group, d, mass, isa.select(below, zero, k), g);
+                }
+                done += 1;
+                continue;
+            }
         }
         if P || G {
-            let mass = isa.splat(m);
             let far = outside::<T, I, D, NB, P, G>(isa, kernel, mass, &d, &r2);
             for ((group, d), (k, g)) in local.iter_mut().zip(&d).zip(far) {
                 gather::<T, I, D, P, G, C>(isa, group, d, mass, k, g);
@@ -259,7 +320,8 @@ pub(super) fn far_run<
 
 /// Adds sources as long as every lane is inside the support; how many. Nothing is divided.
 ///
-/// `TERMS` unrolls the gradient's polynomial where it has no more; 0 takes any length.
+/// `TERMS` unrolls the gradient's polynomial where it has just so many; 0 takes any number. Without `TEST` the caller
+/// knows that every lane is inside.
 #[inline(always)]
 pub(super) fn near_run<
     T: Real,
@@ -270,6 +332,7 @@ pub(super) fn near_run<
     const G: bool,
     const C: bool,
     const TERMS: usize,
+    const TEST: bool,
 >(
     isa: I,
     kernel: &Softened<I::V>,
@@ -281,9 +344,34 @@ pub(super) fn near_run<
     let one = isa.splat(T::ONE);
     let mut done = 0;
     let mut local = *groups;
-    for (x, &m) in sources.0.iter().zip(sources.1) {
+    let (mut positions, mut masses) = sources;
+    if !(TEST || P || C || laplacian) {
+        // Four sources at a time, stage by stage: the polynomials' long chains of dependent operations then overlap beyond
+        // what the processor's window holds of one source after the other.
+        let ((four_x, rest_x), (four_m, rest_m)) = (positions.as_chunks::<4>(), masses.as_chunks::<4>());
+        (positions, masses) = (rest_x, rest_m);
+        for (xs, ms) in four_x.iter().zip(four_m) {
+            let mut factors = [[one; NB]; 4];
+            for (factors, x) in factors.iter_mut().zip(xs) {
+                let (_, r2) = distances(isa, x, &local);
+                *factors = r2.map(|r2| isa.neg_mul_add(r2, inside.per_square, one));
+            }
+            for (factors, &m) in factors.iter_mut().zip(ms) {
+                let mass = isa.splat(m);
+                *factors = inside.gradient.at::<T, I, NB, TERMS>(isa, factors).map(|g| isa.mul(mass, g));
+            }
+            for (factors, x) in factors.iter().zip(xs) {
+                let (d, _) = distances(isa, x, &local);
+                for ((group, d), &g) in local.iter_mut().zip(&d).zip(factors) {
+                    gather::<T, I, D, P, G, C>(isa, group, d, one, g, g);
+                }
+            }
+            done += 4;
+        }
+    }
+    for (x, &m) in positions.iter().zip(masses) {
         let (d, r2) = distances(isa, x, &local);
-        if !isa.all_below(&r2, kernel.edge) {
+        if TEST && !isa.all_below(&r2, kernel.edge) {
             break;
         }
         let mass = isa.splat(m);
@@ -311,10 +399,10 @@ pub(super) fn near_run<
     done
 }
 
-/// Adds one source, whatever its lanes; returns one word of lanes a vector: those below the edge. Without polynomials they
-/// have been left out, for the scaled path.
+/// Adds what one source gives to the lanes inside the support, and to no other; returns one word of lanes a vector: those
+/// below the edge. Without polynomials nothing is added, and the lanes go to the scaled path.
 #[inline(always)]
-pub(super) fn mixed<
+pub(super) fn inside<
     T: Real,
     I: Isa<T>,
     const D: usize,
@@ -336,29 +424,22 @@ pub(super) fn mixed<
     for (((group, d), &r2), lanes) in groups.iter_mut().zip(&d).zip(&r2).zip(&mut lanes) {
         let below = isa.lt(r2, kernel.edge);
         *lanes = isa.bits(below);
-        let (mut k, mut g, mut b) = (zero, zero, zero);
-        if let Some(inside) = &kernel.inside {
-            let t = [isa.neg_mul_add(r2, inside.per_square, one)];
-            if G {
-                let [factor] = inside.gradient.at::<T, I, 1, 0>(isa, &t);
-                g = isa.mul(mass, factor);
-            }
-            if P {
-                [k] = inside.potential::<T, I, D, 1>(isa, &t, &[r2]);
-            }
-            if laplacian {
-                let [density] = inside.density.at::<T, I, 1, 0>(isa, &t);
-                b = isa.select(below, density, zero);
-            }
+        let Some(inside) = &kernel.inside else { continue };
+        let t = [isa.neg_mul_add(r2, inside.per_square, one)];
+        let (mut k, mut g) = (zero, zero);
+        if G {
+            let [factor] = inside.gradient.at::<T, I, 1, 0>(isa, &t);
+            g = isa.select(below, isa.mul(mass, factor), zero);
         }
-        if P || G {
-            let safe = isa.select(below, one, r2);
-            let [(far_k, far_g)] = outside::<T, I, D, 1, P, G>(isa, kernel, mass, &[*d], &[safe]);
-            (k, g) = (isa.select(below, k, far_k), isa.select(below, g, far_g));
-            gather::<T, I, D, P, G, C>(isa, group, d, mass, k, g);
+        if P {
+            let [value] = inside.potential::<T, I, D, 1>(isa, &t, &[r2]);
+            k = isa.select(below, value, zero);
         }
+        gather::<T, I, D, P, G, C>(isa, group, d, mass, k, g);
         if laplacian {
+            let [density] = inside.density.at::<T, I, 1, 0>(isa, &t);
             let Group { sums, lost, .. } = group;
+            let b = isa.select(below, density, zero);
             accumulate::<T, I, C>(isa, &mut sums.laplacian, &mut lost.laplacian, mass, b);
         }
     }
@@ -410,11 +491,9 @@ fn outside<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool, c
     let mut result = [(zero, zero); NB];
     match D {
         1 => {
-            // K = |x| / 2; the gradient factor is 1 / |x|, of which only the sign of x remains: one division, no rounding
-            // of importance.
+            // K = |x| / 2; the gradient factor is 1 / |x|, of which only the sign of x remains.
             if G {
-                let distance = d.map(|d| d.first().map_or(zero, |&d| isa.abs(d)));
-                let g = isa.quotients(mass, distance);
+                let g = isa.quotients(mass, r2.map(|r2| isa.sqrt(r2)));
                 result.iter_mut().zip(g).for_each(|(result, g)| result.1 = g);
             }
             if P {
@@ -446,44 +525,21 @@ fn outside<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool, c
             }
         }
         _ => {
-            for (result, &r2) in result.iter_mut().zip(r2) {
-                let seed = isa.root_seed(r2);
-                let square = isa.mul(seed, seed);
-                let e = isa.neg_mul_add(r2, square, isa.splat(T::ONE));
-                if P {
-                    let root = isa.mul(seed, series::<T, I>(isa, e, 0.5));
+            if P {
+                for (result, &r2) in result.iter_mut().zip(r2) {
+                    let root = isa.inverse_root(r2);
                     result.0 = isa.sub(zero, root);
                     if G {
                         result.1 = isa.mul(isa.mul(mass, root), isa.mul(root, root));
                     }
-                } else if G {
-                    result.1 = isa.mul(isa.mul(isa.mul(mass, seed), square), series::<T, I>(isa, e, 1.5));
                 }
+            } else if G {
+                let g = isa.over_cubed_roots(mass, *r2);
+                result.iter_mut().zip(g).for_each(|(result, g)| result.1 = g);
             }
         }
     }
     result
-}
-
-/// (1 - e)^-a, cut after [`Isa::ROOT_TERMS`] powers of e.
-#[inline(always)]
-fn series<T: Real, I: Isa<T>>(isa: I, e: I::V, a: f64) -> I::V {
-    // (a)_k / k!
-    let mut coefficients = [1.0_f64; 6];
-    let mut last = 1.0;
-    for (k, c) in coefficients.iter_mut().enumerate().skip(1) {
-        last *= (a + (k as f64 - 1.0)) / k as f64;
-        *c = last;
-    }
-    let mut sum = isa.splat(T::ZERO);
-    for (k, &c) in coefficients.iter().enumerate().rev() {
-        if k == I::ROOT_TERMS {
-            sum = isa.splat(T::from_f64(c));
-        } else if k < I::ROOT_TERMS {
-            sum = isa.mul_add(sum, e, isa.splat(T::from_f64(c)));
-        }
-    }
-    sum
 }
 
 #[inline(always)]

@@ -5,6 +5,7 @@
 //! coordinate or mass that is tiny beside the largest, but not zero) is *wild*: it keeps its own units and takes the scaled
 //! path, pair by pair. Between particles that are not wild every difference of coordinates is zero or normal.
 
+use super::newtonian::BLOCK;
 use crate::error::Result;
 use crate::real::Real;
 use crate::space::Space;
@@ -70,12 +71,40 @@ pub(super) fn power_of_two<T: Real>(n: i32) -> T {
     T::ONE.ldexp(n)
 }
 
+/// The least and the largest coordinates of some points.
+pub(super) type Bounds<T, const D: usize> = [[T; D]; 2];
+
+/// The bounds of points; (largest, least) numbers for none.
+#[inline]
+pub(super) fn bounds_of<T: Real, const D: usize>(points: &[[T; D]]) -> Bounds<T, D> {
+    let (mut least, mut most) = ([T::MAX; D], [-T::MAX; D]);
+    for x in points {
+        least.iter_mut().zip(x).for_each(|(least, &x)| *least = if x < *least { x } else { *least });
+        most.iter_mut().zip(x).for_each(|(most, &x)| *most = if x > *most { x } else { *most });
+    }
+    [least, most]
+}
+
+/// The largest r^2 between points of two boxes, rounded up.
+#[inline]
+pub(super) fn farthest<T: Real, const D: usize>(a: &Bounds<T, D>, b: &Bounds<T, D>) -> T {
+    let [a_least, a_most] = a;
+    let [b_least, b_most] = b;
+    let sides = a_least.iter().zip(a_most).zip(b_least.iter().zip(b_most));
+    let square = sides.fold(T::ZERO, |sum, ((&al, &am), (&bl, &bm))| {
+        let side = if bm - al > am - bl { bm - al } else { am - bl };
+        sum + side * side
+    });
+    square * (T::ONE + T::from_f64(16.0) * T::EPSILON)
+}
+
 /// Compacted sources. Tame ones come first, in units and in the caller's order; wild ones last, in reverse order, as the
 /// caller gave them. Between them may be unused room.
 #[derive(Debug)]
 pub(super) struct Packed<'w, T, const D: usize> {
     positions: &'w mut [[T; D]],
     masses: &'w mut [T],
+    boxes: &'w mut [Bounds<T, D>],
     tame: usize,
     wild: usize,
 }
@@ -83,12 +112,18 @@ pub(super) struct Packed<'w, T, const D: usize> {
 impl<'w, T: Real, const D: usize> Packed<'w, T, D> {
     /// The layout: room for every source.
     pub fn lay(space: &mut impl Space<'w>, n: usize) -> Result<Self> {
-        Ok(Self { positions: space.array(n)?, masses: space.array(n)?, tame: 0, wild: 0 })
+        Ok(Self {
+            positions: space.array(n)?,
+            masses: space.array(n)?,
+            boxes: space.array(n.div_ceil(BLOCK))?,
+            tame: 0,
+            wild: 0,
+        })
     }
 
     /// Takes the sources in.
     pub fn fill(&mut self, units: Units<T>, positions: &[[T; D]], masses: &[T]) {
-        let Self { positions: to_positions, masses: to_masses, tame, wild } = self;
+        let Self { positions: to_positions, masses: to_masses, boxes, tame, wild } = self;
         let mut room = to_positions.iter_mut().zip(to_masses.iter_mut());
         for (x, &m) in positions.iter().zip(masses).filter(|&(_, &m)| m != T::ZERO) {
             let ((point, far_out), (mass, light)) = (units.point(x), units.mass(m));
@@ -102,6 +137,17 @@ impl<'w, T: Real, const D: usize> Packed<'w, T, D> {
                 *count += 1;
             }
         }
+        let tame = to_positions.get(..*tame).unwrap_or(&[]);
+        for (bounds, block) in boxes.iter_mut().zip(tame.chunks(BLOCK)) {
+            *bounds = bounds_of(block);
+        }
+    }
+
+    /// Tame sources in blocks of [`BLOCK`], each with its bounds.
+    pub fn blocks(&self) -> impl Iterator<Item = (&Bounds<T, D>, &[[T; D]], &[T])> {
+        let (positions, masses) = self.tame();
+        let blocks = positions.chunks(BLOCK).zip(masses.chunks(BLOCK));
+        self.boxes.iter().zip(blocks).map(|(bounds, (positions, masses))| (bounds, positions, masses))
     }
 
     /// Sources with mass.

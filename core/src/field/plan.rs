@@ -198,6 +198,10 @@ impl core::fmt::Display for Plan {
         for (wanted, name) in outputs {
             write!(f, "; {name} {}", if wanted { "computed" } else { "skipped" })?;
         }
-        write!(f, "; massless sources skipped")
+        write!(f, "; massless sources skipped")?;
+        if self.method == Method::Direct {
+            write!(f, "; mollifier evaluated where a block of targets has a near pair")?;
+        }
+        write!(f, "; {} workspace bytes", self.bytes)
     }
 }

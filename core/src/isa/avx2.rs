@@ -3,7 +3,7 @@
 use core::arch::x86_64::*;
 
 use super::Level;
-use super::lanes::{Isa, Job, MAX_LANES, paired_quotients};
+use super::lanes::{Isa, Job, MAX_LANES, paired_quotients, seeded_over_cube, seeded_root};
 
 /// Proof that the processor has AVX2 and FMA, and that the system saves their registers.
 #[derive(Clone, Copy, Debug)]
@@ -52,7 +52,10 @@ macro_rules! common {
         type V = $v;
         type M = $v;
         const LANES: usize = $lanes;
-        const REGISTERS: usize = 16;
+        #[inline(always)]
+        fn in_blocks<J: super::lanes::BlockJob<$t>>(self, job: J) -> J::Out {
+            job.run::<Self, 2>(self)
+        }
 
         #[inline(always)]
         fn splat(self, a: $t) -> $v {
@@ -137,14 +140,6 @@ impl Isa<f64> for Avx2 {
     _mm256_mul_pd _mm256_div_pd _mm256_sqrt_pd _mm256_fmadd_pd _mm256_fnmadd_pd _mm256_andnot_pd _mm256_and_pd _mm256_or_pd
     _mm256_cmp_pd _mm256_blendv_pd _mm256_movemask_pd }
 
-    // The seed has 12 bits: e < 2^-10.4, and (1 - e)^(-3/2) is cut below 3 e^6 < 2^-60.
-    const ROOT_TERMS: usize = 5;
-
-    #[inline(always)]
-    fn root_seed(self, a: __m256d) -> __m256d {
-        op!(_mm256_cvtps_pd(_mm_rsqrt_ps(_mm256_cvtpd_ps(a))))
-    }
-
     #[inline(always)]
     fn quotients<const N: usize>(self, m: __m256d, a: [__m256d; N]) -> [__m256d; N] {
         paired_quotients::<f64, _, N>(self, m, a)
@@ -170,12 +165,17 @@ impl Isa<f32> for Avx2 {
     _mm256_mul_ps _mm256_div_ps _mm256_sqrt_ps _mm256_fmadd_ps _mm256_fnmadd_ps _mm256_andnot_ps _mm256_and_ps _mm256_or_ps
     _mm256_cmp_ps _mm256_blendv_ps _mm256_movemask_ps }
 
-    // e < 2^-10.4, cut below 2.2 e^3 < 2^-30.
-    const ROOT_TERMS: usize = 2;
+    // The seed has 12 bits: e < 2^-10.4, and the series is cut below 2.2 e^3 < 2^-30.
+    #[inline(always)]
+    fn inverse_root(self, a: __m256) -> __m256 {
+        seeded_root::<f32, _, 2>(self, a, op!(_mm256_rsqrt_ps(a)))
+    }
 
     #[inline(always)]
-    fn root_seed(self, a: __m256) -> __m256 {
-        op!(_mm256_rsqrt_ps(a))
+    fn over_cubed_roots<const N: usize>(self, m: __m256, a: [__m256; N]) -> [__m256; N] {
+        let mut result = a;
+        result.iter_mut().for_each(|a| *a = seeded_over_cube::<f32, _, 2>(self, m, *a, op!(_mm256_rsqrt_ps(*a))));
+        result
     }
 
     #[inline(always)]

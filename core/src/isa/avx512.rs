@@ -3,7 +3,7 @@
 use core::arch::x86_64::*;
 
 use super::Level;
-use super::lanes::{Isa, Job, MAX_LANES, paired_quotients};
+use super::lanes::{Isa, Job, MAX_LANES, paired_quotients, seeded_over_cube, seeded_root};
 
 /// Proof that the processor has AVX-512 F, DQ, BW, VL, and that the system saves their registers.
 #[derive(Clone, Copy, Debug)]
@@ -52,7 +52,10 @@ macro_rules! common {
         type V = $v;
         type M = $m;
         const LANES: usize = $lanes;
-        const REGISTERS: usize = 32;
+        #[inline(always)]
+        fn in_blocks<J: super::lanes::BlockJob<$t>>(self, job: J) -> J::Out {
+            job.run::<Self, 4>(self)
+        }
 
         #[inline(always)]
         fn splat(self, a: $t) -> $v {
@@ -138,11 +141,16 @@ impl Isa<f64> for Avx512 {
     _mm512_cmp_pd_mask _mm512_mask_blend_pd _mm512_movepi64_mask _mm512_castpd_si512 }
 
     // The seed has 14 bits: e < 2^-13, and (1 - e)^(-3/2) is cut below 2.5 e^4 < 2^-50.7.
-    const ROOT_TERMS: usize = 3;
+    #[inline(always)]
+    fn inverse_root(self, a: __m512d) -> __m512d {
+        seeded_root::<f64, _, 3>(self, a, op!(_mm512_rsqrt14_pd(a)))
+    }
 
     #[inline(always)]
-    fn root_seed(self, a: __m512d) -> __m512d {
-        op!(_mm512_rsqrt14_pd(a))
+    fn over_cubed_roots<const N: usize>(self, m: __m512d, a: [__m512d; N]) -> [__m512d; N] {
+        let mut result = a;
+        result.iter_mut().for_each(|a| *a = seeded_over_cube::<f64, _, 3>(self, m, *a, op!(_mm512_rsqrt14_pd(*a))));
+        result
     }
 
     #[inline(always)]
@@ -169,11 +177,16 @@ impl Isa<f32> for Avx512 {
     _mm512_cmp_ps_mask _mm512_mask_blend_ps _mm512_movepi32_mask _mm512_castps_si512 }
 
     // e < 2^-13, cut below 1.9 e^2 < 2^-25.
-    const ROOT_TERMS: usize = 1;
+    #[inline(always)]
+    fn inverse_root(self, a: __m512) -> __m512 {
+        seeded_root::<f32, _, 1>(self, a, op!(_mm512_rsqrt14_ps(a)))
+    }
 
     #[inline(always)]
-    fn root_seed(self, a: __m512) -> __m512 {
-        op!(_mm512_rsqrt14_ps(a))
+    fn over_cubed_roots<const N: usize>(self, m: __m512, a: [__m512; N]) -> [__m512; N] {
+        let mut result = a;
+        result.iter_mut().for_each(|a| *a = seeded_over_cube::<f32, _, 1>(self, m, *a, op!(_mm512_rsqrt14_ps(*a))));
+        result
     }
 
     // The approximation has 14 bits; with e = 1 - a y, m / a = m y (1 + e) to e^2 < 2^-28.

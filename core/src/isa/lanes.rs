@@ -15,10 +15,10 @@ pub trait Isa<T: Real>: Copy + Send + Sync {
     type M: Copy;
     /// Numbers in a vector.
     const LANES: usize;
-    /// Vectors that the machine holds at a time: how many targets a loop keeps.
-    const REGISTERS: usize;
-    /// Terms of the series that turns [`Isa::root_seed`] into 1/sqrt; 0 where the seed is already that.
-    const ROOT_TERMS: usize;
+
+    /// Runs the algorithm with as many vectors of targets at a time as the machine's registers hold: two where it has 16
+    /// (or none), four where it has 32.
+    fn in_blocks<J: BlockJob<T>>(self, job: J) -> J::Out;
 
     /// `a` in every lane.
     fn splat(self, a: T) -> Self::V;
@@ -56,9 +56,19 @@ pub trait Isa<T: Real>: Copy + Send + Sync {
     /// Whether every lane of every vector is below the bound. Neither may be NaN.
     fn all_below<const N: usize>(self, a: &[Self::V; N], bound: Self::V) -> bool;
 
-    /// Approximately 1/sqrt(a), for a in 2^-120..2^120 (f32: 2^-100..2^100): `1 - a seed^2` is so small that the series
-    /// of [`Isa::ROOT_TERMS`] terms in it reaches full precision.
-    fn root_seed(self, a: Self::V) -> Self::V;
+    /// 1 / sqrt(a), to three ulp, for a in 2^-120..2^120 (f32: 2^-100..2^100).
+    #[inline(always)]
+    fn inverse_root(self, a: Self::V) -> Self::V {
+        self.div(self.splat(T::ONE), self.sqrt(a))
+    }
+
+    /// m / a^(3/2) for each a, to six ulp, in the same range.
+    #[inline(always)]
+    fn over_cubed_roots<const N: usize>(self, m: Self::V, a: [Self::V; N]) -> [Self::V; N] {
+        let mut cubes = a;
+        cubes.iter_mut().for_each(|a| *a = self.mul(*a, self.sqrt(*a)));
+        self.quotients(m, cubes)
+    }
 
     /// m / a for each a, to two or three ulp: with fewer divisions than vectors where that is faster. Products of four
     /// of the a, and m over them, must stay in the normal range.
@@ -76,6 +86,14 @@ pub trait Job<T: Real> {
     fn run<I: Isa<T>>(self, isa: I) -> Self::Out;
 }
 
+/// An algorithm over blocks of vectors, whose number the machine chooses.
+pub trait BlockJob<T: Real> {
+    /// What it returns.
+    type Out;
+    /// The algorithm for `N` vectors at a time; `#[inline(always)]` in every implementation.
+    fn run<I: Isa<T>, const N: usize>(self, isa: I) -> Self::Out;
+}
+
 /// m / a with one division for each two vectors: m / (a b) times b, and times a.
 ///
 /// Errors: the product, the quotient and the last product round once each, so 3 u instead of 1 u.
@@ -91,4 +109,40 @@ pub(super) fn paired_quotients<T: Real, I: Isa<T>, const N: usize>(isa: I, m: I:
         *one = isa.div(m, *one);
     }
     result
+}
+
+/// (1 - e)^-a, cut after `TERMS` powers of e: turns a seed y of 1/sqrt(x), with e = 1 - x y^2, into x^-a = y^(2a) (1 - e)^-a.
+#[inline(always)]
+pub(super) fn root_series<T: Real, I: Isa<T>, const TERMS: usize>(isa: I, e: I::V, a: f64) -> I::V {
+    // (a)_k / k!
+    let mut coefficients = [1.0_f64; 6];
+    let mut last = 1.0;
+    for (k, c) in coefficients.iter_mut().enumerate().skip(1) {
+        last *= (a + (k as f64 - 1.0)) / k as f64;
+        *c = last;
+    }
+    let mut sum = isa.splat(T::ZERO);
+    for (k, &c) in coefficients.iter().enumerate().rev() {
+        if k == TERMS {
+            sum = isa.splat(T::from_f64(c));
+        } else if k < TERMS {
+            sum = isa.mul_add(sum, e, isa.splat(T::from_f64(c)));
+        }
+    }
+    sum
+}
+
+/// [`Isa::inverse_root`] from a seed.
+#[inline(always)]
+pub(super) fn seeded_root<T: Real, I: Isa<T>, const TERMS: usize>(isa: I, a: I::V, seed: I::V) -> I::V {
+    let e = isa.neg_mul_add(a, isa.mul(seed, seed), isa.splat(T::ONE));
+    isa.mul(seed, root_series::<T, I, TERMS>(isa, e, 0.5))
+}
+
+/// One quotient of [`Isa::over_cubed_roots`] from a seed.
+#[inline(always)]
+pub(super) fn seeded_over_cube<T: Real, I: Isa<T>, const TERMS: usize>(isa: I, m: I::V, a: I::V, seed: I::V) -> I::V {
+    let square = isa.mul(seed, seed);
+    let e = isa.neg_mul_add(a, square, isa.splat(T::ONE));
+    isa.mul(isa.mul(isa.mul(m, seed), square), root_series::<T, I, TERMS>(isa, e, 1.5))
 }

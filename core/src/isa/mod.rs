@@ -21,7 +21,7 @@ mod portable;
 pub(crate) mod root;
 mod widest;
 
-pub use lanes::{Isa, Job, MAX_LANES};
+pub use lanes::{BlockJob, Isa, Job, MAX_LANES};
 pub use level::Level;
 pub(crate) use log::{log, log_numerator};
 pub(crate) use widest::{Plain, widest};

@@ -28,8 +28,10 @@ macro_rules! neon {
             type V = $v;
             type M = $m;
             const LANES: usize = $lanes;
-            const REGISTERS: usize = 32;
-            const ROOT_TERMS: usize = 0;
+            #[inline(always)]
+            fn in_blocks<J: super::lanes::BlockJob<$t>>(self, job: J) -> J::Out {
+                job.run::<Self, 4>(self)
+            }
 
             #[inline(always)]
             fn splat(self, a: $t) -> $v {
@@ -102,10 +104,6 @@ macro_rules! neon {
             #[inline(always)]
             fn all_below<const N: usize>(self, a: &[$v; N], bound: $v) -> bool {
                 a.iter().all(|&a| Isa::<$t>::bits(self, Isa::<$t>::lt(self, a, bound)) == (1 << $lanes) - 1)
-            }
-            #[inline(always)]
-            fn root_seed(self, a: $v) -> $v {
-                Isa::<$t>::div(self, Isa::<$t>::splat(self, 1.0), Isa::<$t>::sqrt(self, a))
             }
             #[inline(always)]
             fn quotients<const N: usize>(self, m: $v, a: [$v; N]) -> [$v; N] {

@@ -14,6 +14,8 @@ mod lanes {
 
     /// Numbers in a vector: two registers of SSE2 in f64, so that a wide machine's loops stay in registers.
     pub const LANES: usize = 4;
+    /// Vectors in a block.
+    pub const BLOCK: usize = 2;
 
     #[inline(always)]
     pub fn first<T: Copy>(from: &[T; MAX_LANES]) -> [T; LANES] {
@@ -38,6 +40,7 @@ mod lanes {
 #[cfg(all(feature = "small", not(any(target_arch = "x86_64", target_arch = "aarch64"))))]
 mod lanes {
     pub const LANES: usize = 1;
+    pub const BLOCK: usize = 1;
 
     #[inline(always)]
     pub fn first<T: Copy>(from: &[T; 1]) -> [T; 1] {
@@ -54,7 +57,7 @@ mod lanes {
         [f(a, b)]
     }
 }
-use lanes::{LANES, both, each, first};
+use lanes::{BLOCK, LANES, both, each, first};
 
 macro_rules! portable {
     ($t:ty, $digits:literal, $bias:literal, $mantissa:literal) => {
@@ -62,8 +65,10 @@ macro_rules! portable {
             type V = [$t; LANES];
             type M = [bool; LANES];
             const LANES: usize = LANES;
-            const REGISTERS: usize = 16;
-            const ROOT_TERMS: usize = 0;
+            #[inline(always)]
+            fn in_blocks<J: super::lanes::BlockJob<$t>>(self, job: J) -> J::Out {
+                job.run::<Self, BLOCK>(self)
+            }
 
             #[inline(always)]
             fn splat(self, a: $t) -> Self::V {
@@ -131,10 +136,6 @@ macro_rules! portable {
             #[inline(always)]
             fn all_below<const N: usize>(self, a: &[Self::V; N], bound: Self::V) -> bool {
                 a.iter().all(|&a| Isa::<$t>::lt(self, a, bound).iter().all(|&below| below))
-            }
-            #[inline(always)]
-            fn root_seed(self, a: Self::V) -> Self::V {
-                Isa::<$t>::div(self, Isa::<$t>::splat(self, 1.0), Isa::<$t>::sqrt(self, a))
             }
             // One division each: a quotient that depends on its neighbours would depend on the number of lanes.
             #[inline(always)]

@@ -1,4 +1,4 @@
-//! Carving a caller's workspace, and dividing outputs among tasks: two of the three places that hold `unsafe`.
+//! Carving a caller's workspace, dividing outputs among tasks, one type under two names: what needs `unsafe`.
 //!
 //! A layout is stated once, generic over [`Space`], and run twice: with [`Measure`] it counts bytes, with [`Carve`] it
 //! hands out the arrays. So a size query and the call that needs the memory can't disagree:
@@ -25,9 +25,11 @@ mod carve;
 mod columns;
 #[cfg(target_has_atomic = "ptr")]
 mod divide;
+mod same;
 
 pub use carve::{ALIGN, Carve, Measure, Plain, Space, View};
 #[cfg(target_has_atomic = "ptr")]
 pub use columns::{Block, Columns};
 #[cfg(target_has_atomic = "ptr")]
 pub use divide::{Chunks, Divide, MAX_WORKERS, each_piece};
+pub(crate) use same::Same;
