@@ -111,14 +111,7 @@ impl<T: Real, const D: usize> Plain for Sum<'_, T, D> {
             for (block, weight) in group.chunks(LANES).zip(weights.chunks(LANES)) {
                 let mut m = [T::ZERO; LANES];
                 m.iter_mut().zip(weight).for_each(|(m, &w)| *m = w);
-                let mut x = [[T::ZERO; LANES]; D];
-                for (lane, y) in block.iter().enumerate() {
-                    for ((x, &y), &c) in x.iter_mut().zip(y).zip(&centre) {
-                        if let Some(x) = x.get_mut(lane) {
-                            *x = y - c;
-                        }
-                    }
-                }
+                let x = offsets(block, &centre);
                 add_block(&x, &m, degree, &mut powers, running, &mut sizes);
             }
             let (high, low) = words.split_at_mut_checked(count).unwrap_or((&mut [], &mut []));
@@ -133,6 +126,31 @@ impl<T: Real, const D: usize> Plain for Sum<'_, T, D> {
             *slot = lanes.into_iter().fold(T::ZERO, |sum, v| sum + v);
         }
     }
+}
+
+/// Coordinates relative to the centre, lane by lane; lanes without a point are 0.
+#[inline(always)]
+fn offsets<T: Real, const D: usize>(points: &[[T; D]], centre: &[T; D]) -> [[T; LANES]; D] {
+    let mut x = [[T::ZERO; LANES]; D];
+    if let Ok(points) = <&[[T; D]; LANES]>::try_from(points) {
+        // a whole block: loops of known length
+        for (d, (x, &c)) in x.iter_mut().zip(centre).enumerate() {
+            for (x, point) in x.iter_mut().zip(points) {
+                if let Some(&y) = point.get(d) {
+                    *x = y - c;
+                }
+            }
+        }
+        return x;
+    }
+    for (lane, point) in points.iter().enumerate() {
+        for ((x, &y), &c) in x.iter_mut().zip(point).zip(centre) {
+            if let Some(x) = x.get_mut(lane) {
+                *x = y - c;
+            }
+        }
+    }
+    x
 }
 
 /// Adds m times every monomial, and the sizes.
@@ -335,14 +353,7 @@ impl<T: Real, const D: usize> Plain for Evaluate<'_, T, D> {
         let Self { field, count, degree, centre, targets, outputs } = self;
         let Outputs { mut potential, mut gradient, mut laplacian } = outputs;
         for (block, targets) in targets.chunks(LANES).enumerate() {
-            let mut x = [[T::ZERO; LANES]; D];
-            for (lane, t) in targets.iter().enumerate() {
-                for ((x, &t), &c) in x.iter_mut().zip(t).zip(&centre) {
-                    if let Some(x) = x.get_mut(lane) {
-                        *x = t - c;
-                    }
-                }
-            }
+            let x = offsets(targets, &centre);
             if let Some(out) = potential.as_mut().and_then(|o| o.chunks_mut(LANES).nth(block)) {
                 let values = horner(&field.value, count, degree, &x);
                 out.iter_mut().zip(values).for_each(|(o, v)| *o = v);

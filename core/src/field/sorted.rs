@@ -64,22 +64,30 @@ impl<T: Real> Moments<T> {
     }
 }
 
-/// c_0 .. c_degree of sum over both sides as a polynomial of x - c: from left and right moments L, R,
+/// Weights of the expansion: `weights[l][j] = a_{j+l} C(j+l, l) (-1)^l`.
+type Weights<T> = [[T; POWERS]; POWERS];
+
+fn weights<T: Real>(far: &Far<T>) -> Weights<T> {
+    let mut weights = [[T::ZERO; POWERS]; POWERS];
+    for (l, row) in weights.iter_mut().enumerate() {
+        // C(k, l) for k = l, l + 1, ...: whole numbers below 2^8, exact
+        let mut binomial = if l % 2 == 0 { T::ONE } else { -T::ONE };
+        for (j, (slot, &coefficient)) in row.iter_mut().zip(far.coefficients.iter().skip(l)).enumerate() {
+            *slot = coefficient * binomial;
+            binomial = binomial * T::from_usize(j + l + 1) / T::from_usize(j + 1);
+        }
+    }
+    weights
+}
+
+/// c_0 .. c_degree of the sum over both sides as a polynomial of x - c: from left and right moments L, R,
 /// c_j = sum_{l, k = j + l} a_k C(k, l) (-1)^l (L_l + (-1)^k R_l).
-fn expand<T: Real>(far: &Far<T>, degree: usize, left: &Moments<T>, right: &Moments<T>) -> [T; POWERS] {
+fn expand<T: Real>(weights: &Weights<T>, degree: usize, left: &Moments<T>, right: &Moments<T>) -> [T; POWERS] {
     let mut c = [T::ZERO; POWERS];
-    for (l, (a, b)) in left.values.iter().zip(&right.values).take(degree + 1).enumerate() {
+    for (l, ((a, b), row)) in left.values.iter().zip(&right.values).zip(weights).take(degree + 1).enumerate() {
         let (even, odd) = ((*a + *b).hi, (*a - *b).hi);
-        // C(k, l) for k = l, l + 1, ...
-        let mut binomial = T::ONE;
-        for (k, (&coefficient, slot)) in far.coefficients.iter().skip(l).zip(c.iter_mut()).enumerate() {
-            let power = k + l;
-            if coefficient != T::ZERO {
-                let side = if power % 2 == 0 { even } else { odd };
-                let term = coefficient * binomial * side;
-                *slot += if l % 2 == 0 { term } else { -term };
-            }
-            binomial = binomial * T::from_usize(power + 1) / T::from_usize(k + 1);
+        for (j, (&weight, slot)) in row.iter().zip(c.iter_mut()).take(degree + 1 - l).enumerate() {
+            *slot += weight * if (j + l) % 2 == 0 { even } else { odd };
         }
     }
     c
@@ -98,7 +106,7 @@ pub(super) fn evaluate<T: Real, const D: usize>(
     let first = |x: &[T; D]| x.first().copied().unwrap_or(T::ZERO);
     let Arrays { entries, spare, positions, masses } =
         lay::<T>(&mut Carve::new(workspace)?, sources.positions.len(), targets.len())?;
-    let degree = far.degree();
+    let (degree, weights) = (far.degree(), weights(far));
     let singular = kernel.is_singular();
     let wanted = outputs.wanted();
 
@@ -167,7 +175,7 @@ pub(super) fn evaluate<T: Real, const D: usize>(
         for ((r, &t), &p) in right.values.iter_mut().zip(&total.values).zip(&passed.values).take(degree + 1) {
             *r = t - p;
         }
-        let c = expand(far, degree, &left, &right);
+        let c = expand(&weights, degree, &left, &right);
         let at = x - centre;
         let (mut u, mut du, mut ddu) = (T::ZERO, T::ZERO, T::ZERO);
         for &c in c.iter().take(degree + 1).rev() {

@@ -1,0 +1,87 @@
+//! Times the sums without pairs: `cargo run --release -p mollis-tests --bin field_skips`.
+//!
+//! Prints the best of several runs on one core, and what was asked for; ends with an error where a limit is missed.
+
+use std::time::Instant;
+
+use mollis_core::field::{Options, Outputs, Run, Sources, Wanted, evaluate, plan};
+use mollis_core::kernel::{Kernel, Law, Term};
+use mollis_core::mollifier::Mollifier;
+
+const N: usize = 1_000_000;
+
+/// Processor time where the system tells it (so that other jobs on the machine do not count), else time of day.
+struct Clock(Option<f64>, Instant);
+
+impl Clock {
+    fn processor() -> Option<f64> {
+        let text = std::fs::read_to_string("/proc/thread-self/schedstat").ok()?;
+        Some(text.split_whitespace().next()?.parse::<f64>().ok()? * 1e-9)
+    }
+    fn start() -> Self {
+        Self(Self::processor(), Instant::now())
+    }
+    fn seconds(&self) -> f64 {
+        match (self.0, Self::processor()) {
+            (Some(start), Some(end)) => end - start,
+            _ => self.1.elapsed().as_secs_f64(),
+        }
+    }
+}
+
+fn numbers(n: usize) -> Vec<f64> {
+    let mut state = 1_u64;
+    let mut next = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / (1_u64 << 53) as f64
+    };
+    (0..n).map(|_| next()).collect()
+}
+
+/// The best of five evaluations of the gradient, in seconds.
+fn time<const D: usize>(law: Law, mollifier: Mollifier, delta: f64) -> f64 {
+    let terms = [Term { law, coefficient: 1.0 }];
+    let values = numbers(D * N);
+    let positions: Vec<[f64; D]> = values.as_chunks::<D>().0.to_vec();
+    let masses = vec![1.0 / N as f64; N];
+    let bytes = Kernel::<f64, D>::workspace_bytes(&terms, mollifier).expect("a good kernel");
+    let mut block = vec![0_u8; bytes + 64];
+    let start = block.as_ptr().align_offset(64);
+    let kernel =
+        Kernel::<f64, D>::prepare(&mut block[start..start + bytes], &terms, mollifier, delta).expect("prepared");
+    let wanted = Wanted { gradient: true, ..Wanted::default() };
+    let plan = plan(&kernel, N, N, wanted, &Options::default()).expect("a plan");
+    let bytes = plan.workspace_bytes(1).expect("a size");
+    let mut workspace = vec![0_u8; bytes + 64];
+    let start = workspace.as_ptr().align_offset(64);
+    let mut gradient = vec![[0.0; D]; N];
+    let best = (0..5).map(|_| {
+        let outputs = Outputs { gradient: Some(&mut gradient[..]), ..Outputs::default() };
+        let sources = Sources { positions: &positions, masses: &masses };
+        let clock = Clock::start();
+        let memory = &mut workspace[start..start + bytes];
+        evaluate(&plan, &kernel, sources, &positions, outputs, memory, &mut Run::default()).expect("a sum");
+        clock.seconds()
+    });
+    let best = best.fold(f64::INFINITY, f64::min);
+    println!("{D}D {law:?} {mollifier:?}: {:?}, {best:.4} s for {N} particles", plan.method());
+    best
+}
+
+fn main() {
+    let compact = Mollifier::Compact { order: 4, exponent: 4 };
+    let cubic = Law::Power { exponent: 3.0 };
+    let quartic = Law::Power { exponent: 4.0 };
+    // delta = 4 spacings: h^0.9 for h = 1e-6
+    let delta = 4e-6;
+    let results = [
+        (time::<1>(Law::Newtonian, Mollifier::None, delta), 0.25),
+        (time::<1>(Law::Newtonian, compact, delta), 0.25),
+        (time::<1>(cubic, compact, delta), 0.25),
+        (time::<2>(quartic, Mollifier::None, delta), 0.01),
+        (time::<2>(quartic, compact, 1e-3), 0.01),
+    ];
+    let missed = results.iter().filter(|(seconds, limit)| seconds > limit).count();
+    println!("{missed} of {} limits missed", results.len());
+    std::process::exit(i32::from(missed > 0));
+}
