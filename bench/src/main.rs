@@ -4,6 +4,7 @@ mod field;
 mod peers;
 mod pks;
 mod scene;
+mod skips;
 
 use clap::{Parser, Subcommand};
 
@@ -21,11 +22,14 @@ enum What {
     Field(field::Field),
     /// One sub-step of the Patlak-Keller-Segel particles on a mesh.
     Pks(pks::Pks),
+    /// Sums that visit no pair: moments, and one sort in one dimension.
+    Skips,
 }
 
 fn main() -> anyhow::Result<()> {
     match Arguments::parse().what {
         What::Field(field) => field.run(),
         What::Pks(pks) => pks.run(),
+        What::Skips => skips::run(),
     }
 }
