@@ -173,35 +173,77 @@ impl Plan {
     }
 }
 
-impl core::fmt::Display for Plan {
-    /// What will run, why, and what is skipped, in a sentence.
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        let method = match self.method {
+impl Plan {
+    /// What will run, why, and what is skipped, in a sentence, piece by piece to `take`. (core's formatting can panic, which
+    /// a library without a panic handler of its own must not carry.)
+    pub fn describe(&self, mut take: impl FnMut(&str)) {
+        let mut decimal = [0_u8; 20];
+        take(match self.method {
             Method::Direct => "direct (all pairs)",
             Method::Moments => "moments (no pair)",
             Method::Sorted => "sorted (one sort, running moments)",
             Method::Neighbours => "neighbours (pairs closer than delta)",
-        };
-        let reason = match self.reason {
+        });
+        take(": ");
+        take(match self.reason {
             Reason::Forced => "as the caller asked",
             Reason::EvenPowers => "every term is an even power",
             Reason::OneDimension => "one dimension, and polynomials of the distance",
             Reason::CompactLaplacian => "only the Laplacian is wanted, which has compact support",
             Reason::NothingFaster => "no faster method serves this kernel, size and tolerance",
+        });
+        let mut count = |number: usize, what: &str| {
+            take("; ");
+            take(digits(number, &mut decimal));
+            take(what);
         };
-        write!(f, "{method}: {reason}; {} sources, {} targets", self.n_sources, self.n_targets)?;
+        count(self.n_sources, " sources");
+        count(self.n_targets, " targets");
+        count(self.bytes, " workspace bytes");
         let outputs = [
-            (self.wanted.potential, "potential"),
-            (self.wanted.gradient, "gradient"),
-            (self.wanted.laplacian, "Laplacian"),
+            (self.wanted.potential, "; potential computed", "; potential skipped"),
+            (self.wanted.gradient, "; gradient computed", "; gradient skipped"),
+            (self.wanted.laplacian, "; Laplacian computed", "; Laplacian skipped"),
         ];
-        for (wanted, name) in outputs {
-            write!(f, "; {name} {}", if wanted { "computed" } else { "skipped" })?;
+        for (wanted, computed, skipped) in outputs {
+            take(if wanted { computed } else { skipped });
         }
-        write!(f, "; massless sources skipped")?;
+        take("; massless sources skipped");
         if self.method == Method::Direct {
-            write!(f, "; mollifier evaluated where a block of targets has a near pair")?;
+            take("; mollifier evaluated where a block of targets has a near pair");
         }
-        write!(f, "; {} workspace bytes", self.bytes)
+    }
+}
+
+/// A number's decimal digits.
+fn digits(mut number: usize, room: &mut [u8; 20]) -> &str {
+    let mut start = room.len();
+    for (at, digit) in room.iter_mut().enumerate().rev() {
+        *digit = b'0' + (number % 10) as u8;
+        number /= 10;
+        start = at;
+        if number == 0 {
+            break;
+        }
+    }
+    room.get(start..).and_then(|digits| core::str::from_utf8(digits).ok()).unwrap_or("")
+}
+
+impl core::fmt::Display for Plan {
+    /// [`Plan::describe`].
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        let mut result = Ok(());
+        self.describe(|text| result = result.and_then(|()| f.write_str(text)));
+        result
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn digits_are_decimal() {
+        for n in [0, 7, 10, 1_234_567_890, usize::MAX] {
+            assert_eq!(super::digits(n, &mut [0; 20]), n.to_string());
+        }
     }
 }

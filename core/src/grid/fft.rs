@@ -317,12 +317,12 @@ impl<'w, T: Real> Fft<'w, T> {
         let mut square = 0;
         for (j, slot) in chirp.iter_mut().enumerate() {
             *slot = root(square, 2 * n);
-            square = (square + 2 * j + 1) % (2 * n);
+            square = (square + 2 * j + 1) % (2 * n).max(1);
         }
         let zero = [[T::ZERO; LANES]; 2];
         a.fill(zero);
         for (j, &[c, s]) in chirp.iter().enumerate() {
-            for at in [j, (inner - j) % inner] {
+            for at in [j, (inner - j) % inner.max(1)] {
                 if let Some(slot) = a.get_mut(at) {
                     *slot = [[c; LANES], [-s; LANES]];
                 }

@@ -308,7 +308,7 @@ impl<'w, T: Real> Grid<'w, T> {
             return Err(Error::LengthMismatch);
         }
         let pitch = self.mesh.cells()[0] + 1;
-        for (j, row) in out.chunks_mut(pitch).enumerate() {
+        for (j, row) in out.chunks_mut(pitch.max(1)).enumerate() {
             for (i, u) in row.iter_mut().enumerate() {
                 *u = self.arrays.solver.value(i, j);
             }

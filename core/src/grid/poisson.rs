@@ -217,7 +217,7 @@ impl<'w, T: Real> Solver<'w, T> {
         let pitch = mesh.cells()[0] + 1;
         let tasks = (mesh.cells()[1] + 1).div_ceil(ROWS);
         each_piece(executor, tasks, &Chunks::new(gradient, ROWS * pitch), &(), &|task, rows, ()| {
-            for (j, out) in (task * ROWS..).zip(rows.chunks_mut(pitch)) {
+            for (j, out) in (task * ROWS..).zip(rows.chunks_mut(pitch.max(1))) {
                 self.differences_of_row(mesh, j, out);
             }
             Ok(())
@@ -340,14 +340,14 @@ impl<T: Real> Plain for Lines<'_, T> {
         if phase == Phase::Forward {
             data.load(first, a);
         } else {
-            for (r, row) in rows.chunks(pitch).enumerate() {
+            for (r, row) in rows.chunks(pitch.max(1)).enumerate() {
                 for (element, &value) in a.iter_mut().zip(row).take(n + 1) {
                     put(element, r, value);
                 }
             }
         }
         let result = transform.run(a, b);
-        for (r, row) in rows.chunks_mut(pitch).enumerate() {
+        for (r, row) in rows.chunks_mut(pitch.max(1)).enumerate() {
             for (element, value) in result.iter().zip(row.iter_mut()).take(n + 1) {
                 *value = take(element, r);
             }
@@ -406,7 +406,7 @@ impl<T: Real> Data<'_, T> {
             // At a wall a node's cell is cut in half, so the same mass is twice the density.
             let wall = kind == Kind::Cosine && (s == 0 || s == m);
             let per_unit = if wall { T::TWO * self.per_unit } else { self.per_unit };
-            for (element, &word) in a.iter_mut().zip(words.iter().step_by(step)) {
+            for (element, &word) in a.iter_mut().zip(words.iter().step_by(step.max(1))) {
                 put(element, r, T::from_f64(exact(word)) * per_unit);
             }
             match kind {

@@ -1,7 +1,6 @@
 //! Field sums: plan (method, reason, bytes, text) and evaluation.
 
 use core::ffi::{c_char, c_void};
-use core::fmt::Write;
 
 use mollis_core::field::{self, Accumulation, Counters, Method, Outputs, Plan, Run, Sources, Wanted};
 use mollis_core::space::Plain;
@@ -175,8 +174,7 @@ impl Ask {
         let plan = unsafe { self.plan::<T, D>() }?;
         // SAFETY: passed on.
         let mut writer = Text { left: unsafe { buffer.slice() }, written: 0 };
-        // A `Text` takes everything.
-        let _ = write!(writer, "{plan}");
+        plan.describe(|text| writer.add(text));
         let written = writer.written;
         writer.end();
         if let Some(count) = count {
@@ -193,8 +191,8 @@ struct Text<'a> {
     written: usize,
 }
 
-impl Write for Text<'_> {
-    fn write_str(&mut self, s: &str) -> core::fmt::Result {
+impl Text<'_> {
+    fn add(&mut self, s: &str) {
         self.written = self.written.saturating_add(s.len());
         // One byte stays for the end.
         let room = self.left.len().saturating_sub(1).min(s.len());
@@ -203,11 +201,8 @@ impl Write for Text<'_> {
             here.iter_mut().zip(s.as_bytes()).for_each(|(to, &from)| *to = from);
             self.left = rest;
         }
-        Ok(())
     }
-}
 
-impl Text<'_> {
     fn end(self) {
         if let Some(last) = self.left.first_mut() {
             *last = 0;
