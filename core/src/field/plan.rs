@@ -243,7 +243,7 @@ mod tests {
     #[test]
     fn digits_are_decimal() {
         for n in [0, 7, 10, 1_234_567_890, usize::MAX] {
-            assert_eq!(super::digits(n, &mut [0; 20]), n.to_string());
+            assert_eq!(super::digits(n, &mut [0; 20]), std::format!("{n}"));
         }
     }
 }
