@@ -87,7 +87,7 @@ impl std::ops::Div for Dd {
     }
 }
 
-const LN_2: Dd = Dd(0.693_147_180_559_945_3, 2.319_046_813_846_299_6e-17);
+const LN_2: Dd = Dd(std::f64::consts::LN_2, 2.319_046_813_846_299_6e-17);
 const PI: Dd = Dd(std::f64::consts::PI, 1.224_646_799_147_353_2e-16);
 
 /// A compact mollifier of order 2 or 4, with its length.
@@ -164,11 +164,11 @@ pub fn newtonian<const D: usize>(
         let term = m * k / measure;
         sums.potential = sums.potential + term;
         sums.potential_size += term.0.abs();
-        for c in 0..D {
+        for (&d, (sum, size)) in d.iter().zip(sums.gradient.iter_mut().zip(&mut sums.gradient_size)) {
             // g d scales by 2^(e (1 - n)).
-            let term = (m * g * d[c] / measure).scale(e * (1 - n));
-            sums.gradient[c] = sums.gradient[c] + term;
-            sums.gradient_size[c] += term.0.abs();
+            let term = (m * g * d / measure).scale(e * (1 - n));
+            *sum = *sum + term;
+            *size += term.0.abs();
         }
         let term = (m * psi / measure).scale(-n * e);
         sums.laplacian = sums.laplacian + term;
