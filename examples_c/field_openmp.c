@@ -1,5 +1,5 @@
 /* Sums over 2000 particles on the host's own threads: OpenMP as the executor. The same bits come out for any number of
- * threads. Build: cc -std=c11 -fopenmp field_openmp.c -lmollis -lm */
+ * threads. Build: cc -fopenmp field_openmp.c -lmollis -lm */
 #include <math.h>
 #include <omp.h>
 #include <stdio.h>
@@ -19,6 +19,14 @@ static double x[N][2], mass[N], gradient[2][N][2];
             return 1;                                                      \
         }                                                                  \
     } while (0)
+
+/* Memory at a multiple of 64; free *base. */
+static void *aligned(size_t n, void **base)
+{
+    char *start = *base = malloc(n + 64);
+    if (!start) abort();
+    return start + (64 - (uintptr_t)start % 64) % 64;
+}
 
 /* mollis asks for `tasks` independent tasks; each worker index runs one at a time. */
 static int32_t parallel_for(void *context, size_t tasks, mollis_task task, void *data)
@@ -49,7 +57,7 @@ int main(void)
     const mollis_mollifier mollifier = {MOLLIS_MOLLIFIER_COMPACT, 2, 4};
     size_t kernel_bytes, bytes;
     TRY(mollis_kernel2_workspace_bytes(&term, 1, NULL, mollifier, &kernel_bytes));
-    void *kernel = aligned_alloc(64, kernel_bytes);
+    void *kernel_base, *kernel = aligned(kernel_bytes, &kernel_base);
     TRY(mollis_kernel2_prepare(kernel, kernel_bytes, &term, 1, NULL, mollifier, 0.1));
 
     char text[512];
@@ -66,12 +74,12 @@ int main(void)
         threads = k + 1;
         executor.workers = (size_t)threads;
         TRY(mollis_field2_workspace_bytes(kernel, kernel_bytes, N, N, MOLLIS_WANT_GRADIENT, NULL, &run, &bytes));
-        void *workspace = aligned_alloc(64, bytes);
+        void *base, *workspace = aligned(bytes, &base);
         TRY(mollis_field2_eval(kernel, kernel_bytes, N, (const double (*)[2])x, mass, N, (const double (*)[2])x, NULL,
                                gradient[k], NULL, NULL, workspace, bytes, &run, &counters));
-        free(workspace);
+        free(base);
     }
-    free(kernel);
+    free(kernel_base);
 
     printf("pairs: %llu\n", (unsigned long long)counters.pairs);
     printf("1 and 2 threads: %s\n", memcmp(gradient[0], gradient[1], sizeof gradient[0]) == 0 ? "same bits" : "differ");

@@ -65,7 +65,12 @@ pub fn all(valgrind: bool) -> Result<usize> {
         let image = compile(file, &folder)?;
         let mut command = if valgrind {
             let mut command = shell::program("valgrind");
-            command.args(["--quiet", "--error-exitcode=9", "--leak-check=full", "--show-leak-kinds=all"]).arg(image);
+            command.args(["--quiet", "--error-exitcode=9", "--leak-check=full", "--show-leak-kinds=all"]);
+            let known = file.with_extension("supp");
+            if known.exists() {
+                command.arg(format!("--suppressions={}", known.display()));
+            }
+            command.arg(image);
             command
         } else {
             shell::program(image)
@@ -94,6 +99,9 @@ fn compile(file: &Path, folder: &Path) -> Result<PathBuf> {
     let image = scratch.join(file.file_stem().context("no name")?);
     let mut command = shell::program(compiler);
     command.args(flags).arg("-Iinclude");
+    if shell::read(file)?.contains("<omp.h>") {
+        command.arg("-fopenmp");
+    }
     if compiler == "gfortran" {
         command.arg("-J").arg(&scratch).arg("include/mollis.f90");
     }
