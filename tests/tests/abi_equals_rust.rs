@@ -458,3 +458,59 @@ fn a_field_sum_refuses_with_its_own_code_and_writes_nothing() {
     assert_eq!(evaluate(Call { positions, masses, targets, potential, gradient, ..nothing }), 0);
     assert_eq!(evaluate(good), 0);
 }
+
+#[test]
+fn a_kernel_refuses_with_its_own_code_and_leaves_the_buffer() {
+    let good = c_terms();
+    let mut bytes = 0;
+    // SAFETY: live buffers of the stated sizes, here and below.
+    unsafe { assert_eq!(mollis_kernel2_workspace_bytes(good.as_ptr(), 2, null(), MOLLIFIER, &raw mut bytes), 0) };
+    let compact = |order, exponent| mollis_mollifier { order, exponent, ..MOLLIFIER };
+    let with = |kind, parameter| {
+        let mut terms = good;
+        terms[1] = mollis_kernel_term { kind, parameter: [parameter, 0.0], ..terms[1] };
+        terms
+    };
+    let many = [good[0]; MOLLIS_KERNEL_MAX_TERMS + 1];
+    let mut unbounded = good;
+    unbounded[0].coefficient = f64::NAN;
+    type Case<'a> = (&'a str, Error, &'a [mollis_kernel_term], mollis_mollifier, f64);
+    let cases: &[Case<'_>] = &[
+        ("delta 0", Error::Delta, &good, MOLLIFIER, 0.0),
+        ("delta negative", Error::Delta, &good, MOLLIFIER, -1.0),
+        ("delta NaN", Error::Delta, &good, MOLLIFIER, f64::NAN),
+        ("delta infinite", Error::Delta, &good, MOLLIFIER, f64::INFINITY),
+        ("order 3", Error::Order, &good, compact(3, 4), 0.5),
+        ("order 10", Error::Order, &good, compact(10, 4), 0.5),
+        ("exponent 0", Error::Exponent, &good, compact(2, 0), 0.5),
+        ("exponent 10", Error::Exponent, &good, compact(2, 10), 0.5),
+        ("mollifier unknown", Error::UnknownValue, &good, mollis_mollifier { kind: 7, ..MOLLIFIER }, 0.5),
+        ("kernel unknown", Error::UnknownValue, &with(9, 1.0), MOLLIFIER, 0.5),
+        ("power 1 - d", Error::KernelParameter, &with(MOLLIS_KERNEL_POWER, -1.0), MOLLIFIER, 0.5),
+        ("power NaN", Error::NotFinite, &with(MOLLIS_KERNEL_POWER, f64::NAN), MOLLIFIER, 0.5),
+        ("screening 0", Error::KernelParameter, &with(MOLLIS_KERNEL_SCREENED, 0.0), MOLLIFIER, 0.5),
+        ("length negative", Error::KernelParameter, &with(MOLLIS_KERNEL_EXPONENTIAL, -2.0), MOLLIFIER, 0.5),
+        ("no term", Error::KernelTerms, &[], MOLLIFIER, 0.5),
+        ("too many terms", Error::KernelTerms, &many, MOLLIFIER, 0.5),
+        ("coefficient NaN", Error::NotFinite, &unbounded, MOLLIFIER, 0.5),
+    ];
+    let mut block = Aligned::new(bytes + 8);
+    let untouched = block.memory.clone();
+    for &(what, error, terms, mollifier, delta) in cases {
+        let to = block.pointer();
+        let code = unsafe { mollis_kernel2_prepare(to, bytes, terms.as_ptr(), terms.len(), null(), mollifier, delta) };
+        assert_eq!(code, error as i32, "{what}");
+        assert_eq!(block.memory, untouched, "{what} wrote");
+    }
+    let start = block.pointer();
+    let misaligned = start.cast::<u8>().wrapping_add(8).cast::<c_void>();
+    for (what, error, to, bytes) in [
+        ("one byte short", Error::WorkspaceTooSmall, start, bytes - 1),
+        ("misaligned", Error::Misaligned, misaligned, bytes),
+        ("null", Error::NullPointer, null_mut(), bytes),
+    ] {
+        let code = unsafe { mollis_kernel2_prepare(to, bytes, good.as_ptr(), 2, null(), MOLLIFIER, 0.5) };
+        assert_eq!(code, error as i32, "{what}");
+        assert_eq!(block.memory, untouched, "{what} wrote");
+    }
+}
