@@ -58,10 +58,10 @@ const FORBIDDEN: [&str; 18] = [
     "signal",
 ];
 
-/// Builds the library for release and returns the folder it lies in.
+/// Builds the library and returns the folder it lies in.
 pub fn build() -> Result<PathBuf> {
-    shell::run(shell::cargo().args(["build", "--quiet", "--release", "--package", "mollis"]))?;
-    Ok(shell::target().join("release"))
+    shell::run(shell::cargo().args(["build", "--quiet", "--profile", "library", "--package", "mollis"]))?;
+    Ok(shell::target().join("library"))
 }
 
 /// Checks the shared library and a C program linked with the static one.
