@@ -1,6 +1,6 @@
 //! The search for clusters by sorting against the descent through cells.
 
-use mollis_core::pks::clusters::{Scratch, Search, find};
+use mollis_core::pks::clusters::{Scratch, Search, Sorted, find};
 use mollis_core::pks::collision::Criterion;
 use mollis_core::pks::theory::Law;
 use mollis_core::pks::{CollisionLaw, Merging};
@@ -31,7 +31,9 @@ fn search(
     let start = memory.as_ptr().align_offset(ALIGN) + ALIGN;
     let mut carve = Carve::reopen(&mut memory[start..start + bytes]).unwrap();
     let mut scratch = Scratch::lay(&mut carve, n).unwrap();
-    find(search, criterion, step, positions, masses, &mut scratch);
+    let (mut places, mut weights) = (vec![[f64::NAN; 2]; n], vec![f64::NAN; n]);
+    let sorted = Sorted { positions: &mut places, masses: &mut weights };
+    find(search, criterion, step, positions, masses, sorted, &mut scratch);
     let mut out = Vec::new();
     for cluster in scratch.clusters() {
         let mut members: Vec<usize> = scratch.members(cluster.first, cluster.count).collect();

@@ -7,6 +7,9 @@
 //! represented by the coarsest of them, where (3.1) is easiest. Cost O(n log n) whatever the positions, no pairwise work; depth at
 //! most [`DEPTH`].
 //!
+//! Most nodes cannot collide whatever their shape: nu < 0 needs more mass than a few light particles have
+//! ([`Criterion::possible`]). Their moments are summed only when a node around them can, and then every particle once.
+//!
 //! The mesh is shifted from step to step (by a sequence that depends on the step's number alone), so that a cluster which
 //! lies across a coarse border in one step doesn't in the next.
 
@@ -23,6 +26,12 @@ pub const DEPTH: u32 = 32;
 const FIRST: u32 = 16;
 /// A node for each level, and one for the root.
 const STACK: usize = DEPTH as usize + 2;
+/// Cells that particles are first put into, by the highest bits of their keys, so that what follows reads and writes near by.
+const BUCKETS: usize = 1 << 12;
+/// Particles that a cell holds on average at the level where light cells are told from others.
+const FEW: usize = 24;
+/// Particles whose moments are summed together: few roundings, and they are in the nearest cache for the second pass.
+const TOGETHER: usize = 64;
 
 /// The mesh that the search starts from, and the isolation it asks for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -62,10 +71,12 @@ pub struct Cluster<T> {
 /// The search's part of the workspace.
 #[derive(Debug)]
 pub struct Scratch<'w, T> {
-    /// Morton key in the high half, particle in the low half.
+    /// Morton key in the high half; in the low half the particle's place among the [`Sorted`], for members of clusters the particle.
     words: &'w mut [u64],
     spare: &'w mut [u64],
-    histogram: &'w mut [u32],
+    /// The particle at each place.
+    particles: &'w mut [u32],
+    buckets: &'w mut [u32],
     /// Levels that a particle shares with the one before it.
     shared: &'w mut [u8],
     ranges: &'w mut [[u32; 2]],
@@ -85,7 +96,8 @@ impl<'w, T: Real> Scratch<'w, T> {
             words: space.array(n)?,
             // Few particles are sorted in place.
             spare: space.array(if n > sort::FEW { n } else { 0 })?,
-            histogram: space.array(if n > sort::FEW { sort::BUCKETS } else { 0 })?,
+            particles: space.array(if n > sort::FEW { n } else { 0 })?,
+            buckets: space.array(if n > sort::FEW { BUCKETS } else { 0 })?,
             shared: space.array(n)?,
             ranges: space.array(n / 2)?,
             values: space.array(n / 2)?,
@@ -134,6 +146,15 @@ impl<'w, T: Real> Scratch<'w, T> {
     }
 }
 
+/// The particles, those of a coarse cell together: room for as many as there are, which the search writes over.
+#[derive(Debug)]
+pub struct Sorted<'s, T> {
+    /// Positions.
+    pub positions: &'s mut [[T; 2]],
+    /// Masses.
+    pub masses: &'s mut [T],
+}
+
 /// Moments of the particles of a node.
 #[derive(Clone, Copy, Default)]
 struct Moments<T> {
@@ -144,7 +165,27 @@ struct Moments<T> {
 }
 
 impl<T: Real> Moments<T> {
-    /// The moments of the union: only sums of positive terms, so a tight cluster far from the origin loses nothing.
+    /// The moments of a few particles: differences from one of them, so a tight cluster far from the origin loses nothing.
+    #[inline]
+    fn of(members: impl Iterator<Item = ([T; 2], T)> + Clone) -> Self {
+        let Some((start, _)) = members.clone().next() else { return Self::default() };
+        let away = |x: [T; 2]| [x[0] - start[0], x[1] - start[1]];
+        let (mut group, mut first) = (Group::default(), [T::ZERO; 2]);
+        for (x, mass) in members.clone() {
+            let [dx, dy] = away(x);
+            first = [first[0] + mass * dx, first[1] + mass * dy];
+            group = group.with(Group { count: T::ONE, mass, pairs: T::ZERO });
+        }
+        let centre = [first[0] / group.mass, first[1] / group.mass];
+        let spread = members.fold(T::ZERO, |sum, (x, mass)| {
+            let [dx, dy] = away(x);
+            let [dx, dy] = [dx - centre[0], dy - centre[1]];
+            sum + mass * (dx * dx + dy * dy)
+        });
+        Self { group, centre: [start[0] + centre[0], start[1] + centre[1]], spread }
+    }
+
+    /// The moments of the union: only sums of positive terms.
     #[inline]
     fn with(&self, other: &Self) -> Self {
         let group = self.group.with(other.group);
@@ -166,7 +207,17 @@ struct Node<T> {
     first: u32,
     /// Clusters found before it.
     clusters: u32,
-    moments: Moments<T>,
+    /// Its moments are those of its particles before this one; none yet if it is the first.
+    known: u32,
+    mass: T,
+}
+
+/// The open nodes, from the root on.
+struct Stack<T> {
+    nodes: [Node<T>; STACK],
+    /// Apart, as few are ever looked at.
+    moments: [Moments<T>; STACK],
+    height: usize,
 }
 
 /// The mesh of one step.
@@ -217,6 +268,15 @@ impl<T: Real> Mesh<T> {
         Self { origin, side, scale: T::ONE.ldexp(32) / side, coarsest: levels }
     }
 
+    /// eta s^2 for the cells of each level: s is the diagonal.
+    fn areas(&self, search: &Search<T>) -> [T; DEPTH as usize + 1] {
+        let mut area = search.separation * (T::TWO * self.side * self.side);
+        core::array::from_fn(|_| {
+            let quarter = area * T::from_f64(0.25);
+            core::mem::replace(&mut area, quarter)
+        })
+    }
+
     /// The cell coordinates at the finest level.
     #[inline]
     fn cell(&self, x: &[T; 2]) -> [u32; 2] {
@@ -225,6 +285,15 @@ impl<T: Real> Mesh<T> {
             let (x, origin) = if k == 0 { (x[0], self.origin[0]) } else { (x[1], self.origin[1]) };
             ((x - origin) * self.scale).to_f64() as u32
         })
+    }
+}
+
+impl<T: Real> Mesh<T> {
+    /// The key of the first sixteen levels in the high half, `i` in the low half.
+    #[inline]
+    fn word(&self, x: &[T; 2], i: usize) -> u64 {
+        let [cx, cy] = self.cell(x);
+        u64::from(interleave(cx >> 16, cy >> 16)) << 32 | i as u64
     }
 }
 
@@ -242,13 +311,15 @@ fn interleave(x: u32, y: u32) -> u32 {
 
 /// Finds the clusters of `positions` and `masses` (equally long, masses positive) that may collide; the result is in `scratch`.
 ///
-/// `step` chooses the mesh's shift. Deterministic: it depends on positions, masses and the arguments alone.
+/// `step` chooses the mesh's shift. Deterministic: it depends on positions, masses and the arguments alone. `sorted` is for the
+/// search alone and garbage afterwards.
 pub fn find<T: Real>(
     search: &Search<T>,
     criterion: &Criterion<T>,
     step: u64,
     positions: &[[T; 2]],
     masses: &[T],
+    sorted: Sorted<'_, T>,
     scratch: &mut Scratch<'_, T>,
 ) {
     scratch.found = 0;
@@ -256,71 +327,88 @@ pub fn find<T: Real>(
         return;
     }
     let mesh = Mesh::new(search, positions, step);
-    order(&mesh, positions, scratch);
-    let Scratch { words, shared, ranges, values, found, .. } = scratch;
-    let (words, shared) = (words.iter().take(positions.len()), shared.iter());
-    let mut tree = Tree { mesh: &mesh, search, criterion, ranges, values, found: 0, seen: 0 };
-
-    let mut stack = [Node::<T>::default(); STACK];
-    let mut height = 0_usize;
-    let mut leaf: Option<Node<T>> = None;
-    for (i, (&word, &level)) in words.zip(shared).enumerate() {
-        let particle = (word & 0xFFFF_FFFF) as usize;
-        let (Some(&centre), Some(&mass)) = (positions.get(particle), masses.get(particle)) else { continue };
-        tree.seen = i as u32;
-        if let Some(finished) = leaf {
-            close(&mut stack, &mut height, finished, Some(u32::from(level)), &mut tree);
+    let n = positions.len();
+    // Few particles are near one another as they are.
+    let gathered = n > sort::FEW;
+    let Sorted { positions: places, masses: weights } = sorted;
+    let (Some(places), Some(weights)) = (places.get_mut(..n), weights.get_mut(..n)) else { return };
+    let (places, weights) = if gathered {
+        gather(&mesh, positions, masses, places, weights, scratch);
+        (&*places, &*weights)
+    } else {
+        for (i, (word, x)) in scratch.words.iter_mut().zip(positions).enumerate() {
+            *word = mesh.word(x, i);
         }
-        let group = Group { count: T::ONE, mass, pairs: T::ZERO };
-        let moments = Moments { group, centre, spread: T::ZERO };
-        leaf = Some(Node { level: DEPTH, first: i as u32, clusters: tree.found as u32, moments });
-    }
-    tree.seen = positions.len() as u32;
-    if let Some(finished) = leaf {
-        close(&mut stack, &mut height, finished, None, &mut tree);
+        (positions, masses)
+    };
+    order(&mesh, places, scratch);
+    let Scratch { words, shared, particles, ranges, values, found, .. } = scratch;
+    let Some(words) = words.get_mut(..n) else { return };
+    let shared = shared.get(..n).unwrap_or(&[]);
+    let mut tree =
+        Tree { areas: mesh.areas(search), mesh: &mesh, criterion, words, places, weights, ranges, values, found: 0, seen: 0 };
+    let mut stack = Stack { nodes: [Node::default(); STACK], moments: [Moments::default(); STACK], height: 0 };
+    let level = fine(shared);
+    let mut first = 0;
+    while first < n {
+        // The particles of a cell of this level.
+        let after = shared.get(first + 1..).unwrap_or(&[]);
+        let count = 1 + after.iter().position(|&s| u32::from(s) < level).unwrap_or(after.len());
+        let mass = tree.members(first, count).fold(T::ZERO, |sum, (_, m)| sum + m);
+        if count > 2 && !criterion.possible(3, mass) {
+            // Too light for any cluster of more than two.
+            let clusters = tree.found;
+            tree.pairs(shared, first, count);
+            tree.leaf(&mut stack, [first, count, clusters], mass, shared);
+        } else {
+            for k in first..first + count {
+                let clusters = tree.found;
+                let mass = tree.members(k, 1).next().map_or(T::ZERO, |(_, m)| m);
+                tree.leaf(&mut stack, [k, 1, clusters], mass, shared);
+            }
+        }
+        first += count;
     }
     *found = tree.found;
+    if gathered {
+        // Members by their numbers.
+        for &[first, count] in ranges.iter().take(*found) {
+            for word in words.iter_mut().skip(first as usize).take(count as usize) {
+                let particle = particles.get((*word & 0xFFFF_FFFF) as usize).copied().unwrap_or(0);
+                *word = *word & !0xFFFF_FFFF | u64::from(particle);
+            }
+        }
+    }
 }
 
-/// Adds the finished node to the open ones, closing those that part deeper than `level` (all, at the end).
-#[inline]
-fn close<T: Real>(
-    stack: &mut [Node<T>; STACK],
-    height: &mut usize,
-    leaf: Node<T>,
-    level: Option<u32>,
-    tree: &mut Tree<'_, '_, T>,
-) {
-    let mut finished = leaf;
-    while let Some(top) = height.checked_sub(1).and_then(|top| stack.get_mut(top)) {
-        if level.is_some_and(|level| top.level < level) {
+/// The coarsest level whose cells hold few particles on average.
+fn fine(shared: &[u8]) -> u32 {
+    let mut parts = [0_u32; 256];
+    for &level in shared {
+        if let Some(count) = parts.get_mut(usize::from(level)) {
+            *count += 1;
+        }
+    }
+    let (mut level, mut cells) = (0, 0);
+    for count in parts {
+        if cells * FEW > shared.len() {
             break;
         }
-        top.moments = top.moments.with(&finished.moments);
-        if level == Some(top.level) {
-            return;
-        }
-        finished = *top;
-        *height -= 1;
-        // Its largest cell is one level below where the next particle, or the node around it, parts from it.
-        let around = height.checked_sub(1).and_then(|top| stack.get(top)).map(|node| node.level);
-        let parent = match (around, level) {
-            (Some(a), Some(b)) => Some(a.max(b)),
-            (a, b) => a.or(b),
-        };
-        tree.finish(&finished, parent);
+        cells += count as usize;
+        level += 1;
     }
-    if let (Some(level), Some(slot)) = (level, stack.get_mut(*height)) {
-        *slot = Node { level, ..finished };
-        *height += 1;
-    }
+    level
 }
 
 /// What closing a node needs.
 struct Tree<'a, 'w, T> {
     mesh: &'a Mesh<T>,
-    search: &'a Search<T>,
+    /// eta s^2 of the cells of each level.
+    areas: [T; DEPTH as usize + 1],
     criterion: &'a Criterion<T>,
+    words: &'a [u64],
+    places: &'a [[T; 2]],
+    weights: &'a [T],
     ranges: &'a mut &'w mut [[u32; 2]],
     values: &'a mut &'w mut [[T; 5]],
     found: usize,
@@ -329,25 +417,124 @@ struct Tree<'a, 'w, T> {
 }
 
 impl<T: Real> Tree<'_, '_, T> {
-    /// Tests a node of at least two particles; `parent` is the level of the cell around its largest cell.
+    /// Positions and masses of `count` particles in the sorted order.
     #[inline]
-    fn finish(&mut self, node: &Node<T>, parent: Option<u32>) {
-        if node.level < self.mesh.coarsest {
-            return;
+    fn members(&self, first: usize, count: usize) -> impl Iterator<Item = ([T; 2], T)> + Clone + use<'_, T> {
+        let words = self.words.get(first..first.saturating_add(count)).unwrap_or(&[]);
+        words.iter().map(|&word| {
+            let place = (word & 0xFFFF_FFFF) as usize;
+            (self.places.get(place).copied().unwrap_or_default(), self.weights.get(place).copied().unwrap_or_default())
+        })
+    }
+
+    /// Tests the nodes of two particles in a cell of more than two. `shared` is that of all particles.
+    #[inline]
+    fn pairs(&mut self, shared: &[u8], first: usize, count: usize) {
+        let level = |k: usize| shared.get(k).map_or(0, |&level| u32::from(level));
+        // One that is nearer to the next than to the one before, and the next to it than to the one after.
+        let (mut before, mut here) = (level(first), level(first + 1));
+        let mut from = 0;
+        while from + 1 < count {
+            // Read in a loop that does nothing else, so that many scattered reads are under way at once.
+            let mut near = [([T::ZERO; 2], T::ZERO); TOGETHER];
+            let members = self.members(first + from, TOGETHER.min(count - from));
+            near.iter_mut().zip(members).for_each(|(to, member)| *to = member);
+            for (k, pair) in (first + from..first + count - 1).zip(near.windows(2)) {
+                let after = level(k + 2);
+                if here > before && here > after && here >= self.mesh.coarsest {
+                    let node = Node { level: here, first: k as u32, clusters: self.found as u32, ..Node::default() };
+                    let moments = Moments::of(pair.iter().copied());
+                    self.test(&node, 2, &moments, Some(before.max(after)));
+                }
+                (before, here) = (here, after);
+            }
+            from += TOGETHER - 1;
         }
-        let level = parent.map_or(0, |p| p + 1).max(self.mesh.coarsest);
-        let Moments { group, spread, centre } = node.moments;
-        let side = self.mesh.side.ldexp(-(level as i32));
-        // Y / s^2 < eta, s^2 = 2 side^2
-        let separated = spread < self.search.separation * group.mass * (T::TWO * side * side);
-        if !separated {
-            return;
+    }
+
+    /// Adds the particles of a cell none of whose nodes is of interest: one, or too light ones. Given are the first, how many they are, and
+    /// the clusters found before them.
+    #[inline]
+    fn leaf(
+        &mut self,
+        stack: &mut Stack<T>,
+        [first, count, clusters]: [usize; 3],
+        mass: T,
+        shared: &[u8],
+    ) {
+        let end = first + count;
+        self.seen = end as u32;
+        let node = Node { level: DEPTH, first: first as u32, clusters: clusters as u32, known: first as u32, mass };
+        self.close(stack, node, shared.get(end).map(|&level| u32::from(level)));
+    }
+
+    /// Adds the finished node to the open ones, closing those that part deeper than `level` (all, at the end).
+    #[inline]
+    fn close(&mut self, stack: &mut Stack<T>, leaf: Node<T>, level: Option<u32>) {
+        let Stack { nodes, moments, height } = stack;
+        let mut finished = leaf;
+        // Whose moments, if there are any, are still where the node was.
+        let mut from = *height;
+        while let Some(at) = height.checked_sub(1) {
+            let Some(top) = nodes.get_mut(at) else { return };
+            if level.is_some_and(|level| top.level < level) {
+                break;
+            }
+            top.mass += finished.mass;
+            if finished.known > finished.first
+                && let Ok([moments, other]) = moments.get_disjoint_mut([at, from])
+            {
+                self.complete(top, moments, finished.first);
+                *moments = moments.with(other);
+                top.known = finished.known;
+            }
+            if level == Some(top.level) {
+                return;
+            }
+            finished = *top;
+            from = at;
+            *height = at;
+            // Its largest cell is one level below where the next particle, or the node around it, parts from it.
+            let around = at.checked_sub(1).and_then(|top| nodes.get(top)).map(|node| node.level);
+            let parent = match (around, level) {
+                (Some(a), Some(b)) => Some(a.max(b)),
+                (a, b) => a.or(b),
+            };
+            if let Some(moments) = moments.get_mut(at) {
+                self.finish(&mut finished, moments, parent);
+            }
         }
-        let moment = spread / group.mass;
-        if !self.criterion.collidable(&group, moment) {
-            return;
+        if let (Some(level), Some(slot)) = (level, nodes.get_mut(*height)) {
+            // Its moments are here already: `from` is this place, or there are none.
+            *slot = Node { level, ..finished };
+            *height += 1;
         }
+    }
+
+    /// Tests a node of at least two particles that is complete; `parent` is the level of the cell around its largest cell.
+    #[inline]
+    fn finish(&mut self, node: &mut Node<T>, moments: &mut Moments<T>, parent: Option<u32>) {
         let count = self.seen - node.first;
+        if node.level < self.mesh.coarsest || !self.criterion.possible(count, node.mass) {
+            return;
+        }
+        self.complete(node, moments, self.seen);
+        self.test(node, count, moments, parent);
+    }
+
+    /// Notes a node that is separated and collidable, in the place of the clusters found in it.
+    #[inline]
+    fn test(&mut self, node: &Node<T>, count: u32, moments: &Moments<T>, parent: Option<u32>) {
+        let level = parent.map_or(0, |p| p + 1).max(self.mesh.coarsest);
+        let Moments { group, spread, centre } = moments;
+        // Y / s^2 < eta
+        if self.areas.get(level as usize).is_none_or(|&area| *spread >= area * group.mass) {
+            return;
+        }
+        let moment = *spread / group.mass;
+        if !self.criterion.collidable(group, moment) {
+            return;
+        }
         let at = node.clusters as usize;
         if let (Some(range), Some(value)) = (self.ranges.get_mut(at), self.values.get_mut(at)) {
             *range = [node.first, count];
@@ -355,19 +542,75 @@ impl<T: Real> Tree<'_, '_, T> {
             self.found = at + 1;
         }
     }
+
+    /// Adds the particles before `end` to the node's moments.
+    #[inline]
+    fn complete(&self, node: &mut Node<T>, moments: &mut Moments<T>, end: u32) {
+        if node.known >= end {
+            return;
+        }
+        let mut known = node.known > node.first;
+        let mut from = node.known as usize;
+        while from < end as usize {
+            let count = TOGETHER.min(end as usize - from);
+            let part = Moments::of(self.members(from, count));
+            *moments = if known { moments.with(&part) } else { part };
+            known = true;
+            from += count;
+        }
+        node.known = end;
+    }
 }
 
-/// Sorts the particles by their cells at the finest level and says how many levels neighbours share.
-fn order<T: Real>(mesh: &Mesh<T>, positions: &[[T; 2]], scratch: &mut Scratch<'_, T>) {
-    let Scratch { words, spare, histogram, shared, .. } = scratch;
-    // The state's arrays may have shrunk since the scratch was laid out.
-    let n = positions.len();
-    let (Some(words), Some(shared)) = (words.get_mut(..n), shared.get_mut(..n)) else { return };
-    for (i, (word, x)) in words.iter_mut().zip(positions).enumerate() {
-        let [cx, cy] = mesh.cell(x);
-        *word = u64::from(interleave(cx >> 16, cy >> 16)) << 32 | i as u64;
+/// Puts the particles of each coarse cell together, and makes their words.
+fn gather<T: Real>(
+    mesh: &Mesh<T>,
+    positions: &[[T; 2]],
+    masses: &[T],
+    places: &mut [[T; 2]],
+    weights: &mut [T],
+    scratch: &mut Scratch<'_, T>,
+) {
+    let Scratch { words, spare, particles, buckets, .. } = scratch;
+    let bucket = |word: u64| (word >> (64 - BUCKETS.ilog2())) as usize;
+    buckets.fill(0);
+    for (i, (word, x)) in spare.iter_mut().zip(positions).enumerate() {
+        *word = mesh.word(x, i);
+        if let Some(count) = buckets.get_mut(bucket(*word)) {
+            *count += 1;
+        }
     }
-    sort::by_high_half(words, spare, histogram);
+    sort::starts(buckets);
+    for (((i, &word), &x), &mass) in (0_u32..).zip(spare.iter()).zip(positions).zip(masses) {
+        let Some(next) = buckets.get_mut(bucket(word)) else { continue };
+        let at = *next as usize;
+        *next += 1;
+        if let (Some(to), Some(place), Some(weight), Some(particle)) =
+            (words.get_mut(at), places.get_mut(at), weights.get_mut(at), particles.get_mut(at))
+        {
+            (*to, *place, *weight, *particle) = (word & !0xFFFF_FFFF | at as u64, x, mass, i);
+        }
+    }
+    // What was the beginning of a bucket is its end now.
+    let mut start = 0;
+    for &end in buckets.iter() {
+        let (start, end) = (core::mem::replace(&mut start, end as usize), end as usize);
+        if let (Some(words), Some(spare)) = (words.get_mut(start..end), spare.get_mut(start..end)) {
+            sort::by_20_bits(words, spare);
+        }
+    }
+}
+
+/// Sorts the particles by their cells at the finest level, and says how many levels neighbours share. They come in the order of their first
+/// levels, or they are few.
+fn order<T: Real>(mesh: &Mesh<T>, places: &[[T; 2]], scratch: &mut Scratch<'_, T>) {
+    let Scratch { words, spare, shared, .. } = scratch;
+    // The state's arrays may have shrunk since the scratch was laid out.
+    let n = places.len();
+    let (Some(words), Some(shared)) = (words.get_mut(..n), shared.get_mut(..n)) else { return };
+    if n <= sort::FEW {
+        sort::heap(words, |&word| word);
+    }
     let mut before = None;
     for (level, &word) in shared.iter_mut().zip(words.iter()) {
         let key = (word >> 32) as u32;
@@ -384,11 +627,11 @@ fn order<T: Real>(mesh: &Mesh<T>, positions: &[[T; 2]], scratch: &mut Scratch<'_
                 return;
             };
             for word in words.iter_mut() {
-                let particle = *word & 0xFFFF_FFFF;
-                let [cx, cy] = positions.get(particle as usize).map_or([0; 2], |x| mesh.cell(x));
-                *word = u64::from(interleave(cx & 0xFFFF, cy & 0xFFFF)) << 32 | particle;
+                let place = *word & 0xFFFF_FFFF;
+                let [cx, cy] = places.get(place as usize).map_or([0; 2], |x| mesh.cell(x));
+                *word = u64::from(interleave(cx & 0xFFFF, cy & 0xFFFF)) << 32 | place;
             }
-            sort::by_high_half(words, spare, histogram);
+            sort::by_high_half(words, spare);
             let keys = words.iter().map(|word| (word >> 32) as u32);
             for (level, (a, b)) in shared.iter_mut().zip(keys.clone().zip(keys.skip(1))) {
                 *level = (FIRST + (a ^ b).leading_zeros() / 2) as u8;

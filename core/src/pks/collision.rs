@@ -79,6 +79,16 @@ impl<T: Real> Criterion<T> {
         }
     }
 
+    /// Whether a group of `count` particles of total mass M may have an index below zero, by a bound that needs nothing else:
+    /// `M^2 - sum m^2 < M^2`, so nu < 0 needs `4 mu~ (N - 2) < gamma chi M^2`.
+    #[inline]
+    #[must_use]
+    pub fn possible(&self, count: u32, mass: T) -> bool {
+        // A margin for the rounding of the sum of the masses.
+        let most = T::from_f64(1.001) * (self.constants.gamma * self.constants.chi) * (mass * mass);
+        T::from_usize(count.saturating_sub(2) as usize) * (T::from_i32(4) * self.constants.noise) <= most
+    }
+
     /// Whether a collision at this index merges.
     #[inline]
     fn inelastic(&self, index: T) -> bool {
@@ -141,10 +151,10 @@ impl<T: Real> Criterion<T> {
 /// A bound without special functions: `true` only if Q(a, x) <= p.
 ///
 /// For a <= 1, Gamma(1 + a) >= 0.88, so with t^a <= max(1, t): x >= 1: Q <= 1.14 a e^{-x} <= 1.14 a / (1 + x + x^2/2 + x^3/6);
-/// x < 1: Q <= 1.14 a (-log x + 1/e), and -log x <= 4 (x^{-1/4} - 1).
+/// x < 1: Q <= 1.14 a (-log x + 1/e), and -log x <= (1 - e) log 2 if x >= 2^{e - 1}.
 #[inline]
 fn negligible<T: Real>(a: T, x: T, p: T) -> bool {
-    if a > T::ONE {
+    if a > T::ONE || x <= T::ZERO {
         return false;
     }
     let c = T::from_f64;
@@ -152,7 +162,7 @@ fn negligible<T: Real>(a: T, x: T, p: T) -> bool {
     if x >= T::ONE {
         prefactor < p * (T::ONE + x * (T::ONE + x * (T::HALF + x * c(1.0 / 6.0))))
     } else {
-        prefactor * (T::from_i32(4) / x.sqrt().sqrt() - c(3.63)) < p
+        prefactor * (T::from_i32(1 - x.frexp().1) * c(core::f64::consts::LN_2) + c(0.37)) < p
     }
 }
 

@@ -1,49 +1,61 @@
 //! Sorting 64-bit words in the caller's memory: keys in the high half, indices in the low half.
 
-/// Buckets of one radix pass.
-pub const BUCKETS: usize = 2048;
-const DIGIT: u32 = 11;
-/// Below this many words a heap sort is as fast as the radix passes and needs no histogram.
+/// Up to this many words are sorted without radix passes, which then need no second array.
 pub const FEW: usize = 512;
+/// Up to this many words the radix passes are no faster.
+const SMALL: usize = 48;
+const DIGIT: u32 = 10;
+const BUCKETS: usize = 1 << DIGIT;
 
-/// Sorts `words` by their high 32 bits, equal ones in the order of the low half if they came so (whole words for few).
-///
-/// `spare` (at least as long) is overwritten; `histogram` needs [`BUCKETS`] entries, else few-word sorting is used throughout.
-pub fn by_high_half(words: &mut [u64], spare: &mut [u64], histogram: &mut [u32]) {
-    let n = words.len();
-    let (Some(spare), Some(histogram)) = (spare.get_mut(..n), histogram.get_mut(..BUCKETS)) else {
-        return heap(words, |&w| w);
-    };
-    if n <= FEW {
-        return heap(words, |&w| w);
-    }
-    // 11 + 11 + 10 bits: an odd number of passes ends in `spare`.
-    pass(words, spare, histogram, 32);
-    pass(spare, words, histogram, 32 + DIGIT);
-    pass(words, spare, histogram, 32 + 2 * DIGIT);
-    words.iter_mut().zip(spare.iter()).for_each(|(to, &from)| *to = from);
+/// Sorts `words` by their high 32 bits, equal ones in the order of the low half if they came so (whole words for few, or if
+/// `spare`, which is overwritten, is not as long).
+pub fn by_high_half(words: &mut [u64], spare: &mut [u64]) {
+    by_bits::<4>(words, spare);
 }
 
-/// One stable pass by the 11 bits from `shift` on.
-fn pass(from: &[u64], to: &mut [u64], histogram: &mut [u32], shift: u32) {
-    histogram.fill(0);
+/// As [`by_high_half`], by the low twenty of these bits, the others being the same in all words.
+pub fn by_20_bits(words: &mut [u64], spare: &mut [u64]) {
+    by_bits::<2>(words, spare);
+}
+
+/// `PASSES` is even, so that the result is where it began.
+fn by_bits<const PASSES: u32>(words: &mut [u64], spare: &mut [u64]) {
+    match spare.get_mut(..words.len()) {
+        Some(spare) if words.len() > SMALL => {
+            for k in 0..PASSES / 2 {
+                pass(words, spare, 32 + 2 * k * DIGIT);
+                pass(spare, words, 32 + (2 * k + 1) * DIGIT);
+            }
+        }
+        _ => heap(words, |&w| w),
+    }
+}
+
+/// One stable pass by [`DIGIT`] bits from `shift` on.
+fn pass(from: &[u64], to: &mut [u64], shift: u32) {
+    let mut places = [0_u32; BUCKETS];
     let digit = |word: u64| (word >> shift) as usize & (BUCKETS - 1);
     for &word in from {
-        if let Some(count) = histogram.get_mut(digit(word)) {
+        if let Some(count) = places.get_mut(digit(word)) {
             *count += 1;
         }
     }
-    let mut start = 0;
-    for count in histogram.iter_mut() {
-        start += core::mem::replace(count, start);
-    }
+    starts(&mut places);
     for &word in from {
-        if let Some(place) = histogram.get_mut(digit(word)) {
+        if let Some(place) = places.get_mut(digit(word)) {
             if let Some(slot) = to.get_mut(*place as usize) {
                 *slot = word;
             }
             *place += 1;
         }
+    }
+}
+
+/// Makes the places where buckets begin out of how many each holds.
+pub fn starts(counts: &mut [u32]) {
+    let mut start = 0;
+    for count in counts {
+        start += core::mem::replace(count, start);
     }
 }
 
@@ -112,11 +124,17 @@ mod tests {
                     .collect();
                 let mut want = words.clone();
                 want.sort_unstable();
-                for histogram in [0, BUCKETS] {
+                for spare in [0, n] {
                     let mut got = words.clone();
-                    by_high_half(&mut got, &mut vec![0; n], &mut vec![9; histogram]);
+                    by_high_half(&mut got, &mut vec![7; spare]);
                     assert_eq!(got, want, "{n} {bits}");
                 }
+                // The highest bits the same.
+                let mut got: Vec<u64> = words.iter().map(|&w| w & !(0xFFF << 52)).collect();
+                want = got.clone();
+                want.sort_unstable();
+                by_20_bits(&mut got, &mut vec![7; n]);
+                assert_eq!(got, want, "{n} {bits}");
             }
         }
     }

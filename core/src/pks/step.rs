@@ -187,7 +187,9 @@ pub fn step<T: Real>(
     let searched = n > 1 && attracted && !criterion.impossible(largest, total);
     if searched {
         report.searches += 1;
-        clusters::find(&options.search, &criterion, counters.step, before.0, before.1, &mut arrays.found);
+        // Until the motion writes them these two are free.
+        let sorted = clusters::Sorted { positions: arrays.moved, masses: arrays.increments.as_flattened_mut() };
+        clusters::find(&options.search, &criterion, counters.step, before.0, before.1, sorted, &mut arrays.found);
         report.clusters += arrays.found.len() as u64;
     }
     let clustered = !arrays.found.is_empty();
