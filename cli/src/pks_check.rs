@@ -48,6 +48,12 @@ pub struct Args {
     /// Decide collisions by the printed increment test.
     #[arg(long)]
     printed: bool,
+    /// Merge only what must collide (nu <= -1).
+    #[arg(long)]
+    hard: bool,
+    /// `hitting`: the shortest step, in units of Y_0 / beta^2 times 4; the experiment's own if 0. The printed law is then left out.
+    #[arg(long, default_value_t = 0.0)]
+    shortest: f64,
     /// Decimals of progress while it runs.
     #[arg(long)]
     verbose: bool,

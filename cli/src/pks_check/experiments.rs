@@ -6,14 +6,35 @@ use std::time::Instant;
 use anyhow::{Context as _, ensure};
 use mollis_core::Error;
 use mollis_core::grid::Mesh;
-use mollis_core::pks::{CollisionLaw, Options, theory};
+use mollis_core::pks::{CollisionLaw, Merging, Options, theory};
 use mollis_core::random::Philox;
 
 use super::system::{Bump, System};
 use super::{Args, interval, slope};
 
-fn law(args: &Args) -> CollisionLaw {
-    if args.printed { CollisionLaw::Printed } else { CollisionLaw::Exact }
+/// The options that the arguments choose.
+fn options(args: &Args, chi: f64, noise: f64) -> Options<f64> {
+    Options {
+        law: if args.printed { CollisionLaw::Printed } else { CollisionLaw::Exact },
+        merging: if args.hard { Merging::Hard } else { Merging::All },
+        ..Options::new(chi, noise)
+    }
+}
+
+/// What the options have of the arguments.
+fn choice(args: &Args) -> String {
+    let chosen = options(args, 1.0, 1.0);
+    format!("{:?} law, {:?} collisions merge", chosen.law, chosen.merging)
+}
+
+/// The mean of the second values over the times a..b.
+fn mean(points: &[(f64, f64)], a: f64, b: f64) -> f64 {
+    let chosen = window(points, a, b);
+    chosen.iter().map(|p| p.1).sum::<f64>() / chosen.len() as f64
+}
+
+fn window(points: &[(f64, f64)], a: f64, b: f64) -> Vec<(f64, f64)> {
+    points.iter().copied().filter(|p| p.0 > a - 1e-9 && p.0 < b + 1e-9).collect()
 }
 
 /// Section 5.2.1: M = 48 pi, 32 pi on a disc, 16 pi on an ellipse ten away.
@@ -21,12 +42,11 @@ pub fn transfer(args: &Args) -> anyhow::Result<bool> {
     let n = args.particles(40_000);
     let mass = 48.0 * PI;
     let mut results: [Vec<f64>; 4] = Default::default();
-    println!("5.2.1: {n} particles, 270 x 270 on [-15, 15]^2, dt 0.001, {:?} law", law(args));
-    println!("seed | slope on [0, 0.02] (-20) | slope on [0.06, 0.1] (-12) | heavy / 8 pi (4) | particles | seconds");
+    println!("5.2.1: {n} particles, 270 x 270 on [-15, 15]^2, dt 0.001, {}", choice(args));
+    println!("seed | slope on [0, 0.02] (-20) | slope on [0.06, 0.1] (-12), alpha (2.4) of these particles | heavy / 8 pi (4) | particles | seconds");
     for seed in args.seeds(8) {
         let start = Instant::now();
-        let mut options = Options::new(1.0, theory::noise(mass, 1.0, n));
-        options.law = law(args);
+        let options = options(args, 1.0, theory::noise(mass, 1.0, n));
         let bumps = [
             Bump { centre: [-5.0, 0.0], axes: [1.0, 1.0], mass: mass * 2.0 / 3.0, count: n - n / 3 },
             Bump { centre: [5.0, 0.0], axes: [1.0, 7.0], mass: mass / 3.0, count: n / 3 },
@@ -36,10 +56,12 @@ pub fn transfer(args: &Args) -> anyhow::Result<bool> {
         // All particles weigh the same.
         system.masses.iter_mut().for_each(|m| *m = mass / n as f64);
         let mut line = vec![(0.0, system.second_moment())];
+        let mut drift = vec![(0.0, system.alpha())];
         let mut collapse = None;
         for _ in 0..100 {
             system.step(&mut Philox::new(seed), 1e-3)?;
             line.push((system.counters.time, system.second_moment()));
+            drift.push((system.counters.time, system.alpha()));
             if collapse.is_none() && system.heaviest() > 0.5 * mass / 3.0 {
                 collapse = Some(system.counters.time);
             }
@@ -53,18 +75,17 @@ pub fn transfer(args: &Args) -> anyhow::Result<bool> {
                 );
             }
         }
-        let window =
-            |a: f64, b: f64| -> Vec<_> { line.iter().copied().filter(|p| p.0 > a - 1e-9 && p.0 < b + 1e-9).collect() };
         let values = [
-            slope(&window(0.0, 0.02)),
-            slope(&window(0.06, 0.1)),
+            slope(&window(&line, 0.0, 0.02)),
+            slope(&window(&line, 0.06, 0.1)),
             system.heaviest() / (8.0 * PI),
             system.count() as f64,
         ];
         println!(
-            "{seed} | {:.2} | {:.2} | {:.4} | {} | {:.1} (collapse at {:.3})",
+            "{seed} | {:.2} | {:.2}, {:.2} | {:.4} | {} | {:.1} (collapse at {:.3})",
             values[0],
             values[1],
+            mean(&drift, 0.06, 0.1),
             values[2],
             values[3],
             start.elapsed().as_secs_f64(),
@@ -87,12 +108,11 @@ pub fn transfer(args: &Args) -> anyhow::Result<bool> {
 pub fn singularities(args: &Args) -> anyhow::Result<bool> {
     let n = args.particles(400_000);
     let mass = 64.0 * PI;
-    println!("5.2.2: {n} particles, 270 x 270 on [-15, 15]^2, dt 0.002, {:?} law", law(args));
+    println!("5.2.2: {n} particles, 270 x 270 on [-15, 15]^2, dt 0.002, {}", choice(args));
     let mut slopes = Vec::new();
-    for seed in args.seeds(1) {
+    for seed in args.seeds(8) {
         let start = Instant::now();
-        let mut options = Options::new(1.0, theory::noise(mass, 1.0, n));
-        options.law = law(args);
+        let options = options(args, 1.0, theory::noise(mass, 1.0, n));
         let light = (0.3 * n as f64).round() as usize;
         let bumps = [
             Bump { centre: [3.0, 1.0], axes: [1.0; 2], mass: 0.3 * mass, count: light },
@@ -143,8 +163,7 @@ pub fn singularities(args: &Args) -> anyhow::Result<bool> {
     }
     let (mean, half) = interval(&slopes);
     println!("slope {mean:.3} +- {half:.3} (95%), theory -13.44");
-    // Without several seeds: the fluctuation of the moment of two heavy particles is far below 1%.
-    Ok((mean + 13.44).abs() <= if half.is_nan() { 0.2 } else { half.max(0.1) })
+    Ok((mean + 13.44).abs() <= half)
 }
 
 /// Section 5.3: chi = 4, two species with (5.7), three initial conditions.
@@ -162,20 +181,25 @@ pub fn species(args: &Args) -> anyhow::Result<bool> {
         ("disjoint", disc([a, -a]).0, disc([-a, a]).0),
     ];
     let want = theory::second_moment_rate_of_species(&kinds, chi);
-    println!("5.3: {n} particles, 320 x 320 on [-1.5, 1.5]^2, total rate (4.28) {want:.3}");
+    // The martingale part of F has variance 8 mu~ F a unit time, so over a time T its rate has the standard error sqrt(8 mu~ F / T):
+    // about 0.7 for these, and less than 2% of the rate needs several seeds.
+    let (dt, steps) = (1e-5, 200);
+    println!(
+        "5.3: {n} particles, 320 x 320 on [-1.5, 1.5]^2, {steps} steps of {dt}, {}; total rate (4.28) {want:.3}",
+        choice(args)
+    );
     let mut passed = true;
     for (name, one, two) in cases {
         let mut rates: [Vec<f64>; 3] = Default::default();
-        for seed in args.seeds(1) {
+        for seed in args.seeds(4) {
             let start = Instant::now();
-            let options = Options { law: law(args), ..Options::new(chi, theory::noise(mass, mu, n)) };
+            let options = options(args, chi, theory::noise(mass, mu, n));
             let bumps = [
                 Bump { centre: one[0], axes: one[1], mass: kinds[0].mass, count: first },
                 Bump { centre: two[0], axes: two[1], mass: kinds[1].mass, count: n - first },
             ];
             let mesh = Mesh::new([-1.5; 2], [1.5; 2], [320; 2])?;
             let mut system = System::new(&bumps, Some(mesh), options, seed, args.threads)?;
-            let (dt, steps) = (2e-6, 250);
             let (mut lines, mut residual) = ([const { Vec::new() }; 3], [0.0; 3]);
             for _ in 0..=steps {
                 let t = system.counters.time;
@@ -207,19 +231,16 @@ pub fn species(args: &Args) -> anyhow::Result<bool> {
                 residual[2],
                 system.count(),
                 system.heaviest(),
-                system.report.substeps as f64 / (n as f64 * 251.0),
+                system.report.substeps as f64 / (n as f64 * f64::from(steps + 1)),
                 start.elapsed().as_secs_f64()
             );
             passed &= residual[0] < 1e-2 && residual[1] < 1e-2;
         }
-        let means = rates.map(|r| r.iter().sum::<f64>() / r.len() as f64);
-        passed &= means[0] > 0.0 && means[1] < 0.0 && (means[2] / want - 1.0).abs() < 0.02;
+        let [(one, _), (two, _), (all, half)] = rates.map(|r| interval(&r));
+        passed &= one > 0.0 && two < 0.0 && (all / want - 1.0).abs() < 0.02;
         println!(
-            "{name}: components {:+.2} {:+.2}, total {:.3} = {:.2}% off",
-            means[0],
-            means[1],
-            means[2],
-            100.0 * (means[2] / want - 1.0)
+            "{name}: components {one:+.2} {two:+.2}, total {all:.3} +- {half:.3} (95%) = {:+.2}% off",
+            100.0 * (all / want - 1.0)
         );
     }
     Ok(passed)
@@ -230,51 +251,65 @@ pub fn subcritical(args: &Args) -> anyhow::Result<bool> {
     let n = args.particles(40_000);
     let mass = 4.0 * PI;
     let want = theory::second_moment_rate(mass, 1.0, 1.0, &[]);
-    println!("subcritical: {n} particles, M = 4 pi, 1000 steps of 0.001, slope 4 mu - chi M / (2 pi) = {want:.3}");
-    let mut slopes = Vec::new();
+    println!(
+        "subcritical: {n} particles, M = 4 pi, 1000 steps of 0.001, {}, slope 4 mu - chi M / (2 pi) = {want:.3}",
+        choice(args)
+    );
+    let (mut slopes, mut excess) = (Vec::new(), Vec::new());
     let mut heaviest: f64 = 0.0;
     for seed in args.seeds(8) {
-        let options = Options { law: law(args), ..Options::new(1.0, theory::noise(mass, 1.0, n)) };
+        let options = options(args, 1.0, theory::noise(mass, 1.0, n));
         let bump = Bump { centre: [0.0; 2], axes: [1.0; 2], mass, count: n };
         let mesh = Mesh::new([-15.0; 2], [15.0; 2], [270; 2])?;
         let mut system = System::new(&[bump], Some(mesh), options, seed, args.threads)?;
         let mut line = vec![(0.0, system.second_moment())];
+        // The line that alpha of the particles there are, step by step, would draw.
+        let mut own = vec![(0.0, 0.0)];
         for _ in 0..1000 {
+            let (from, alpha) = (own.last().map_or(0.0, |p| p.1), system.alpha());
             system.step(&mut Philox::new(seed), 1e-3)?;
             line.push((system.counters.time, system.second_moment()));
+            own.push((system.counters.time, from + 1e-3 * alpha));
         }
+        excess.push(slope(&line) - slope(&own));
         println!(
-            "seed {seed}: slope {:.3}, heaviest {:.2e} of the critical mass, {} particles",
+            "seed {seed}: slope {:.3}, by alpha (2.4) of these particles {:.3}, heaviest {:.2e} of the critical mass, {} particles",
             slope(&line),
+            slope(&own),
             system.heaviest() / (8.0 * PI),
             system.count()
         );
         slopes.push(slope(&line));
         heaviest = heaviest.max(system.heaviest());
     }
+    let (off, width) = interval(&excess);
+    println!("slope less that of alpha (2.4): {off:.4} +- {width:.4} (95%)");
     let (mean, half) = interval(&slopes);
     println!(
         "slope {mean:.4} +- {half:.4} (95%), theory {want:.4}; heaviest {:.2e} of 8 pi mu / chi",
         heaviest / (8.0 * PI)
     );
-    Ok((mean - want).abs() <= half.max(0.01) && heaviest < 0.01 * 8.0 * PI)
+    Ok((mean - want).abs() <= half && heaviest < 0.01 * 8.0 * PI)
 }
 
 /// Ten thousand steps past blow-up, with extreme constants: mass is conserved, nothing is lost, no NaN, no hang.
 pub fn stress(args: &Args) -> anyhow::Result<bool> {
     let n = args.particles(400);
     let mut passed = true;
-    for (chi, dt, steps) in [
-        (1.0, 1e-3, 10_000),
-        (1.0, 1.0, 1000),
-        (1e6, 1e-8, 10_000),
-        (1e6, 1.0, 100),
-        (1e3, 1e-4, 10_000),
-        (1e6, 1e-4, 1000),
+    for (chi, dt) in [
+        (1.0, 1e-8),
+        (1.0, 1e-3),
+        (1e3, 1e-4),
+        (1e6, 1e-8),
+        (1e6, 1e-4),
+        (1e6, 1.0),
+        (1e3, 1.0),
+        (1.0, 1.0),
     ] {
+        let steps = 10_000;
         let start = Instant::now();
         let mass = 64.0 * PI;
-        let mut options = Options { law: law(args), ..Options::new(chi, theory::noise(mass, 1.0, n)) };
+        let mut options = options(args, chi, theory::noise(mass, 1.0, n));
         options.control.at_most = 10_000;
         let bump = Bump { centre: [0.3, -0.1], axes: [1.0; 2], mass: 0.01 * mass, count: n - 1 };
         let heavy = Bump { centre: [0.0; 2], axes: [0.0; 2], mass: 0.99 * mass, count: 1 };
@@ -334,7 +369,6 @@ fn replay(initial: &[f64], system: &System) -> bool {
 
 /// Nanoseconds a particle and step at 1e6 particles on 320 x 320.
 pub fn speed(args: &Args) -> anyhow::Result<bool> {
-    use mollis_core::pks::Merging;
     let n = args.particles(1_000_000);
     let mass = 48.0 * PI;
     for (name, merging) in [("without", Merging::Never), ("with", Merging::All)] {
@@ -343,7 +377,7 @@ pub fn speed(args: &Args) -> anyhow::Result<bool> {
         let mesh = Mesh::new([-15.0; 2], [15.0; 2], [320; 2])?;
         let mut system = System::new(&[bump], Some(mesh), options, 1, args.threads)?;
         let mut best = f64::INFINITY;
-        for _ in 0..12 {
+        for _ in 0..30 {
             let before = system.report.substeps;
             let start = Instant::now();
             system.step(&mut Philox::new(1), 1e-4)?;

@@ -86,14 +86,17 @@ fn times(nu: f64, law: CollisionLaw, n: usize, seed: u64, horizon: f64, smallest
     Ok(out)
 }
 
-/// sqrt(n) times the largest distance of the sample's distribution function from the law's, over times below the horizon.
-fn kolmogorov(nu: f64, times: &Times, horizon: f64) -> f64 {
+/// sqrt(n) times the largest distances of the sample's distribution function from the law's, over times below the horizon: below it
+/// (too late) and above it (too early).
+fn kolmogorov(nu: f64, times: &Times, horizon: f64) -> (f64, f64) {
     let mut tau: Vec<f64> = times.tau.iter().copied().filter(|&t| t <= horizon).collect();
     tau.sort_by(f64::total_cmp);
     let n = (times.tau.len() + times.censored) as f64;
     let law = |t: f64| incomplete_gamma::upper(-nu, 0.25 / (2.0 * t));
-    let off = |(k, &t): (usize, &f64)| (law(t) - k as f64 / n).abs().max((law(t) - (k + 1) as f64 / n).abs());
-    tau.iter().enumerate().map(off).fold(0.0, f64::max) * n.sqrt()
+    let off = |(k, &t): (usize, &f64)| (law(t) - k as f64 / n, (k + 1) as f64 / n - law(t));
+    let larger = |a: (f64, f64), b: (f64, f64)| (a.0.max(b.0), a.1.max(b.1));
+    let (late, early) = tau.iter().enumerate().map(off).fold((0.0, 0.0), larger);
+    (late * n.sqrt(), early * n.sqrt())
 }
 
 /// Kolmogorov's law: P(K > x), for x not too small.
@@ -115,11 +118,18 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
     // need the smaller step.
     for (nu, smallest) in [(-0.5, 2e-4), (-1.5, 3e-3), (-4.0, 3e-3)] {
         let horizon = 0.125 / incomplete_gamma::upper_inverse(-nu, 0.9);
+        let own = args.shortest == 0.0;
+        let smallest = if own { smallest } else { args.shortest };
         for law in [CollisionLaw::Exact, CollisionLaw::Printed] {
+            if law == CollisionLaw::Printed && !own {
+                continue;
+            }
             let times = times(nu, law, n, args.first << 32, horizon, smallest)?;
-            let k = kolmogorov(nu, &times, horizon);
+            let (late, early) = kolmogorov(nu, &times, horizon);
+            let k = late.max(early);
             println!(
-                "nu {nu:4}, s = {smallest}, {law:?}: sqrt(n) D = {k:.3}, p = {:.2e} ({} collided before t = {horizon:.3})",
+                "nu {nu:4}, s = {smallest}, {law:?}: sqrt(n) D = {k:.3} (late {late:.3}, early {early:.3}), D = {:.4}, p = {:.2e} ({} collided before t = {horizon:.3})",
+                k / (n as f64).sqrt(),
                 p_value(k),
                 times.tau.len()
             );

@@ -2,6 +2,7 @@
 
 use mollis_core::grid::{Equation, Grid, Mesh};
 use mollis_core::parallel::Executor;
+use mollis_core::pks::theory::{Group, Law};
 use mollis_core::pks::{self, Attraction, Counters, Event, Events, Options, Report, Setting, State};
 use mollis_core::random::Generator;
 use mollis_core::space::ALIGN;
@@ -192,6 +193,12 @@ impl System {
     pub fn second_moment(&self) -> f64 {
         let (centre, mass) = self.centre(|_| true);
         self.spread(centre, |_| true) / mass
+    }
+
+    /// alpha of (2.4): the drift of the second moment of the particles that there are.
+    pub fn alpha(&self) -> f64 {
+        let Options { chi, noise, gamma, .. } = self.options;
+        Law { chi, noise, gamma }.alpha(&Group::of(&self.masses[..self.count()]))
     }
 
     pub fn heaviest(&self) -> f64 {
