@@ -1,13 +1,18 @@
-//! `mollis-bench pks`: one sub-step of the Patlak-Keller-Segel particles (deposit, solve, gather, noise, move) and the same in
-//! NumPy and SciPy.
+//! `mollis-bench pks`: one sub-step of the Patlak-Keller-Segel particles (deposit, solve, gather, noise, move), whole steps without and
+//! with the search for clusters, and the same in NumPy and SciPy.
 
 use std::process::Command;
 use std::time::Duration;
 
 use anyhow::{Context, Result, bail};
 use clap::Args;
+use mollis_core::field::Run;
 use mollis_core::grid::{Equation, Grid, MassScale, Mesh};
 use mollis_core::parallel::{Executor, Serial};
+use mollis_core::pks::{
+    Attraction, Counters, Event, Events, Merging, Options, Report as Made, Setting, State, step, theory,
+    workspace_bytes,
+};
 use mollis_core::random::Philox;
 use mollis_core::space::{Chunks, each_piece};
 
@@ -50,8 +55,28 @@ struct Report {
     gather_noise_move_ns: f64,
     step_ns: f64,
     checksum: String,
-    numpy_step_ns: Option<f64>,
-    numpy_over_mollis: Option<f64>,
+    /// `pks::step`, which checks its arguments and keeps the old positions until all is well, without and with the search.
+    whole_ns: f64,
+    with_search_ns: f64,
+    numpy: Option<Peer>,
+}
+
+/// Times of the peer, and how many times mollis' they are.
+#[derive(Clone, Debug, serde::Serialize)]
+struct Peer {
+    step_ns: f64,
+    step_ratio: f64,
+    with_quadtree_ns: f64,
+    with_quadtree_ratio: f64,
+    with_kdtree_ns: f64,
+    with_kdtree_ratio: f64,
+}
+
+/// A block of the workspace's alignment.
+fn aligned(memory: &mut [u8]) -> &mut [u8] {
+    let start = memory.as_ptr().align_offset(64);
+    let end = memory.len() - 64 + start;
+    &mut memory[start..end]
 }
 
 impl Pks {
@@ -59,9 +84,7 @@ impl Pks {
     pub fn run(&self) -> Result<()> {
         let mut report = self.measure()?;
         if let Some(python) = &self.python {
-            let ns = self.peer(python)?;
-            report.numpy_step_ns = Some(ns);
-            report.numpy_over_mollis = Some(ns / report.step_ns);
+            report.numpy = Some(self.peer(python, &report)?);
         }
         if self.json {
             println!("{}", serde_json::to_string(&report)?);
@@ -80,8 +103,20 @@ impl Pks {
             report.gather_noise_move_ns,
             report.step_ns
         );
-        if let (Some(ns), Some(ratio)) = (report.numpy_step_ns, report.numpy_over_mollis) {
-            println!("NumPy and SciPy: {ns:.1} ns a particle, {ratio:.1} times as long");
+        println!(
+            "pks::step: {:.2} ns a particle without, {:.2} ns with the search for clusters",
+            report.whole_ns, report.with_search_ns
+        );
+        if let Some(peer) = &report.numpy {
+            println!(
+                "NumPy and SciPy: {:.0} ns, {:.1} times as long; with the search by quadtree {:.0} ns, {:.1} times, by cKDTree {:.0} ns, {:.1} times",
+                peer.step_ns,
+                peer.step_ratio,
+                peer.with_quadtree_ns,
+                peer.with_quadtree_ratio,
+                peer.with_kdtree_ns,
+                peer.with_kdtree_ratio
+            );
         }
         Ok(())
     }
@@ -150,12 +185,64 @@ impl Pks {
             gather_noise_move_ns: per_particle(&seconds[2]),
             step_ns: per_particle(&seconds[3]),
             checksum: format!("{checksum:016x}"),
-            numpy_step_ns: None,
-            numpy_over_mollis: None,
+            whole_ns: self.whole(Merging::Never, executor)?,
+            with_search_ns: self.whole(Merging::All, executor)?,
+            numpy: None,
         })
     }
 
-    fn peer(&self, python: &str) -> Result<f64> {
+    /// The least time of a whole step, of mass 16 pi with chi = mu = 1 and one sub-step a particle.
+    fn whole(&self, merging: Merging, executor: &dyn Executor) -> Result<f64> {
+        let (n, mass) = (self.n, 16.0 * std::f64::consts::PI);
+        let philox = Philox::new(1);
+        let mut labels: Vec<u64> = (0..n as u64).collect();
+        let mut positions = vec![[0.0_f64; 2]; n];
+        philox.normals(&labels, 0, 0, &mut positions);
+        for x in positions.iter_mut().flatten() {
+            *x = (0.25 * *x).clamp(-1.4, 1.4);
+        }
+        let mut masses = vec![mass / n as f64; n];
+        let mesh = Mesh::new([-1.5, -1.5], [1.5, 1.5], [self.grid; 2])?;
+        let mut options = Options { merging, ..Options::new(1.0, theory::noise(mass, 1.0, n)) };
+        options.search.domain = Some([mesh.lower(), mesh.upper()]);
+        let workers = executor.workers();
+        let mut grid_memory = vec![0; Grid::workspace_bytes(&mesh, &Equation::POISSON, workers)? + 64];
+        let mut grid = Grid::prepare(aligned(&mut grid_memory), mesh, Equation::POISSON, workers)?;
+        let mut memory = vec![0; workspace_bytes(n, None, &options, workers)? + 64];
+        let memory = aligned(&mut memory);
+        let (mut events, mut absorbed) = (vec![Event::default(); n / 2 + 1], vec![0; n]);
+        let mut counters = Counters { count: n as u64, ..Counters::default() };
+        let mut made = Made::default();
+        let clock = if self.threads > 1 { wall_time } else { cpu_time };
+        let mut seconds = Vec::new();
+        for _ in 0..self.repetitions.max(1) {
+            let (mut written, mut labels_written) = (0, 0);
+            let begin = clock();
+            step(
+                State { positions: &mut positions, masses: &mut masses, labels: &mut labels, species: None },
+                &mut counters,
+                &mut Philox::new(1),
+                1e-5,
+                Events {
+                    events: &mut events,
+                    labels: &mut absorbed,
+                    written: &mut written,
+                    labels_written: &mut labels_written,
+                },
+                memory,
+                Setting {
+                    options: &options,
+                    attraction: Attraction::Mesh(&mut grid),
+                    run: &mut Run { executor, ..Run::default() },
+                    report: &mut made,
+                },
+            )?;
+            seconds.push((clock() - begin).as_secs_f64());
+        }
+        Ok(1e9 * minimum(&seconds) / n as f64)
+    }
+
+    fn peer(&self, python: &str, report: &Report) -> Result<Peer> {
         let script = concat!(env!("CARGO_MANIFEST_DIR"), "/peers/numpy_pks.py");
         let output = Command::new(python)
             .args([script, "--n", &self.n.to_string(), "--grid", &self.grid.to_string()])
@@ -167,6 +254,16 @@ impl Pks {
             bail!("{script}: {}", String::from_utf8_lossy(&output.stderr));
         }
         let value: serde_json::Value = serde_json::from_slice(&output.stdout)?;
-        value["nanoseconds_per_particle"].as_f64().context("the peer's answer has no time")
+        let time = |name: &str| value[name].as_f64().with_context(|| format!("the peer's answer has no {name}"));
+        let (step, quadtree, kdtree) =
+            (time("nanoseconds_per_particle")?, time("with_quadtree")?, time("with_kdtree")?);
+        Ok(Peer {
+            step_ns: step,
+            step_ratio: step / report.step_ns,
+            with_quadtree_ns: quadtree,
+            with_quadtree_ratio: quadtree / report.with_search_ns,
+            with_kdtree_ns: kdtree,
+            with_kdtree_ratio: kdtree / report.with_search_ns,
+        })
     }
 }

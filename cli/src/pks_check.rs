@@ -54,6 +54,9 @@ pub struct Args {
     /// `hitting`: the shortest step, in units of Y_0 / beta^2 times 4; the experiment's own if 0. The printed law is then left out.
     #[arg(long, default_value_t = 0.0)]
     shortest: f64,
+    /// `singularities`: the step; the paper's if 0.
+    #[arg(long, default_value_t = 0.0)]
+    dt: f64,
     /// Decimals of progress while it runs.
     #[arg(long)]
     verbose: bool,

@@ -345,8 +345,18 @@ pub fn find<T: Real>(
     let Scratch { words, shared, particles, ranges, values, found, .. } = scratch;
     let Some(words) = words.get_mut(..n) else { return };
     let shared = shared.get(..n).unwrap_or(&[]);
-    let mut tree =
-        Tree { areas: mesh.areas(search), mesh: &mesh, criterion, words, places, weights, ranges, values, found: 0, seen: 0 };
+    let mut tree = Tree {
+        areas: mesh.areas(search),
+        mesh: &mesh,
+        criterion,
+        words,
+        places,
+        weights,
+        ranges,
+        values,
+        found: 0,
+        seen: 0,
+    };
     let mut stack = Stack { nodes: [Node::default(); STACK], moments: [Moments::default(); STACK], height: 0 };
     let level = fine(shared);
     let mut first = 0;
@@ -455,13 +465,7 @@ impl<T: Real> Tree<'_, '_, T> {
     /// Adds the particles of a cell none of whose nodes is of interest: one, or too light ones. Given are the first, how many they are, and
     /// the clusters found before them.
     #[inline]
-    fn leaf(
-        &mut self,
-        stack: &mut Stack<T>,
-        [first, count, clusters]: [usize; 3],
-        mass: T,
-        shared: &[u8],
-    ) {
+    fn leaf(&mut self, stack: &mut Stack<T>, [first, count, clusters]: [usize; 3], mass: T, shared: &[u8]) {
         let end = first + count;
         self.seen = end as u32;
         let node = Node { level: DEPTH, first: first as u32, clusters: clusters as u32, known: first as u32, mass };

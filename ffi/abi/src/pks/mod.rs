@@ -1,0 +1,386 @@
+//! Coalescing particles: the size of the workspace, and the step.
+
+mod options;
+#[cfg(test)]
+mod tests;
+mod theory;
+
+pub use options::*;
+pub use theory::*;
+
+use core::ffi::c_void;
+
+use mollis_core::field;
+use mollis_core::grid::Grid;
+use mollis_core::kernel::Kernel;
+use mollis_core::pks::{self, Attraction, Counters, Event, Events, Report, Setting, State, Summed};
+use mollis_core::random::{Generator, Philox};
+use mollis_core::space::ALIGN;
+use mollis_core::{Error, Real, Result};
+
+use crate::buffers::{Input, Output, disjoint, workspace};
+use crate::grid::{equation, mollis_mesh2};
+use crate::kernel;
+use crate::options as structures;
+use crate::random::{HostGenerator, mollis_generator};
+use crate::run::{HostRun, mollis_run};
+use crate::status::{mollis_status, status};
+
+/// A caller's choice of attraction, checked.
+#[expect(clippy::large_enum_variant, reason = "one lives at a time, on the stack: there is no heap to box in")]
+enum Chosen<'k, T: Real> {
+    None,
+    Mesh(mollis_core::grid::Mesh<T>, mollis_core::grid::Equation<T>),
+    Sum(Kernel<'k, T, 2>, field::Options),
+}
+
+impl<T: Real> Chosen<'_, T> {
+    /// # Safety
+    /// The crate's contract for `attraction` and what it points to.
+    unsafe fn read(attraction: *const mollis_pks_attraction) -> Result<Self> {
+        if attraction.is_null() {
+            return Err(Error::NullPointer);
+        }
+        if !attraction.is_aligned() {
+            return Err(Error::Misaligned);
+        }
+        // SAFETY: not null, aligned, and the caller promises an attraction there; the rest is passed on.
+        unsafe {
+            let given = *attraction;
+            match given.kind {
+                MOLLIS_PKS_ATTRACTION_NONE => Ok(Self::None),
+                MOLLIS_PKS_ATTRACTION_MESH => {
+                    Ok(Self::Mesh(mollis_mesh2::read(given.mesh)?, equation(&structures::read(given.grid)?)?))
+                }
+                MOLLIS_PKS_ATTRACTION_SUM => {
+                    let options = field::Options { tolerance: given.tolerance, ..field::Options::default() };
+                    Ok(Self::Sum(kernel::open(given.kernel, given.kernel_bytes)?, options))
+                }
+                _ => Err(Error::UnknownValue),
+            }
+        }
+    }
+
+    fn summed(&self) -> Summed<'_, T> {
+        match self {
+            Self::Sum(kernel, options) => Some((kernel, *options)),
+            _ => None,
+        }
+    }
+
+    /// Bytes of the step's own workspace and of the grid behind it.
+    fn bytes(&self, room: usize, options: &pks::Options<T>, workers: usize) -> Result<(usize, usize)> {
+        let own = pks::workspace_bytes(room, self.summed(), options, workers)?;
+        let own = own.checked_next_multiple_of(ALIGN).ok_or(Error::TooLarge)?;
+        let grid = match self {
+            Self::Mesh(mesh, equation) => Grid::workspace_bytes(mesh, equation, workers)?,
+            _ => 0,
+        };
+        own.checked_add(grid).ok_or(Error::TooLarge)?;
+        Ok((own, grid))
+    }
+}
+
+unsafe fn size<T: Real>(
+    room: usize,
+    options: *const mollis_pks_options,
+    attraction: *const mollis_pks_attraction,
+    run: *const mollis_run,
+    bytes: *mut usize,
+) -> Result<()> {
+    let bytes = Output::new(bytes, 1)?;
+    // SAFETY: the caller promises the crate's contract.
+    let (options, chosen, run) =
+        unsafe { (structures::read(options)?, Chosen::<T>::read(attraction)?, HostRun::read(run)?) };
+    let (own, grid) = chosen.bytes(room, &core_options(&options)?, run.workers())?;
+    // SAFETY: as above.
+    unsafe { bytes.slice() }.iter_mut().for_each(|slot| *slot = own + grid);
+    Ok(())
+}
+
+/// The exact size of the workspace that mollis_pks_step needs for arrays with room for so many particles, with this run's executor.
+///
+/// Refused: MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_OPTIONS_SIZE, MOLLIS_ERR_UNKNOWN_VALUE, MOLLIS_ERR_NOT_FINITE,
+/// MOLLIS_ERR_OUT_OF_DOMAIN (a negative noise, separation or probability not between 0 and 1, an empty mesh),
+/// MOLLIS_ERR_TOO_LARGE, and those of an unprepared kernel.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mollis_pks_workspace_bytes(
+    room: usize,
+    options: *const mollis_pks_options,
+    attraction: *const mollis_pks_attraction,
+    run: *const mollis_run,
+    bytes: *mut usize,
+) -> mollis_status {
+    // SAFETY: the caller promises the crate's contract.
+    status(unsafe { size::<f64>(room, options, attraction, run, bytes) })
+}
+
+/// As mollis_pks_workspace_bytes, for mollis_pks_step_f32.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mollis_pks_workspace_bytes_f32(
+    room: usize,
+    options: *const mollis_pks_options,
+    attraction: *const mollis_pks_attraction,
+    run: *const mollis_run,
+    bytes: *mut usize,
+) -> mollis_status {
+    // SAFETY: the caller promises the crate's contract.
+    status(unsafe { size::<f32>(room, options, attraction, run, bytes) })
+}
+
+/// Copies a structure of a caller's out, or refuses the pointer.
+///
+/// # Safety
+/// The crate's contract for `pointer`.
+unsafe fn fetch<X: Copy>(pointer: *const X) -> Result<X> {
+    if pointer.is_null() {
+        return Err(Error::NullPointer);
+    }
+    if !pointer.is_aligned() {
+        return Err(Error::Misaligned);
+    }
+    // SAFETY: not null, aligned, and the caller promises an initialised value there.
+    Ok(unsafe { pointer.read() })
+}
+
+#[expect(clippy::too_many_arguments, reason = "the arrays of a state, and what works on them")]
+unsafe fn step<T: Real>(
+    options: *const mollis_pks_options,
+    attraction: *const mollis_pks_attraction,
+    room: usize,
+    positions: *mut [T; 2],
+    masses: *mut T,
+    labels: *mut u64,
+    species: *mut u32,
+    counters: *mut mollis_pks_counters,
+    generator: *const mollis_generator,
+    seed: u64,
+    dt: T,
+    steps: usize,
+    events: *mut mollis_pks_events,
+    report: *mut mollis_pks_report,
+    memory: *mut c_void,
+    bytes: usize,
+    run: *const mollis_run,
+) -> Result<()> {
+    // SAFETY: the caller promises the crate's contract, here and below.
+    let (options, chosen, run) =
+        unsafe { (structures::read(options)?, Chosen::<T>::read(attraction)?, HostRun::read(run)?) };
+    let mut options = core_options::<T>(&options)?;
+    if let (Chosen::Mesh(mesh, _), None) = (&chosen, options.search.domain) {
+        options.search.domain = Some([mesh.lower(), mesh.upper()]);
+    }
+    let (positions, masses) = (Output::new(positions, room)?, Output::new(masses, room)?);
+    let (labels, species) = (Output::new(labels, room)?, Output::optional(species, room)?);
+    let (counted, reported) = (Output::new(counters, 1)?, Output::optional(report, 1)?);
+    let memory = workspace(memory, bytes)?;
+    // SAFETY: as above.
+    let (given, total) = unsafe { (fetch(events)?, reported.map(|_| fetch(report)).transpose()?) };
+    let log = Output::new(given.events, given.room)?;
+    let absorbed = Output::new(given.labels, given.labels_room)?;
+    let own_log = Input::new(events.cast::<u8>(), size_of::<mollis_pks_events>())?;
+    disjoint(
+        &[
+            Some(positions.range()),
+            Some(masses.range()),
+            Some(labels.range()),
+            species.map(Output::range),
+            Some(counted.range()),
+            reported.map(Output::range),
+            Some(log.range()),
+            Some(absorbed.range()),
+            Some(memory.range()),
+        ],
+        &[own_log.range()],
+    )?;
+    if given.written > given.room || given.labels_written > given.labels_room {
+        return Err(Error::OutOfDomain);
+    }
+    let (own, grid_bytes) = chosen.bytes(room, &options, run.workers())?;
+    if bytes < own + grid_bytes {
+        return Err(Error::WorkspaceTooSmall);
+    }
+    // SAFETY: as above.
+    let mut host = if generator.is_null() { None } else { Some(unsafe { HostGenerator::read(generator) }?) };
+    let mut philox = Philox::new(seed);
+    let source: &mut dyn Generator = match &mut host {
+        Some(host) => host,
+        None => &mut philox,
+    };
+    // SAFETY: as above; the event structures have the same layout, checked above.
+    let (positions, masses, labels, species, log, absorbed, memory, counted) = unsafe {
+        let log = log.slice();
+        let log = core::slice::from_raw_parts_mut(log.as_mut_ptr().cast::<Event>(), log.len());
+        (
+            positions.slice(),
+            masses.slice(),
+            labels.slice(),
+            species.map(|s| s.slice()),
+            log,
+            absorbed.slice(),
+            memory.slice(),
+            counted.slice(),
+        )
+    };
+    let (Some(counted), Some((own_memory, rest))) = (counted.first_mut(), memory.split_at_mut_checked(own)) else {
+        return Err(Error::WorkspaceTooSmall);
+    };
+    let mollis_pks_counters { time, step, count, pending } = *counted;
+    let mut state = State { positions, masses, labels, species };
+    let mut now = Counters { time, step, count, pending };
+    let (mut written, mut labels_written, mut done) = (given.written, given.labels_written, Report::default());
+    let result = run.enter(|run| {
+        let mut grid = match &chosen {
+            Chosen::Mesh(mesh, equation) => Some(Grid::prepare(rest, *mesh, *equation, run.executor.workers())?),
+            _ => None,
+        };
+        for _ in 0..steps {
+            let attraction = match (&mut grid, &chosen) {
+                (Some(grid), _) => Attraction::Mesh(grid),
+                (None, Chosen::Sum(kernel, options)) => Attraction::Sum(kernel, *options),
+                _ => Attraction::None,
+            };
+            let State { positions, masses, labels, species } = &mut state;
+            pks::step(
+                State { positions, masses, labels, species: species.as_deref_mut() },
+                &mut now,
+                &mut *source,
+                dt,
+                Events { events: log, labels: absorbed, written: &mut written, labels_written: &mut labels_written },
+                own_memory,
+                Setting { options: &options, attraction, run, report: &mut done },
+            )?;
+        }
+        Ok(())
+    });
+    let Counters { time, step, count, pending } = now;
+    *counted = mollis_pks_counters { time, step, count, pending };
+    // SAFETY: as above.
+    unsafe {
+        (*events).written = written;
+        (*events).labels_written = labels_written;
+        if let (Some(mut total), Some(slot)) = (total, reported) {
+            total.substeps = total.substeps.saturating_add(done.substeps);
+            total.normals = total.normals.saturating_add(done.normals);
+            total.fields = total.fields.saturating_add(done.fields);
+            total.searches = total.searches.saturating_add(done.searches);
+            total.clusters = total.clusters.saturating_add(done.clusters);
+            total.merges = total.merges.saturating_add(done.merges);
+            total.absorbed = total.absorbed.saturating_add(done.absorbed);
+            slot.slice().iter_mut().for_each(|slot| *slot = total);
+        }
+    }
+    result
+}
+
+/// Advances coalescing particles by `steps` steps of length dt (Zhelezov & Fatkullin, Section 3.2): finds the clusters that may collide, moves
+/// every particle by chi times the attraction and its own noise, decides the collisions and merges at the centre of mass.
+///
+/// | argument  | shape   |                                                                                             |
+/// |-----------|---------|---------------------------------------------------------------------------------------------|
+/// | positions | room, 2 | read and written; the first counters->count are alive                                       |
+/// | masses    | room    | positive; a merged particle has the sum                                                     |
+/// | labels    | room    | all different; a merged particle keeps its lowest                                           |
+/// | species   | room    | travels with the particles; may be null                                                     |
+/// | counters  | 1       | read and written                                                                            |
+/// | generator |         | the host's stream, drawn in array order; null: the built-in one with `seed`, a stream a label |
+/// | events    | 1       | every merge is appended                                                                     |
+/// | report    | 1       | added to; may be null                                                                       |
+///
+/// Merging lowers counters->count; the particles that are left keep their order. Arrays, counters and the generator's state are all that a
+/// run is: copied away and back between calls it continues bit for bit. With the built-in generator the result does not
+/// depend on the executor.
+///
+/// MOLLIS_ERR_EVENTS_FULL: the step stopped before a merge that has no room; empty the buffers (or give larger ones) and call again with the
+/// same workspace content: it goes on with counters->pending merges. Any other status leaves the state of the last completed step:
+/// MOLLIS_ERR_TOO_MANY_SUBSTEPS, MOLLIS_ERR_BECAME_NOT_FINITE, MOLLIS_ERR_STOPPED, the generator's or executor's own. Refused with nothing
+/// written: MOLLIS_ERR_NOT_FINITE, MOLLIS_ERR_MASS, MOLLIS_ERR_TIME_STEP, MOLLIS_ERR_OUT_OF_DOMAIN, MOLLIS_ERR_LENGTH_MISMATCH (count > room),
+/// MOLLIS_ERR_OVERLAP, MOLLIS_ERR_WORKSPACE_TOO_SMALL, MOLLIS_ERR_NOT_PREPARED (pending merges that the workspace does not hold).
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mollis_pks_step(
+    options: *const mollis_pks_options,
+    attraction: *const mollis_pks_attraction,
+    room: usize,
+    positions: *mut [f64; 2],
+    masses: *mut f64,
+    labels: *mut u64,
+    species: *mut u32,
+    counters: *mut mollis_pks_counters,
+    generator: *const mollis_generator,
+    seed: u64,
+    dt: f64,
+    steps: usize,
+    events: *mut mollis_pks_events,
+    report: *mut mollis_pks_report,
+    workspace: *mut c_void,
+    workspace_bytes: usize,
+    run: *const mollis_run,
+) -> mollis_status {
+    // SAFETY: the caller promises the crate's contract.
+    status(unsafe {
+        step(
+            options,
+            attraction,
+            room,
+            positions,
+            masses,
+            labels,
+            species,
+            counters,
+            generator,
+            seed,
+            dt,
+            steps,
+            events,
+            report,
+            workspace,
+            workspace_bytes,
+            run,
+        )
+    })
+}
+
+/// As mollis_pks_step, in single precision.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mollis_pks_step_f32(
+    options: *const mollis_pks_options,
+    attraction: *const mollis_pks_attraction,
+    room: usize,
+    positions: *mut [f32; 2],
+    masses: *mut f32,
+    labels: *mut u64,
+    species: *mut u32,
+    counters: *mut mollis_pks_counters,
+    generator: *const mollis_generator,
+    seed: u64,
+    dt: f32,
+    steps: usize,
+    events: *mut mollis_pks_events,
+    report: *mut mollis_pks_report,
+    workspace: *mut c_void,
+    workspace_bytes: usize,
+    run: *const mollis_run,
+) -> mollis_status {
+    // SAFETY: the caller promises the crate's contract.
+    status(unsafe {
+        step(
+            options,
+            attraction,
+            room,
+            positions,
+            masses,
+            labels,
+            species,
+            counters,
+            generator,
+            seed,
+            dt,
+            steps,
+            events,
+            report,
+            workspace,
+            workspace_bytes,
+            run,
+        )
+    })
+}

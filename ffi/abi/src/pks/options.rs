@@ -1,0 +1,234 @@
+//! What a run of coalescing particles is made with, consists of and reports: plain structures.
+
+use core::ffi::c_void;
+
+use mollis_core::pks::{self, CollisionLaw, Event, Merging, Scheme, theory};
+use mollis_core::space::Plain;
+use mollis_core::{Error, Real, Result};
+
+use crate::grid::{mollis_grid2_options, mollis_mesh2};
+use crate::options::{self, Options};
+use crate::status::{mollis_status, status};
+
+/// Collisions by the law of the hitting time of zero.
+pub const MOLLIS_PKS_LAW_EXACT: i32 = 0;
+/// Collisions by one Gaussian increment of the second moment, as Zhelezov & Fatkullin print it, (3.11).
+pub const MOLLIS_PKS_LAW_PRINTED: i32 = 1;
+/// Every collision merges: nu < 0.
+pub const MOLLIS_PKS_MERGE_ALL: i32 = 0;
+/// Only collisions that must happen merge: nu <= -1.
+pub const MOLLIS_PKS_MERGE_HARD: i32 = 1;
+/// Nothing merges.
+pub const MOLLIS_PKS_MERGE_NEVER: i32 = 2;
+/// Adaptive Euler-Maruyama sub-steps.
+pub const MOLLIS_PKS_SCHEME_EULER_MARUYAMA: i32 = 0;
+/// One RK4 step of the drift between two half steps of the noise.
+pub const MOLLIS_PKS_SCHEME_STRANG_RK4: i32 = 1;
+/// No attraction.
+pub const MOLLIS_PKS_ATTRACTION_NONE: i32 = 0;
+/// The field of a mesh, solved once a step.
+pub const MOLLIS_PKS_ATTRACTION_MESH: i32 = 1;
+/// The sum of a prepared kernel over all particles, in every sub-step.
+pub const MOLLIS_PKS_ATTRACTION_SUM: i32 = 2;
+
+/// What a run is made with. Fill it with `mollis_pks_options_init`, then set at least chi and noise.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct mollis_pks_options {
+    /// Bytes of this structure, as `mollis_pks_options_init` sets it.
+    pub size: u32,
+    /// `MOLLIS_PKS_LAW_*`. Default: exact.
+    pub law: i32,
+    /// `MOLLIS_PKS_MERGE_*`. Default: all.
+    pub merging: i32,
+    /// `MOLLIS_PKS_SCHEME_*`. Default: Euler-Maruyama.
+    pub scheme: i32,
+    /// chi of (1.3), any sign; 0 solves no field. Default: 0.
+    pub chi: f64,
+    /// mu~ of (1.3), at least 0: a particle of mass m diffuses with noise / m. 0 draws no random number. Default: 0.
+    pub noise: f64,
+    /// The potential is gamma log r near zero. Default: 1 / (2 pi).
+    pub gamma: f64,
+    /// eta of (3.1), between 0 and 1. Default: 0.1.
+    pub separation: f64,
+    /// p of (3.2), between 0 and 1: clusters that collide with a smaller probability are left alone. Default: 1e-4.
+    pub probability: f64,
+    /// The expected jump of a sub-step stays below this length; 0: no limit but the mesh width. Default: 0.
+    pub width: f64,
+    /// At least so many sub-steps a step. Default: 1.
+    pub at_least: u32,
+    /// More sub-steps than this are refused with MOLLIS_ERR_TOO_MANY_SUBSTEPS. Default: 100,000.
+    pub at_most: u32,
+    /// Cells of the coarse mesh in which clusters are searched for. Default: 1, 1.
+    pub mesh: [u32; 2],
+    /// The box that this mesh covers, beside all particles: lower and upper corner. All 0: the mesh's rectangle, or twice the particles'
+    /// bounding box. Default: 0.
+    pub domain: [f64; 4],
+    /// Nonzero: the coarse mesh is shifted from step to step, so that no cluster lies across the same border for long. Default: 1.
+    pub shifted: i32,
+    /// 0.
+    pub reserved: i32,
+}
+
+// SAFETY: `repr(C)`, the size first; older versions are prefixes, and all members take any bytes an older caller wrote.
+unsafe impl Options for mollis_pks_options {
+    const DEFAULT: Self = Self {
+        size: size_of::<Self>() as u32,
+        law: MOLLIS_PKS_LAW_EXACT,
+        merging: MOLLIS_PKS_MERGE_ALL,
+        scheme: MOLLIS_PKS_SCHEME_EULER_MARUYAMA,
+        chi: 0.0,
+        noise: 0.0,
+        gamma: theory::GAMMA,
+        separation: 0.1,
+        probability: 1e-4,
+        width: 0.0,
+        at_least: 1,
+        at_most: 100_000,
+        mesh: [1, 1],
+        domain: [0.0; 4],
+        shifted: 1,
+        reserved: 0,
+    };
+}
+
+/// Fills `options` with the defaults. `size` is `sizeof *options`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mollis_pks_options_init(options: *mut mollis_pks_options, size: usize) -> mollis_status {
+    // SAFETY: the caller promises the crate's contract.
+    status(unsafe { options::init(options, size) })
+}
+
+pub(super) fn core_options<T: Real>(options: &mollis_pks_options) -> Result<pks::Options<T>> {
+    let mut out = pks::Options::new(T::from_f64(options.chi), T::from_f64(options.noise));
+    out.law = match options.law {
+        MOLLIS_PKS_LAW_EXACT => CollisionLaw::Exact,
+        MOLLIS_PKS_LAW_PRINTED => CollisionLaw::Printed,
+        _ => return Err(Error::UnknownValue),
+    };
+    out.merging = match options.merging {
+        MOLLIS_PKS_MERGE_ALL => Merging::All,
+        MOLLIS_PKS_MERGE_HARD => Merging::Hard,
+        MOLLIS_PKS_MERGE_NEVER => Merging::Never,
+        _ => return Err(Error::UnknownValue),
+    };
+    out.scheme = match options.scheme {
+        MOLLIS_PKS_SCHEME_EULER_MARUYAMA => Scheme::EulerMaruyama,
+        MOLLIS_PKS_SCHEME_STRANG_RK4 => Scheme::StrangRk4,
+        _ => return Err(Error::UnknownValue),
+    };
+    out.gamma = T::from_f64(options.gamma);
+    out.probability = T::from_f64(options.probability);
+    out.control.width = if options.width == 0.0 { T::INFINITY } else { T::from_f64(options.width) };
+    out.control.at_least = options.at_least;
+    out.control.at_most = options.at_most;
+    out.search.separation = T::from_f64(options.separation);
+    out.search.mesh = options.mesh;
+    out.search.shifted = options.shifted != 0;
+    if options.domain != [0.0; 4] {
+        let [a, b, c, d] = options.domain.map(T::from_f64);
+        out.search.domain = Some([[a, b], [c, d]]);
+    }
+    out.check()?;
+    Ok(out)
+}
+
+/// Where the attraction comes from; the members of the other kinds are not looked at.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct mollis_pks_attraction {
+    /// `MOLLIS_PKS_ATTRACTION_*`.
+    pub kind: i32,
+    /// 0.
+    pub reserved: i32,
+    /// MESH: its rectangle and cells.
+    pub mesh: *const mollis_mesh2,
+    /// MESH: walls and screening; null for free space without screening.
+    pub grid: *const mollis_grid2_options,
+    /// SUM: a kernel prepared by mollis_kernel2_prepare (or its _f32); its mollifier bounds the speed.
+    pub kernel: *const c_void,
+    /// SUM: the bytes of its buffer.
+    pub kernel_bytes: usize,
+    /// SUM: the relative error that may be spent for speed; 0 for rounding alone.
+    pub tolerance: f64,
+}
+
+/// Time, and what a run counts. Zero it, then set `count`; it belongs to the state that a checkpoint saves.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct mollis_pks_counters {
+    /// The time reached.
+    pub time: f64,
+    /// Steps made.
+    pub step: u64,
+    /// Particles alive: the first so many elements of the arrays.
+    pub count: u64,
+    /// Merges of the current step that wait for room in the event buffer; 0 between steps.
+    pub pending: u64,
+}
+
+/// One merge.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct mollis_pks_event {
+    /// When it happened, inside the step.
+    pub time: f64,
+    /// The label that goes on: the lowest.
+    pub label: u64,
+    /// The mass of the merged particle.
+    pub mass: f64,
+    /// The index nu of the cluster (2.7).
+    pub index: f64,
+    /// Where its absorbed labels begin in the label buffer.
+    pub first: u64,
+    /// How many labels were absorbed, at least 1; ascending.
+    pub absorbed: u64,
+}
+
+/// What steps did; added to. What was skipped is not counted.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct mollis_pks_report {
+    /// Sub-steps of single particles.
+    pub substeps: u64,
+    /// Pairs of normals drawn.
+    pub normals: u64,
+    /// Fields solved or summed.
+    pub fields: u64,
+    /// Cluster searches made.
+    pub searches: u64,
+    /// Clusters that were decided.
+    pub clusters: u64,
+    /// Merges.
+    pub merges: u64,
+    /// Particles that ended in another one.
+    pub absorbed: u64,
+}
+
+/// Where events go. The host empties the buffers by setting `written` and `labels_written` to 0.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct mollis_pks_events {
+    /// The events; appended to.
+    pub events: *mut mollis_pks_event,
+    /// Room for events.
+    pub room: usize,
+    /// Events written so far.
+    pub written: usize,
+    /// The labels absorbed, event by event; appended to.
+    pub labels: *mut u64,
+    /// Room for labels.
+    pub labels_room: usize,
+    /// Labels written so far.
+    pub labels_written: usize,
+}
+
+// SAFETY: numbers of eight bytes, no padding; the last one holds pointers, which any bytes are, and is only read back for its numbers.
+unsafe impl Plain for mollis_pks_counters {}
+// SAFETY: as above.
+unsafe impl Plain for mollis_pks_event {}
+// SAFETY: as above.
+unsafe impl Plain for mollis_pks_report {}
+const _: () = assert!(
+    size_of::<mollis_pks_event>() == size_of::<Event>() && align_of::<mollis_pks_event>() == align_of::<Event>()
+);

@@ -1,0 +1,140 @@
+//! What is known of coalescing particles in closed form.
+
+use mollis_core::Error;
+use mollis_core::pks::theory;
+use mollis_core::space::Plain;
+
+use crate::buffers::{Input, Output, disjoint};
+use crate::status::{mollis_status, status};
+
+/// What is known in closed form of one kind of particles with total mass `mass`, diffusivity mu and sensitivity chi.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct mollis_pks_prediction {
+    /// 8 pi mu / chi (1.6).
+    pub critical_mass: f64,
+    /// The bound on the time of blow-up (1.8), infinite for a subcritical mass.
+    pub blow_up_bound: f64,
+    /// The rate of the second moment divided by the mass, heavy point masses beside the regular part (4.12).
+    pub second_moment_rate: f64,
+}
+// SAFETY: numbers of eight bytes, no padding.
+unsafe impl Plain for mollis_pks_prediction {}
+
+/// Overwrites `out` with what is known of a mass: `second_moment` is the integral of |x|^2 rho about its centre, `heavy` the n_heavy masses that
+/// have become points (their sum at most the mass).
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mollis_pks_prediction_eval(
+    mass: f64,
+    mu: f64,
+    chi: f64,
+    second_moment: f64,
+    n_heavy: usize,
+    heavy: *const f64,
+    out: *mut mollis_pks_prediction,
+) -> mollis_status {
+    status((|| {
+        let (heavy, out) = (Input::new(heavy, n_heavy)?, Output::new(out, 1)?);
+        disjoint(&[Some(out.range())], &[heavy.range()])?;
+        if ![mass, mu, chi, second_moment].iter().all(|v| v.is_finite()) {
+            return Err(Error::NotFinite);
+        }
+        // SAFETY: the caller promises the crate's contract.
+        let (heavy, out) = unsafe { (heavy.slice(), out.slice()) };
+        for slot in out {
+            *slot = mollis_pks_prediction {
+                critical_mass: theory::critical_mass(mu, chi),
+                blow_up_bound: theory::blow_up_bound(mass, mu, chi, second_moment),
+                second_moment_rate: theory::second_moment_rate(mass, mu, chi, heavy),
+            };
+        }
+        Ok(())
+    })())
+}
+
+/// Overwrites index[0] with nu of (2.7), (4.30) for n particles of these masses, and index[1], index[2] with alpha and beta^2 of (2.4).
+///
+/// gamma: the potential is gamma log r near zero, 1 / (2 pi) for the logarithmic and the screened one.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mollis_pks_index_eval(
+    n: usize,
+    masses: *const f64,
+    chi: f64,
+    noise: f64,
+    gamma: f64,
+    index: *mut f64,
+) -> mollis_status {
+    status((|| {
+        let (masses, index) = (Input::new(masses, n)?, Output::new(index, 3)?);
+        disjoint(&[Some(index.range())], &[masses.range()])?;
+        // SAFETY: the caller promises the crate's contract.
+        let (masses, index) = unsafe { (masses.slice(), index.slice()) };
+        if ![chi, noise, gamma].iter().chain(masses).all(|v| v.is_finite()) {
+            return Err(Error::NotFinite);
+        }
+        let (law, group) = (theory::Law { chi, noise, gamma }, theory::Group::of(masses));
+        let values = [law.index(&group), law.alpha(&group), law.beta_squared(&group)];
+        index.iter_mut().zip(values).for_each(|(slot, value)| *slot = value);
+        Ok(())
+    })())
+}
+
+/// One species: its total mass and diffusivity.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct mollis_pks_species {
+    /// Total mass M_i.
+    pub mass: f64,
+    /// Diffusivity mu_i.
+    pub mu: f64,
+}
+// SAFETY: two numbers of eight bytes.
+unsafe impl Plain for mollis_pks_species {}
+
+/// What represents n species by `particles` particles with one noise: overwrites share[i] with eta_i, the share of the particles that species i
+/// gets, noise with mu~ for the step's options, and rate with the rate of the second moment of all species together (4.28). Each output may be null.
+///
+/// From (4.25), mu_i = M eta_i mu / M_i.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mollis_pks_species_eval(
+    n: usize,
+    species: *const mollis_pks_species,
+    chi: f64,
+    particles: usize,
+    share: *mut f64,
+    noise: *mut f64,
+    rate: *mut f64,
+) -> mollis_status {
+    status((|| {
+        let species = Input::new(species, n)?;
+        let (share, noise, rate) =
+            (Output::optional(share, n)?, Output::optional(noise, 1)?, Output::optional(rate, 1)?);
+        disjoint(&[share.map(Output::range), noise.map(Output::range), rate.map(Output::range)], &[species.range()])?;
+        // SAFETY: the caller promises the crate's contract.
+        let given = unsafe { species.slice() };
+        if !(chi.is_finite() && given.iter().all(|s| s.mass.is_finite() && s.mu.is_finite())) {
+            return Err(Error::NotFinite);
+        }
+        if !given.iter().all(|s| s.mass > 0.0 && s.mu > 0.0) || n == 0 || particles == 0 {
+            return Err(Error::OutOfDomain);
+        }
+        // SAFETY: as above; the two structures have the same two members in `repr(C)`.
+        let given = unsafe { core::slice::from_raw_parts(given.as_ptr().cast::<theory::Species<f64>>(), given.len()) };
+        let mass = given.iter().map(|s| s.mass).sum();
+        // SAFETY: as above, for each output.
+        unsafe {
+            if let Some(out) = share {
+                out.slice().iter_mut().zip(given).for_each(|(slot, s)| *slot = theory::species_share(given, s));
+            }
+            if let Some(out) = noise {
+                let value = theory::noise(mass, theory::species_mu(given), particles);
+                out.slice().iter_mut().for_each(|slot| *slot = value);
+            }
+            if let Some(out) = rate {
+                let value = theory::second_moment_rate_of_species(given, chi);
+                out.slice().iter_mut().for_each(|slot| *slot = value);
+            }
+        }
+        Ok(())
+    })())
+}

@@ -1,0 +1,682 @@
+//! Coalescing particles through the C ABI: the same bits as in Rust for every choice, and refusals that write nothing.
+#![expect(unsafe_code, reason = "calls the C ABI as a C program does")]
+
+use std::ffi::c_void;
+use std::ptr::{null, null_mut};
+
+use mollis_abi::*;
+use mollis_core::euler_maruyama::Control;
+use mollis_core::field::{self, Run};
+use mollis_core::grid::{Equation, Grid, Mesh, Walls};
+use mollis_core::kernel::{Kernel, Law, Term};
+use mollis_core::mollifier::Mollifier;
+use mollis_core::pks::clusters::Search;
+use mollis_core::pks::{self, Attraction, CollisionLaw, Counters, Event, Events, Merging, Options, Scheme, theory};
+use mollis_core::random::{Generator, Philox};
+use mollis_core::space::ALIGN;
+use mollis_core::{Error, Real, Result};
+
+/// SplitMix64, as a host's stream in C and in Rust.
+struct Split(u64);
+
+impl Split {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let z = (self.0 ^ self.0 >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        let z = (z ^ z >> 27).wrapping_mul(0x94D0_49BB_1331_11EB);
+        z ^ z >> 31
+    }
+
+    fn uniform(&mut self) -> f64 {
+        (self.next() >> 11) as f64 / (1_u64 << 53) as f64
+    }
+}
+
+impl Generator for Split {
+    fn fill(&mut self, _: u64, _: u32, _: u32, out: &mut [u64]) -> Result<()> {
+        out.iter_mut().for_each(|word| *word = self.next());
+        Ok(())
+    }
+}
+
+unsafe extern "C" fn split(state: *mut c_void, out: *mut u64, n: usize) -> i32 {
+    // SAFETY: the state is a live Split, and `out` has room for n words.
+    let (state, out) = unsafe { (&mut *state.cast::<Split>(), std::slice::from_raw_parts_mut(out, n)) };
+    out.iter_mut().for_each(|word| *word = state.next());
+    0
+}
+
+/// Dirty bytes at a multiple of 64.
+struct Block {
+    memory: Vec<u8>,
+    start: usize,
+    bytes: usize,
+}
+
+impl Block {
+    fn new(bytes: usize) -> Self {
+        let memory = vec![0xC5; bytes + ALIGN];
+        let start = memory.as_ptr().align_offset(ALIGN);
+        Self { memory, start, bytes }
+    }
+
+    fn get(&mut self) -> &mut [u8] {
+        &mut self.memory[self.start..self.start + self.bytes]
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Force {
+    None,
+    Free,
+    Box,
+    Sum,
+}
+
+/// One scene in both languages' words.
+#[derive(Clone)]
+struct Scene {
+    force: Force,
+    options: mollis_pks_options,
+    stream: bool,
+    steps: usize,
+    dt: f64,
+}
+
+const MESH: mollis_mesh2 = mollis_mesh2 { lower: [-2.0, -2.0], upper: [2.0, 2.0], cells: [16, 20] };
+const WALLS: f64 = 0.75;
+const DELTA: f64 = 0.05;
+const N: usize = 60;
+
+fn options() -> mollis_pks_options {
+    let mut options = std::mem::MaybeUninit::<mollis_pks_options>::uninit();
+    // SAFETY: a live structure of this size, which the call fills.
+    let mut options = unsafe {
+        assert_eq!(mollis_pks_options_init(options.as_mut_ptr(), size_of::<mollis_pks_options>()), 0);
+        options.assume_init()
+    };
+    (options.chi, options.noise) = (80.0, 0.02);
+    options
+}
+
+/// What the C options mean.
+fn rust<T: Real>(o: &mollis_pks_options, force: Force) -> Options<T> {
+    let c = T::from_f64;
+    let [a, b, d, e] = o.domain.map(c);
+    let given = (o.domain != [0.0; 4]).then_some([[a, b], [d, e]]);
+    let meshed = matches!(force, Force::Free | Force::Box).then_some([MESH.lower.map(c), MESH.upper.map(c)]);
+    Options {
+        chi: c(o.chi),
+        noise: c(o.noise),
+        gamma: c(o.gamma),
+        control: Control {
+            width: if o.width == 0.0 { T::INFINITY } else { c(o.width) },
+            at_least: o.at_least,
+            at_most: o.at_most,
+        },
+        scheme: if o.scheme == MOLLIS_PKS_SCHEME_STRANG_RK4 { Scheme::StrangRk4 } else { Scheme::EulerMaruyama },
+        search: Search { separation: c(o.separation), mesh: o.mesh, domain: given.or(meshed), shifted: o.shifted != 0 },
+        probability: c(o.probability),
+        law: if o.law == MOLLIS_PKS_LAW_PRINTED { CollisionLaw::Printed } else { CollisionLaw::Exact },
+        merging: [Merging::All, Merging::Hard, Merging::Never][o.merging as usize],
+    }
+}
+
+/// All that a step writes, as words.
+#[derive(Debug, PartialEq)]
+struct Outcome {
+    status: i32,
+    positions: Vec<u64>,
+    masses: Vec<u64>,
+    labels: Vec<u64>,
+    species: Vec<u32>,
+    counters: [u64; 4],
+    events: Vec<[u64; 6]>,
+    absorbed: Vec<u64>,
+    report: [u64; 7],
+}
+
+fn start<T: Real>() -> (Vec<[T; 2]>, Vec<T>, Vec<u64>, Vec<u32>) {
+    let mut random = Split(11);
+    let positions = (0..N).map(|_| [0, 1].map(|_| T::from_f64(0.6 * random.uniform() - 0.3))).collect();
+    let masses = (0..N).map(|_| T::from_f64(0.02 + 0.1 * random.uniform())).collect();
+    let labels = (0..N as u64).map(|k| (k * 37) % 101).collect();
+    (positions, masses, labels, (0..N as u32).map(|k| k % 3).collect())
+}
+
+macro_rules! scalar {
+    ($name:ident, $t:ty, $step:ident, $bytes:ident) => {
+        mod $name {
+            use super::*;
+
+            fn words(values: &[$t]) -> Vec<u64> {
+                values.iter().map(|v| u64::from(v.to_bits())).collect()
+            }
+
+            fn kernel(memory: &mut [u8]) -> Kernel<'_, $t, 2> {
+                let terms = [Term { law: Law::Newtonian, coefficient: 1.0 }];
+                let mollifier = Mollifier::Compact { order: 2, exponent: 4 };
+                Kernel::prepare(memory, &terms, mollifier, DELTA as $t).unwrap()
+            }
+
+            fn kernel_block() -> Block {
+                let terms = [Term { law: Law::Newtonian, coefficient: 1.0 }];
+                let mollifier = Mollifier::Compact { order: 2, exponent: 4 };
+                Block::new(Kernel::<$t, 2>::workspace_bytes(&terms, mollifier).unwrap())
+            }
+
+            pub fn in_c(scene: &Scene) -> (Outcome, usize) {
+                let (mut positions, mut masses, mut labels, mut species) = start::<$t>();
+                let mut block = kernel_block();
+                kernel(block.get());
+                let mut grid = std::mem::MaybeUninit::<mollis_grid2_options>::uninit();
+                // SAFETY: a live structure of this size, which the call fills.
+                let mut grid = unsafe {
+                    assert_eq!(mollis_grid2_options_init(grid.as_mut_ptr(), size_of::<mollis_grid2_options>()), 0);
+                    grid.assume_init()
+                };
+                (grid.walls, grid.screening) = (MOLLIS_WALLS_NO_FLUX, WALLS);
+                let mesh = MESH;
+                let attraction = mollis_pks_attraction {
+                    kind: match scene.force {
+                        Force::None => MOLLIS_PKS_ATTRACTION_NONE,
+                        Force::Free | Force::Box => MOLLIS_PKS_ATTRACTION_MESH,
+                        Force::Sum => MOLLIS_PKS_ATTRACTION_SUM,
+                    },
+                    reserved: 0,
+                    mesh: &raw const mesh,
+                    grid: if scene.force == Force::Box { &raw const grid } else { null() },
+                    kernel: block.get().as_ptr().cast(),
+                    kernel_bytes: block.bytes,
+                    tolerance: 0.0,
+                };
+                let mut counters = mollis_pks_counters { time: 0.0, step: 0, count: N as u64, pending: 0 };
+                let none = mollis_pks_event { time: 0.0, label: 0, mass: 0.0, index: 0.0, first: 0, absorbed: 0 };
+                let (mut log, mut absorbed) = (vec![none; N], vec![0_u64; N]);
+                let mut events = mollis_pks_events {
+                    events: log.as_mut_ptr(),
+                    room: N,
+                    written: 0,
+                    labels: absorbed.as_mut_ptr(),
+                    labels_room: N,
+                    labels_written: 0,
+                };
+                let mut report = mollis_pks_report {
+                    substeps: 0,
+                    normals: 0,
+                    fields: 0,
+                    searches: 0,
+                    clusters: 0,
+                    merges: 0,
+                    absorbed: 0,
+                };
+                let mut stream = Split(5);
+                let generator = mollis_generator { state: (&raw mut stream).cast(), fill: Some(split) };
+                let mut bytes = 0;
+                // SAFETY: live arrays of these lengths.
+                let status = unsafe {
+                    let options = &raw const scene.options;
+                    assert_eq!($bytes(N, options, &raw const attraction, null(), &raw mut bytes), 0);
+                    let mut workspace = Block::new(bytes);
+                    $step(
+                        options,
+                        &raw const attraction,
+                        N,
+                        positions.as_mut_ptr(),
+                        masses.as_mut_ptr(),
+                        labels.as_mut_ptr(),
+                        species.as_mut_ptr(),
+                        &raw mut counters,
+                        if scene.stream { &raw const generator } else { null() },
+                        7,
+                        scene.dt as $t,
+                        scene.steps,
+                        &raw mut events,
+                        &raw mut report,
+                        workspace.get().as_mut_ptr().cast(),
+                        bytes,
+                        null(),
+                    )
+                };
+                let n = counters.count as usize;
+                let outcome = Outcome {
+                    status,
+                    positions: words(positions[..n].as_flattened()),
+                    masses: words(&masses[..n]),
+                    labels: labels[..n].to_vec(),
+                    species: species[..n].to_vec(),
+                    counters: [counters.time.to_bits(), counters.step, counters.count, counters.pending],
+                    events: log[..events.written]
+                        .iter()
+                        .map(|e| [e.time.to_bits(), e.label, e.mass.to_bits(), e.index.to_bits(), e.first, e.absorbed])
+                        .collect(),
+                    absorbed: absorbed[..events.labels_written].to_vec(),
+                    report: [
+                        report.substeps,
+                        report.normals,
+                        report.fields,
+                        report.searches,
+                        report.clusters,
+                        report.merges,
+                        report.absorbed,
+                    ],
+                };
+                (outcome, bytes)
+            }
+
+            pub fn in_rust(scene: &Scene) -> (Outcome, usize) {
+                let (mut positions, mut masses, mut labels, mut species) = start::<$t>();
+                let options = rust::<$t>(&scene.options, scene.force);
+                let mut block = kernel_block();
+                let kernel = kernel(block.get());
+                let mesh = Mesh::new(MESH.lower.map(|v| v as $t), MESH.upper.map(|v| v as $t), MESH.cells).unwrap();
+                let equation = match scene.force {
+                    Force::Box => Equation { screening: WALLS as $t, walls: Walls::NoFlux },
+                    _ => Equation::POISSON,
+                };
+                let mut grid_block = Block::new(Grid::workspace_bytes(&mesh, &equation, 1).unwrap());
+                let mut grid = Grid::prepare(grid_block.get(), mesh, equation, 1).unwrap();
+                let summed: pks::Summed<'_, $t> =
+                    (scene.force == Force::Sum).then_some((&kernel as _, field::Options::default()));
+                let own = pks::workspace_bytes(N, summed, &options, 1).unwrap();
+                let mut workspace = Block::new(own);
+                let (mut philox, mut stream) = (Philox::new(7), Split(5));
+                let mut counters = Counters { count: N as u64, ..Counters::default() };
+                let (mut log, mut absorbed) = (vec![Event::default(); N], vec![0_u64; N]);
+                let (mut written, mut labels_written, mut report) = (0, 0, pks::Report::default());
+                let mut status = 0;
+                for _ in 0..scene.steps {
+                    let attraction = match scene.force {
+                        Force::None => Attraction::None,
+                        Force::Free | Force::Box => Attraction::Mesh(&mut grid),
+                        Force::Sum => Attraction::Sum(&kernel, field::Options::default()),
+                    };
+                    let done = pks::step(
+                        pks::State {
+                            positions: &mut positions,
+                            masses: &mut masses,
+                            labels: &mut labels,
+                            species: Some(&mut species),
+                        },
+                        &mut counters,
+                        if scene.stream { &mut stream as &mut dyn Generator } else { &mut philox },
+                        scene.dt as $t,
+                        Events {
+                            events: &mut log,
+                            labels: &mut absorbed,
+                            written: &mut written,
+                            labels_written: &mut labels_written,
+                        },
+                        workspace.get(),
+                        pks::Setting { options: &options, attraction, run: &mut Run::default(), report: &mut report },
+                    );
+                    if let Err(error) = done {
+                        status = error as i32;
+                        break;
+                    }
+                }
+                let n = counters.count as usize;
+                let outcome = Outcome {
+                    status,
+                    positions: words(positions[..n].as_flattened()),
+                    masses: words(&masses[..n]),
+                    labels: labels[..n].to_vec(),
+                    species: species[..n].to_vec(),
+                    counters: [counters.time.to_bits(), counters.step, counters.count, counters.pending],
+                    events: log[..written]
+                        .iter()
+                        .map(|e| [e.time.to_bits(), e.label, e.mass.to_bits(), e.index.to_bits(), e.first, e.absorbed])
+                        .collect(),
+                    absorbed: absorbed[..labels_written].to_vec(),
+                    report: [
+                        report.substeps,
+                        report.normals,
+                        report.fields,
+                        report.searches,
+                        report.clusters,
+                        report.merges,
+                        report.absorbed,
+                    ],
+                };
+                let meshed = matches!(scene.force, Force::Free | Force::Box);
+                (outcome, own.next_multiple_of(ALIGN) + if meshed { grid_block.bytes } else { 0 })
+            }
+        }
+    };
+}
+
+scalar!(double, f64, mollis_pks_step, mollis_pks_workspace_bytes);
+scalar!(single, f32, mollis_pks_step_f32, mollis_pks_workspace_bytes_f32);
+
+#[test]
+fn every_choice_gives_the_bits_of_rust() {
+    let base = Scene { force: Force::Free, options: options(), stream: false, steps: 12, dt: 2e-3 };
+    let with = |change: &dyn Fn(&mut mollis_pks_options)| {
+        let mut scene = base.clone();
+        change(&mut scene.options);
+        scene
+    };
+    let mut scenes = vec![
+        with(&|_| ()),
+        with(&|o| o.law = MOLLIS_PKS_LAW_PRINTED),
+        with(&|o| (o.chi, o.merging) = (30.0, MOLLIS_PKS_MERGE_HARD)),
+        with(&|o| o.chi = 30.0),
+        with(&|o| o.merging = MOLLIS_PKS_MERGE_NEVER),
+        with(&|o| o.scheme = MOLLIS_PKS_SCHEME_STRANG_RK4),
+        with(&|o| (o.chi, o.noise) = (-3.0, 0.1)),
+        with(&|o| o.noise = 0.0),
+        with(&|o| o.gamma = 0.5),
+        with(&|o| (o.noise, o.probability) = (0.5, 0.9)),
+        with(&|o| (o.noise, o.separation) = (0.5, 1e-5)),
+        with(&|o| o.noise = 0.5),
+        with(&|o| (o.width, o.at_least, o.at_most) = (0.01, 3, 50_000)),
+        with(&|o| (o.mesh, o.domain, o.shifted) = ([3, 2], [-4.0, -3.0, 3.5, 4.5], 0)),
+        with(&|o| (o.width, o.at_most) = (1e-6, 9)),
+    ];
+    for force in [Force::None, Force::Box, Force::Sum] {
+        for scheme in [MOLLIS_PKS_SCHEME_EULER_MARUYAMA, MOLLIS_PKS_SCHEME_STRANG_RK4] {
+            scenes.push(Scene { force, ..with(&|o| o.scheme = scheme) });
+        }
+    }
+    scenes.push(Scene { stream: true, ..base.clone() });
+    scenes.push(Scene { stream: true, force: Force::Sum, ..base.clone() });
+    let (mut merges, mut differ) = (0, Vec::new());
+    for (k, scene) in scenes.iter().enumerate() {
+        let (c, bytes) = double::in_c(scene);
+        let (rust, needed) = double::in_rust(scene);
+        assert_eq!(c, rust, "scene {k}, {:?}", scene.force);
+        assert_eq!(bytes, needed, "scene {k}");
+        let (c32, bytes) = single::in_c(scene);
+        let (rust32, needed) = single::in_rust(scene);
+        assert_eq!(c32, rust32, "scene {k} in single precision, {:?}", scene.force);
+        assert_eq!(bytes, needed, "scene {k} in single precision");
+        merges += c.report[5];
+        differ.push(c);
+    }
+    assert!(differ[0].report[5] > 0 && merges > 10, "too few merges to compare: {merges}");
+    assert_eq!(differ[14].status, Error::TooManySubsteps as i32);
+    // Each choice makes a difference: none is lost on the way.
+    for (i, a) in differ.iter().enumerate() {
+        assert!(differ[..i].iter().all(|b| a != b), "scene {i} is that of another: {a:?}");
+    }
+}
+
+/// Arguments of a step in double precision, each spoilt in turn.
+struct Call {
+    options: *const mollis_pks_options,
+    attraction: *const mollis_pks_attraction,
+    room: usize,
+    positions: *mut [f64; 2],
+    masses: *mut f64,
+    labels: *mut u64,
+    species: *mut u32,
+    counters: *mut mollis_pks_counters,
+    generator: *const mollis_generator,
+    dt: f64,
+    events: *mut mollis_pks_events,
+    report: *mut mollis_pks_report,
+    workspace: *mut c_void,
+    bytes: usize,
+    run: *const mollis_run,
+}
+
+/// Moves a pointer by a byte.
+fn off<X>(pointer: *mut X) -> *mut X {
+    pointer.wrapping_byte_add(1)
+}
+
+#[test]
+fn refused_calls_have_their_codes_and_write_nothing() {
+    let good_options = options();
+    let mesh = MESH;
+    let attraction = mollis_pks_attraction {
+        kind: MOLLIS_PKS_ATTRACTION_MESH,
+        reserved: 0,
+        mesh: &raw const mesh,
+        grid: null(),
+        kernel: null(),
+        kernel_bytes: 0,
+        tolerance: 0.0,
+    };
+    let (positions, masses, labels, species) = start::<f64>();
+    let mut bytes = 0;
+    // SAFETY: live structures.
+    let sized = unsafe {
+        mollis_pks_workspace_bytes(N, &raw const good_options, &raw const attraction, null(), &raw mut bytes)
+    };
+    assert_eq!(sized, 0);
+    let changed = |change: &dyn Fn(&mut mollis_pks_options)| {
+        let mut options = good_options;
+        change(&mut options);
+        options
+    };
+    let bad_options = [
+        (changed(&|o| o.size = 3), Error::OptionsSize),
+        (changed(&|o| o.law = 2), Error::UnknownValue),
+        (changed(&|o| o.merging = -1), Error::UnknownValue),
+        (changed(&|o| o.scheme = 2), Error::UnknownValue),
+        (changed(&|o| o.chi = f64::NAN), Error::NotFinite),
+        (changed(&|o| o.noise = f64::INFINITY), Error::NotFinite),
+        (changed(&|o| o.gamma = f64::NAN), Error::NotFinite),
+        (changed(&|o| o.noise = -1.0), Error::OutOfDomain),
+        (changed(&|o| o.separation = 1.0), Error::OutOfDomain),
+        (changed(&|o| o.probability = 0.0), Error::OutOfDomain),
+        (changed(&|o| o.width = -1.0), Error::OutOfDomain),
+        (changed(&|o| (o.at_least, o.at_most) = (5, 4)), Error::OutOfDomain),
+        (changed(&|o| o.at_most = 0), Error::OutOfDomain),
+        (changed(&|o| o.mesh = [0, 1]), Error::OutOfDomain),
+        (changed(&|o| o.domain = [1.0, 0.0, 0.0, 1.0]), Error::OutOfDomain),
+    ];
+    let coarse = mollis_mesh2 { cells: [1, 8], ..MESH };
+    let bad_attractions = [
+        (mollis_pks_attraction { kind: 3, ..attraction }, Error::UnknownValue),
+        (mollis_pks_attraction { mesh: null(), ..attraction }, Error::NullPointer),
+        (mollis_pks_attraction { mesh: &raw const coarse, ..attraction }, Error::OutOfDomain),
+        (mollis_pks_attraction { kind: MOLLIS_PKS_ATTRACTION_SUM, ..attraction }, Error::NotPrepared),
+        (mollis_pks_attraction { kind: MOLLIS_PKS_ATTRACTION_SUM, kernel_bytes: 64, ..attraction }, Error::NullPointer),
+    ];
+    let no_fill = mollis_generator { state: null_mut(), fill: None };
+    let full = |e: &mut mollis_pks_events| e.written = e.room + 1;
+    let full_labels = |e: &mut mollis_pks_events| e.labels_written = e.labels_room + 1;
+    let null_events = |e: &mut mollis_pks_events| e.events = null_mut();
+    type Spoil<'a> = (Box<dyn Fn(&mut Call) + 'a>, Error);
+    let mut cases: Vec<Spoil<'_>> = Vec::new();
+    for (options, error) in &bad_options {
+        cases.push((Box::new(move |c| c.options = options), *error));
+    }
+    for (attraction, error) in &bad_attractions {
+        cases.push((Box::new(move |c| c.attraction = attraction), *error));
+    }
+    // SAFETY (of the dereferences below): the pointers are those of live arrays.
+    let more: Vec<Spoil<'_>> = vec![
+        (Box::new(|c| c.attraction = null()), Error::NullPointer),
+        (Box::new(|c| c.attraction = off(c.attraction.cast_mut())), Error::Misaligned),
+        (Box::new(|c| c.positions = null_mut()), Error::NullPointer),
+        (Box::new(|c| c.positions = off(c.positions)), Error::Misaligned),
+        (Box::new(|c| c.masses = null_mut()), Error::NullPointer),
+        (Box::new(|c| c.labels = null_mut()), Error::NullPointer),
+        (Box::new(|c| c.species = off(c.species)), Error::Misaligned),
+        (Box::new(|c| c.counters = null_mut()), Error::NullPointer),
+        (Box::new(|c| c.events = null_mut()), Error::NullPointer),
+        (Box::new(|c| c.report = off(c.report)), Error::Misaligned),
+        (Box::new(|c| c.workspace = null_mut()), Error::NullPointer),
+        (Box::new(|c| c.workspace = off(c.workspace)), Error::Misaligned),
+        (Box::new(|c| c.bytes -= 1), Error::WorkspaceTooSmall),
+        (Box::new(|c| c.generator = &raw const no_fill), Error::NullPointer),
+        (Box::new(|c| c.masses = c.positions.cast()), Error::Overlap),
+        (Box::new(|c| c.species = c.labels.cast()), Error::Overlap),
+        (Box::new(|c| c.counters = c.report.cast()), Error::Overlap),
+        (Box::new(|c| c.labels = c.workspace.cast()), Error::Overlap),
+        (Box::new(|c| c.dt = 0.0), Error::TimeStep),
+        (Box::new(|c| c.dt = f64::NAN), Error::TimeStep),
+        (Box::new(|c| c.room = N - 1), Error::LengthMismatch),
+        (Box::new(move |c| full(unsafe { &mut *c.events })), Error::OutOfDomain),
+        (Box::new(move |c| full_labels(unsafe { &mut *c.events })), Error::OutOfDomain),
+        (Box::new(move |c| null_events(unsafe { &mut *c.events })), Error::NullPointer),
+        (Box::new(|c| unsafe { (*c.positions)[1] = f64::NAN }), Error::NotFinite),
+        (Box::new(|c| unsafe { *c.masses = f64::INFINITY }), Error::NotFinite),
+        (Box::new(|c| unsafe { *c.masses = -1.0 }), Error::Mass),
+        (Box::new(|c| unsafe { (*c.counters).step = 1 << 32 }), Error::TooLarge),
+        (Box::new(|c| unsafe { (*c.counters).pending = 1 }), Error::NotPrepared),
+    ];
+    cases.extend(more);
+    for (k, (spoil, error)) in cases.iter().enumerate() {
+        let (mut x, mut m, mut names, mut kinds) = (positions.clone(), masses.clone(), labels.clone(), species.clone());
+        let mut counters = mollis_pks_counters { time: 0.5, step: 3, count: N as u64, pending: 0 };
+        let none = mollis_pks_event { time: 9.0, label: 9, mass: 9.0, index: 9.0, first: 9, absorbed: 9 };
+        let (mut log, mut absorbed) = (vec![none; N], vec![8_u64; N]);
+        let mut events = mollis_pks_events {
+            events: log.as_mut_ptr(),
+            room: N,
+            written: 0,
+            labels: absorbed.as_mut_ptr(),
+            labels_room: N,
+            labels_written: 0,
+        };
+        let mut report =
+            mollis_pks_report { substeps: 1, normals: 2, fields: 3, searches: 4, clusters: 5, merges: 6, absorbed: 7 };
+        let mut workspace = Block::new(bytes);
+        let mut call = Call {
+            options: &raw const good_options,
+            attraction: &raw const attraction,
+            room: N,
+            positions: x.as_mut_ptr(),
+            masses: m.as_mut_ptr(),
+            labels: names.as_mut_ptr(),
+            species: kinds.as_mut_ptr(),
+            counters: &raw mut counters,
+            generator: null(),
+            dt: 1e-3,
+            events: &raw mut events,
+            report: &raw mut report,
+            workspace: workspace.get().as_mut_ptr().cast(),
+            bytes,
+            run: null(),
+        };
+        spoil(&mut call);
+        // After spoiling: what a refused call must leave.
+        let bits = |x: &[[f64; 2]], m: &[f64]| -> Vec<u64> {
+            x.iter().flatten().chain(m).map(|v| v.to_bits()).collect::<Vec<u64>>()
+        };
+        let before = (bits(&x, &m), names.clone(), kinds.clone(), absorbed.clone());
+        let counted = (counters.time, counters.step, counters.count, counters.pending);
+        let written = (events.written, events.labels_written);
+        // SAFETY: live arrays of these lengths, but for what the case spoils, which is refused.
+        let status = unsafe {
+            mollis_pks_step(
+                call.options,
+                call.attraction,
+                call.room,
+                call.positions,
+                call.masses,
+                call.labels,
+                call.species,
+                call.counters,
+                call.generator,
+                1,
+                call.dt,
+                1,
+                call.events,
+                call.report,
+                call.workspace,
+                call.bytes,
+                call.run,
+            )
+        };
+        assert_eq!(status, *error as i32, "case {k}: {error:?}");
+        assert_eq!(before, (bits(&x, &m), names, kinds, absorbed), "case {k}");
+        assert_eq!(counted, (counters.time, counters.step, counters.count, counters.pending), "case {k}");
+        assert_eq!(written, (events.written, events.labels_written), "case {k}");
+        let counts = [report.substeps, report.normals, report.fields, report.searches];
+        assert_eq!((counts, report.clusters, report.merges, report.absorbed), ([1, 2, 3, 4], 5, 6, 7), "case {k}");
+        assert!(log.iter().all(|e| e.label == 9 && e.absorbed == 9 && e.time == 9.0), "case {k}");
+    }
+    // The size query refuses the same, and leaves its output.
+    for (options, error) in &bad_options {
+        let mut bytes = 77;
+        // SAFETY: live structures.
+        let (double, single) = unsafe {
+            (
+                mollis_pks_workspace_bytes(N, options, &raw const attraction, null(), &raw mut bytes),
+                mollis_pks_workspace_bytes_f32(N, options, &raw const attraction, null(), &raw mut bytes),
+            )
+        };
+        assert_eq!((double, single, bytes), (*error as i32, *error as i32, 77));
+    }
+    // SAFETY: a null output is refused.
+    let nowhere =
+        unsafe { mollis_pks_workspace_bytes(N, &raw const good_options, &raw const attraction, null(), null_mut()) };
+    assert_eq!(nowhere, Error::NullPointer as i32);
+    let mut options = good_options;
+    // SAFETY: a live structure; a size too small for its first member is refused, and null.
+    unsafe {
+        assert_eq!(mollis_pks_options_init(null_mut(), size_of::<mollis_pks_options>()), Error::NullPointer as i32);
+        assert_eq!(mollis_pks_options_init(&raw mut options, 2), Error::OptionsSize as i32);
+    }
+    assert_eq!(options.chi, good_options.chi);
+}
+
+#[test]
+fn the_theory_is_that_of_rust() {
+    let masses = [0.5, 2.0, 1.25, 7.0];
+    let (chi, noise, gamma) = (3.0, 0.4, 0.25);
+    let law = theory::Law { chi, noise, gamma };
+    let group = theory::Group::of(&masses);
+    let mut index = [0.0; 3];
+    let kinds = [mollis_pks_species { mass: 4.0, mu: 17.5 }, mollis_pks_species { mass: 24.0, mu: 2.5 }];
+    let species = [theory::Species { mass: 4.0, mu: 17.5 }, theory::Species { mass: 24.0, mu: 2.5 }];
+    let (mut share, mut noise_of, mut rate) = ([0.0; 2], 0.0, 0.0);
+    let empty = mollis_pks_prediction { critical_mass: 1.0, blow_up_bound: 2.0, second_moment_rate: 3.0 };
+    let mut prediction = empty;
+    // SAFETY: live arrays of these lengths.
+    unsafe {
+        assert_eq!(mollis_pks_index_eval(4, masses.as_ptr(), chi, noise, gamma, index.as_mut_ptr()), 0);
+        let done =
+            mollis_pks_species_eval(2, kinds.as_ptr(), chi, 1000, share.as_mut_ptr(), &raw mut noise_of, &raw mut rate);
+        assert_eq!(done, 0);
+        let done = mollis_pks_prediction_eval(60.0, 1.5, chi, 0.7, 2, [20.0, 11.0].as_ptr(), &raw mut prediction);
+        assert_eq!(done, 0);
+    }
+    assert_eq!(index, [law.index(&group), law.alpha(&group), law.beta_squared(&group)]);
+    assert_eq!(share, [theory::species_share(&species, &species[0]), theory::species_share(&species, &species[1])]);
+    assert_eq!(noise_of, theory::noise(28.0, theory::species_mu(&species), 1000));
+    assert_eq!(rate, theory::second_moment_rate_of_species(&species, chi));
+    let got = [prediction.critical_mass, prediction.blow_up_bound, prediction.second_moment_rate];
+    let want = [
+        theory::critical_mass(1.5, chi),
+        theory::blow_up_bound(60.0, 1.5, chi, 0.7),
+        theory::second_moment_rate(60.0, 1.5, chi, &[20.0, 11.0]),
+    ];
+    assert_eq!(got, want);
+
+    let (mut index, mut prediction) = ([5.0; 3], empty);
+    let (code, nan) = (|e: Error| e as i32, f64::NAN);
+    // SAFETY: live arrays of these lengths, but for what is refused.
+    unsafe {
+        let out = index.as_mut_ptr();
+        assert_eq!(mollis_pks_index_eval(4, null(), chi, noise, gamma, out), code(Error::NullPointer));
+        assert_eq!(mollis_pks_index_eval(4, masses.as_ptr(), chi, noise, gamma, null_mut()), code(Error::NullPointer));
+        assert_eq!(mollis_pks_index_eval(4, masses.as_ptr(), nan, noise, gamma, out), code(Error::NotFinite));
+        assert_eq!(mollis_pks_index_eval(3, out, chi, noise, gamma, out), code(Error::Overlap));
+        let out = &raw mut prediction;
+        assert_eq!(mollis_pks_prediction_eval(nan, 1.0, 1.0, 1.0, 0, null(), out), code(Error::NotFinite));
+        assert_eq!(mollis_pks_prediction_eval(1.0, 1.0, 1.0, 1.0, 1, null(), out), code(Error::NullPointer));
+        assert_eq!(mollis_pks_prediction_eval(1.0, 1.0, 1.0, 1.0, 0, null(), null_mut()), code(Error::NullPointer));
+        let wrong = [mollis_pks_species { mass: 0.0, mu: 1.0 }];
+        let lost = [mollis_pks_species { mass: nan, mu: 1.0 }];
+        let (noise, rate) = (&raw mut noise_of, &raw mut rate);
+        for (n, kinds, chi, particles, error) in [
+            (1, wrong.as_ptr(), 1.0, 9, Error::OutOfDomain),
+            (1, lost.as_ptr(), 1.0, 9, Error::NotFinite),
+            (2, kinds.as_ptr(), nan, 9, Error::NotFinite),
+            (2, kinds.as_ptr(), 1.0, 0, Error::OutOfDomain),
+            (0, null(), 1.0, 9, Error::OutOfDomain),
+            (2, null(), 1.0, 9, Error::NullPointer),
+        ] {
+            assert_eq!(mollis_pks_species_eval(n, kinds, chi, particles, null_mut(), noise, rate), code(error));
+        }
+    }
+    assert_eq!(index, [5.0; 3]);
+    assert_eq!(prediction.critical_mass, 1.0);
+    assert_eq!(noise_of, theory::noise(28.0, theory::species_mu(&species), 1000));
+}
