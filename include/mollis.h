@@ -2087,11 +2087,6 @@ mollis_status mollis_moment3_eval_f32(struct mollis_mollifier mollifier,
                                       float *value);
 
 /**
- * Fills `options` with the defaults. `size` is `sizeof *options`.
- */
-mollis_status mollis_pks_options_init(struct mollis_pks_options *options, size_t size);
-
-/**
  * The exact size of the workspace that mollis_pks_step needs for arrays with room for so many particles, with this run's executor.
  *
  * Refused: MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_OPTIONS_SIZE, MOLLIS_ERR_UNKNOWN_VALUE, MOLLIS_ERR_NOT_FINITE,
@@ -2176,6 +2171,11 @@ mollis_status mollis_pks_step_f32(const struct mollis_pks_options *options,
                                   void *workspace,
                                   size_t workspace_bytes,
                                   const struct mollis_run *run);
+
+/**
+ * Fills `options` with the defaults. `size` is `sizeof *options`.
+ */
+mollis_status mollis_pks_options_init(struct mollis_pks_options *options, size_t size);
 
 /**
  * Overwrites `out` with what is known of a mass: `second_moment` is the integral of |x|^2 rho about its centre, `heavy` the n_heavy masses that
