@@ -1,7 +1,7 @@
 //! A run: particles, grid and workspace in one place.
 
 use mollis_core::grid::{Equation, Grid, Mesh};
-use mollis_core::parallel::Executor;
+use mollis_core::parallel::{Executor, Serial};
 use mollis_core::pks::theory::{Group, Law};
 use mollis_core::pks::{self, Attraction, Counters, Event, Events, Options, Report, Setting, State};
 use mollis_core::random::Generator;
@@ -199,6 +199,21 @@ impl System {
     pub fn alpha(&self) -> f64 {
         let Options { chi, noise, gamma, .. } = self.options;
         Law { chi, noise, gamma }.alpha(&Group::of(&self.masses[..self.count()]))
+    }
+
+    /// What the mesh's field contributes to the rate of sum m |x|^2: `-2 chi sum m x . grad u`. No chance is in it but the positions'.
+    pub fn pull(&mut self) -> Result<f64> {
+        let n = self.count();
+        let Some((mesh, memory)) = &mut self.mesh else { return Ok(0.0) };
+        let mut grid = Grid::prepare(memory.get(), *mesh, Equation::POISSON, 1)?;
+        let (positions, masses) = (&self.positions[..n], &self.masses[..n]);
+        let mut gradient = vec![[0.0; 2]; n];
+        grid.deposit(positions, masses, &Serial)?;
+        grid.solve(&Serial)?;
+        grid.interpolate(positions, &mut gradient, &Serial)?;
+        let inner = |x: &[f64; 2], g: &[f64; 2]| x[0] * g[0] + x[1] * g[1];
+        let sum: f64 = positions.iter().zip(&gradient).zip(masses).map(|((x, g), m)| m * inner(x, g)).sum();
+        Ok(-2.0 * self.options.chi * sum)
     }
 
     pub fn heaviest(&self) -> f64 {
