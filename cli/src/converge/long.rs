@@ -48,6 +48,15 @@ pub fn contraction() -> Result<bool> {
     Ok(good)
 }
 
+/// Moves particles by 1e-3: the lattice's symmetry is a saddle, and its particle at the centre would stay there.
+fn perturb(cloud: &mut Cloud<f64, 2>) {
+    for (k, x) in cloud.x.iter_mut().enumerate() {
+        let angle = 2.399_963 * k as f64;
+        x[0] += 1e-3 * angle.cos();
+        x[1] += 1e-3 * angle.sin();
+    }
+}
+
 /// Runs to time `time` with steps below the estimate at the current state, looked up every few steps, and at most `longest`.
 fn settle(cloud: &mut Cloud<f64, 2>, kernel: &Kernel<'_, f64, 2>, time: f64, longest: f64) -> Result<()> {
     let mut at = 0.0;
@@ -71,6 +80,7 @@ pub fn ring() -> Result<bool> {
         let mut memory = kernel_memory::<f64, 2>(&terms, mollifier)?;
         let kernel = Kernel::prepare(memory.get(), &terms, mollifier, delta)?;
         let mut cloud = bump::<f64>(0.2)?;
+        perturb(&mut cloud);
         settle(&mut cloud, &kernel, 100.0, 0.1)?;
         let radii = cloud.radii()?;
         // Unequal masses: the ring's radius is the mean by mass.
@@ -111,12 +121,7 @@ pub fn clusters() -> Result<bool> {
         let mut memory = kernel_memory::<f64, 2>(&terms, mollifier)?;
         let kernel = Kernel::prepare(memory.get(), &terms, mollifier, delta)?;
         let mut cloud = bump::<f64>(0.15)?;
-        // The lattice's symmetry is a saddle: a perturbation of 1e-3 breaks it.
-        for (k, x) in cloud.x.iter_mut().enumerate() {
-            let angle = 2.399_963 * k as f64;
-            x[0] += 1e-3 * angle.cos();
-            x[1] += 1e-3 * angle.sin();
-        }
+        perturb(&mut cloud);
         settle(&mut cloud, &kernel, 150.0, 0.1)?;
         let radii = cloud.radii()?;
         let mean: f64 = radii.iter().zip(&cloud.m).map(|(r, m)| r * m).sum();

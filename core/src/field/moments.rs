@@ -8,7 +8,7 @@
 //! |x-c|^{2k} sum |m| are each at most 4^k sum |m| |x-y|^{2k}, and the expansion loses a bounded factor only. The centre is
 //! estimated from a few sources and corrected, by a second pass, where that was not good enough.
 
-use super::{Counters, Options, Outputs, Run, Sources};
+use super::{Counters, Options, Outputs, Run, Sources, Wanted, finite};
 use crate::error::{Error, Result};
 use crate::isa::{Plain, widest};
 use crate::kernel::Far;
@@ -100,7 +100,19 @@ impl<T: Real, const D: usize> Plain for Sum<'_, T, D> {
 
     #[inline(always)]
     fn run(self) {
-        let Self { positions, masses, centre, degree, running, partial } = self;
+        // the usual degrees as constants, so that their loops are unrolled
+        match self.degree {
+            1 => self.of_degree(1),
+            3 => self.of_degree(3),
+            degree => self.of_degree(degree),
+        }
+    }
+}
+
+impl<T: Real, const D: usize> Sum<'_, T, D> {
+    #[inline(always)]
+    fn of_degree(self, degree: usize) {
+        let Self { positions, masses, centre, running, partial, .. } = self;
         let count = running.len();
         let (words, extra) = partial.split_at_mut_checked(2 * count).unwrap_or((&mut [], &mut []));
         words.fill(T::ZERO);
@@ -218,18 +230,28 @@ fn add<T: Real>(slot: Option<&mut [T; LANES]>, term: &[T; LANES]) {
     }
 }
 
-/// Polynomials of the target's position, in the order of the moments.
+/// Polynomials of the target's position, of degree p, p - 1 and p - 2, each in the order of [`each_exponent`].
 struct Field<T> {
     value: [T; MONOMIALS],
     gradient: [[T; MONOMIALS]; 3],
     laplacian: [T; MONOMIALS],
 }
 
+/// The degree of the moments that the outputs need: those of degree p enter the potential's constant alone.
+fn highest_moment(degree: usize, outputs: Wanted) -> usize {
+    let less = match outputs {
+        Wanted { potential: true, .. } => 0,
+        Wanted { gradient: true, .. } => 1,
+        _ => 2,
+    };
+    degree.saturating_sub(less)
+}
+
 impl<T: Real> Field<T> {
     fn new<const D: usize>(
         far: &Far<T>,
         degree: usize,
-        moments: &[DoubleWord<T>; MONOMIALS],
+        (moments, highest): (&[DoubleWord<T>; MONOMIALS], usize),
         options: &Options,
     ) -> Self {
         let zero = [T::ZERO; MONOMIALS];
@@ -247,31 +269,32 @@ impl<T: Real> Field<T> {
                 let binomials: f64 = e.iter().zip(g).map(|(&e, g)| choose(2 * g, e)).product();
                 let sign = if e.iter().sum::<usize>() % 2 == 0 { 1.0 } else { -1.0 };
                 let rest = [2 * g[0] - e[0], 2 * g[1] - e[1], 2 * g[2] - e[2]];
-                let moment = moments.get(place(D, degree, rest)).copied().unwrap_or(DoubleWord::ZERO);
+                if rest.iter().sum::<usize>() > highest {
+                    return;
+                }
+                let moment = moments.get(place(D, highest, rest)).copied().unwrap_or(DoubleWord::ZERO);
                 sum = sum + moment * (coefficient * T::from_f64(sign * multinomial * binomials));
             });
             *slot = sum.hi;
         }
-        // derivatives, kept at the same degree with zeros above
-        for (index, e) in exponents::<D>(degree).enumerate() {
-            for d in 0..D {
-                let raised = |by: usize| {
-                    let mut e = e;
-                    if let Some(e) = e.get_mut(d) {
-                        *e += by;
-                    }
-                    let inside = e.iter().sum::<usize>() <= degree;
-                    let factor = T::from_usize(e.get(d).copied().unwrap_or(0));
-                    inside.then(|| (factor, field.value.get(place(D, degree, e)).copied().unwrap_or(T::ZERO)))
-                };
-                let first = raised(1).map_or(T::ZERO, |(factor, c)| factor * c);
-                let second = raised(2).map_or(T::ZERO, |(factor, c)| factor * (factor - T::ONE) * c);
-                if let Some(slot) = field.gradient.get_mut(d).and_then(|g| g.get_mut(index)) {
-                    *slot = first;
-                }
-                if let Some(slot) = field.laplacian.get_mut(index) {
-                    *slot += second;
-                }
+        // d/dx_d of x^e is e_d x^(e - 1_d): the derivative's coefficient at e comes from the value's one degree up
+        let up = |e: [usize; 3], d: usize, by: usize| {
+            let mut raised = e;
+            if let Some(slot) = raised.get_mut(d) {
+                *slot += by;
+            }
+            let factor = T::from_usize(raised.get(d).copied().unwrap_or(0));
+            (factor, field.value.get(place(D, degree, raised)).copied().unwrap_or(T::ZERO))
+        };
+        for d in 0..D {
+            let to = field.gradient.get_mut(d).into_iter().flatten();
+            for (slot, e) in to.zip(exponents::<D>(degree.saturating_sub(1))) {
+                let (factor, c) = up(e, d, 1);
+                *slot = factor * c;
+            }
+            for (slot, e) in field.laplacian.iter_mut().zip(exponents::<D>(degree.saturating_sub(2))) {
+                let (factor, c) = up(e, d, 2);
+                *slot += factor * (factor - T::ONE) * c;
             }
         }
         let (a, b) = options.combination;
@@ -304,10 +327,10 @@ fn choose(n: usize, k: usize) -> f64 {
 
 /// A polynomial by Horner's rule in each variable, lane by lane.
 #[inline(always)]
-fn horner<T: Real, const D: usize>(c: &[T; MONOMIALS], count: usize, degree: usize, x: &[[T; LANES]; D]) -> [T; LANES] {
+fn horner<T: Real, const D: usize>(c: &[T; MONOMIALS], degree: usize, x: &[[T; LANES]; D]) -> [T; LANES] {
     let ones = [T::ZERO; LANES];
     let (x0, x1, x2) = (x.first().unwrap_or(&ones), x.get(1).unwrap_or(&ones), x.get(2).unwrap_or(&ones));
-    let mut backwards = c.iter().take(count).rev();
+    let mut backwards = c.iter().take(monomials(D, degree)).rev();
     let mut next = || backwards.next().copied().unwrap_or(T::ZERO);
     let step = |sum: &mut [T; LANES], x: &[T; LANES], add: &[T; LANES]| {
         sum.iter_mut().zip(x).zip(add).for_each(|((s, &x), &a)| *s = *s * x + a);
@@ -338,7 +361,6 @@ fn horner<T: Real, const D: usize>(c: &[T; MONOMIALS], count: usize, degree: usi
 /// Evaluates one task's targets.
 struct Evaluate<'a, T, const D: usize> {
     field: &'a Field<T>,
-    count: usize,
     degree: usize,
     centre: [T; D],
     targets: &'a [[T; D]],
@@ -350,33 +372,67 @@ impl<T: Real, const D: usize> Plain for Evaluate<'_, T, D> {
 
     #[inline(always)]
     fn run(self) {
-        let Self { field, count, degree, centre, targets, outputs } = self;
-        let Outputs { mut potential, mut gradient, mut laplacian } = outputs;
-        for (block, targets) in targets.chunks(LANES).enumerate() {
-            let x = offsets(targets, &centre);
-            if let Some(out) = potential.as_mut().and_then(|o| o.chunks_mut(LANES).nth(block)) {
-                let values = horner(&field.value, count, degree, &x);
+        // the usual degrees as constants, so that their loops are unrolled
+        match self.degree {
+            2 => self.of_degree(2),
+            4 => self.of_degree(4),
+            degree => self.of_degree(degree),
+        }
+    }
+}
+
+impl<T: Real, const D: usize> Evaluate<'_, T, D> {
+    #[inline(always)]
+    fn of_degree(self, degree: usize) {
+        let Self { field, centre, targets, outputs, .. } = self;
+        let Outputs { potential, gradient, laplacian } = outputs;
+        if let Some(out) = potential {
+            for (out, targets) in out.chunks_mut(LANES).zip(targets.chunks(LANES)) {
+                let values = horner(&field.value, degree, &offsets(targets, &centre));
                 out.iter_mut().zip(values).for_each(|(o, v)| *o = v);
             }
-            if let Some(out) = laplacian.as_mut().and_then(|o| o.chunks_mut(LANES).nth(block)) {
-                let values = horner(&field.laplacian, count, degree, &x);
+        }
+        if let Some(out) = laplacian {
+            for (out, targets) in out.chunks_mut(LANES).zip(targets.chunks(LANES)) {
+                let values = horner(&field.laplacian, degree.saturating_sub(2), &offsets(targets, &centre));
                 out.iter_mut().zip(values).for_each(|(o, v)| *o = v);
             }
-            if let Some(out) = gradient.as_mut().and_then(|o| o.chunks_mut(LANES).nth(block)) {
-                for (d, c) in field.gradient.iter().take(D).enumerate() {
-                    let values = horner(c, count, degree, &x);
-                    for (o, v) in out.iter_mut().zip(values) {
-                        if let Some(o) = o.get_mut(d) {
-                            *o = v;
-                        }
-                    }
+        }
+        if let Some(out) = gradient {
+            for (out, targets) in out.chunks_mut(LANES).zip(targets.chunks(LANES)) {
+                let x = offsets(targets, &centre);
+                let mut values = [[T::ZERO; LANES]; D];
+                for (values, c) in values.iter_mut().zip(&field.gradient) {
+                    *values = horner(c, degree.saturating_sub(1), &x);
+                }
+                if let Ok(out) = <&mut [[T; D]; LANES]>::try_from(&mut *out) {
+                    // a whole block: loops of known length
+                    store(out, &values);
+                } else {
+                    store(out, &values);
                 }
             }
         }
     }
 }
 
-/// Writes the sums. The caller has checked lengths, values and the workspace's size.
+/// Lanes of coordinates as points.
+#[inline(always)]
+fn store<T: Real, const D: usize>(out: &mut [[T; D]], values: &[[T; LANES]; D]) {
+    for (d, values) in values.iter().enumerate() {
+        for (out, &v) in out.iter_mut().zip(values) {
+            if let Some(out) = out.get_mut(d) {
+                *out = v;
+            }
+        }
+    }
+}
+
+/// Writes the sums. The caller has checked lengths, targets and the workspace's size.
+///
+/// # Errors
+/// [`Error::NotFinite`]: a source's coordinate or mass, found by the sums themselves: another pass over a million
+/// sources would cost as much.
 pub(super) fn evaluate<T: Real, const D: usize>(
     far: &Far<T>,
     options: &Options,
@@ -387,7 +443,8 @@ pub(super) fn evaluate<T: Real, const D: usize>(
     run: &mut Run<'_>,
 ) -> Result<()> {
     let degree = far.degree();
-    let count = monomials(D, degree);
+    let highest = highest_moment(degree, outputs.wanted());
+    let count = monomials(D, highest);
     let n = sources.positions.len();
     let arrays = lay::<T>(&mut Carve::new(workspace)?, count, n, run.executor.workers())?;
     let should_stop = run.should_stop;
@@ -411,7 +468,7 @@ pub(super) fn evaluate<T: Real, const D: usize>(
             else {
                 return Ok(());
             };
-            widest(run.level, Sum { positions, masses, centre, degree, running, partial });
+            widest(run.level, Sum { positions, masses, centre, degree: highest, running, partial });
             Ok(())
         })?;
         moments = [DoubleWord::ZERO; MONOMIALS];
@@ -427,6 +484,13 @@ pub(super) fn evaluate<T: Real, const D: usize>(
         }
         // |mean|^2 <= 3/4 of the mean square: the centre is within twice the sources' spread of their mean
         let [weight, first @ .., square] = extra;
+        // a coordinate or mass that is not finite leaves its trace here; so do very large ones
+        if pass == 0
+            && !square.is_finite()
+            && !(finite(sources.positions.as_flattened(), run.level) && finite(sources.masses, run.level))
+        {
+            return Err(Error::NotFinite);
+        }
         let offset = first.map(|v| if weight > T::ZERO { v / weight } else { T::ZERO });
         let distance = offset.iter().fold(T::ZERO, |sum, &v| sum + v * v);
         if pass == 1 || weight == T::ZERO || distance * T::from_f64(4.0) * weight <= T::from_f64(3.0) * square {
@@ -436,7 +500,7 @@ pub(super) fn evaluate<T: Real, const D: usize>(
             *c += v;
         }
     }
-    let field = Field::new::<D>(far, degree, &moments, options);
+    let field = Field::new::<D>(far, degree, (&moments, highest), options);
     let pieces = (
         outputs.potential.map(|p| Chunks::new(p, TASK)),
         outputs.gradient.map(|g| Chunks::new(g, TASK)),
@@ -454,7 +518,7 @@ pub(super) fn evaluate<T: Real, const D: usize>(
             let start = task.saturating_mul(TASK);
             let targets = targets.get(start..targets.len().min(start.saturating_add(TASK))).unwrap_or(&[]);
             let outputs = Outputs { potential, gradient, laplacian };
-            widest(run.level, Evaluate { field: &field, count, degree, centre, targets, outputs });
+            widest(run.level, Evaluate { field: &field, degree, centre, targets, outputs });
             Ok(())
         },
     )?;

@@ -47,6 +47,8 @@ pub enum Method {
     Sorted,
     /// Pairs closer than delta alone.
     Neighbours,
+    /// Even powers from moments; the other terms over all pairs.
+    Split,
 }
 
 /// Why a method was chosen.
@@ -61,6 +63,8 @@ pub enum Reason {
     OneDimension,
     /// Only the Laplacian of a Newtonian kernel is wanted, which is the mollifier, of compact support.
     CompactLaplacian,
+    /// Some terms are even powers.
+    SomeEvenPowers,
     /// No faster method serves this kernel, size and tolerance.
     NothingFaster,
 }
@@ -183,6 +187,7 @@ impl Plan {
             Method::Moments => "moments (no pair)",
             Method::Sorted => "sorted (one sort, running moments)",
             Method::Neighbours => "neighbours (pairs closer than delta)",
+            Method::Split => "split (even powers from moments, the other terms over all pairs)",
         });
         take(": ");
         take(match self.reason {
@@ -190,6 +195,7 @@ impl Plan {
             Reason::EvenPowers => "every term is an even power",
             Reason::OneDimension => "one dimension, and polynomials of the distance",
             Reason::CompactLaplacian => "only the Laplacian is wanted, which has compact support",
+            Reason::SomeEvenPowers => "some terms are even powers",
             Reason::NothingFaster => "no faster method serves this kernel, size and tolerance",
         });
         let mut count = |number: usize, what: &str| {

@@ -1,10 +1,12 @@
 //! Sums that need no pair, or only near ones: which of them serves a kernel, and the way to it.
 
-use super::{Interaction, Method, Options, Outputs, Plan, Reason, Run, Sources, Wanted, moments, neighbours, sorted};
+use super::{Interaction, Method, Options, Outputs, Plan, Reason, Run, Sources, Wanted};
+use super::{direct, moments, neighbours, radial, sorted};
 use crate::error::{Error, Result};
 use crate::kernel::{Far, Kernel};
 use crate::mollifier::Mollifier;
 use crate::real::Real;
+use crate::space::{Carve, Measure, Space};
 
 /// Fewer pairs than this are faster one by one than sorted.
 const FEW_PAIRS: usize = 2048;
@@ -14,6 +16,7 @@ enum Skip<T> {
     Moments(Far<T>),
     Sorted(Far<T>),
     Neighbours,
+    Split,
 }
 
 impl<T> Skip<T> {
@@ -22,6 +25,7 @@ impl<T> Skip<T> {
             Skip::Moments(_) => (Method::Moments, Reason::EvenPowers),
             Skip::Sorted(_) => (Method::Sorted, Reason::OneDimension),
             Skip::Neighbours => (Method::Neighbours, Reason::CompactLaplacian),
+            Skip::Split => (Method::Split, Reason::SomeEvenPowers),
         }
     }
 }
@@ -31,16 +35,28 @@ fn skip<T: Real, const D: usize>(kernel: &Kernel<'_, T, D>, wanted: Wanted) -> O
     if only_laplacian && kernel.is_newtonian() && !matches!(kernel.mollifier(), Mollifier::Gaussian { .. }) {
         return Some(Skip::Neighbours);
     }
+    let Some(far) = kernel.far() else {
+        let (even, _) = kernel.without_even_powers()?;
+        return even_powers(&even, wanted).map(|_| Skip::Split);
+    };
+    if let Some(far) = even_powers(kernel, wanted) {
+        return Some(Skip::Moments(far));
+    }
+    (D == 1).then_some(Skip::Sorted(far))
+}
+
+/// The polynomial, if all terms are even powers and moments can serve them.
+fn even_powers<T: Real, const D: usize>(kernel: &Kernel<'_, T, D>, wanted: Wanted) -> Option<Far<T>> {
     let far = kernel.far()?;
     if far.is_even() && far.degree() <= moments::DEGREE {
         // Without a mollifier a coincident pair contributes nothing, and moments cannot leave it out: of all outputs that
         // matters for the constant Laplacian of |x|^2 alone.
         let constant = far.coefficients.get(2).is_some_and(|&c| c != T::ZERO);
         if !(kernel.is_singular() && wanted.laplacian && constant) {
-            return Some(Skip::Moments(far));
+            return Some(far);
         }
     }
-    (D == 1).then_some(Skip::Sorted(far))
+    None
 }
 
 /// The method, why, and its workspace for so many workers, if one of these serves the sum.
@@ -55,12 +71,12 @@ pub(super) fn choose<T: Real, const D: usize>(
 ) -> Result<Option<(Method, Reason)>> {
     let found = kernel.sum().and_then(|kernel| skip(kernel, wanted)).map(|skip| skip.method());
     match (options.method, found) {
-        (Some(forced @ (Method::Moments | Method::Sorted | Method::Neighbours)), found) => match found {
+        (Some(forced @ (Method::Moments | Method::Sorted | Method::Neighbours | Method::Split)), found) => match found {
             Some((method, _)) if method == forced => Ok(Some((method, Reason::Forced))),
             _ => Err(Error::Unsupported),
         },
         (Some(_), _) => Ok(None),
-        (None, Some((Method::Sorted, _))) if sizes.0.saturating_mul(sizes.1) < FEW_PAIRS => Ok(None),
+        (None, Some((Method::Sorted | Method::Split, _))) if sizes.0.saturating_mul(sizes.1) < FEW_PAIRS => Ok(None),
         (None, found) => Ok(found),
     }
 }
@@ -79,8 +95,88 @@ pub(super) fn workspace_bytes<T: Real, const D: usize>(
         }
         Method::Sorted => sorted::workspace_bytes::<T>(n_sources, n_targets),
         Method::Neighbours => neighbours::workspace_bytes::<T, D>(n_sources),
-        _ => Ok(0),
+        Method::Split => {
+            let (even, rest) = kernel.sum().and_then(Kernel::without_even_powers).ok_or(Error::Unsupported)?;
+            Measure::of(|space| Split::<T, D>::lay(space, &even, &rest, (n_sources, n_targets), workers).map(|_| ()))
+        }
+        Method::Direct => Ok(0),
     }
+}
+
+/// The workspace of [`Method::Split`]: the even powers' sums, then what either part needs.
+struct Split<'w, T, const D: usize> {
+    potential: &'w mut [T],
+    gradient: &'w mut [[T; D]],
+    laplacian: &'w mut [T],
+    memory: &'w mut [u8],
+}
+
+impl<'w, T: Real, const D: usize> Split<'w, T, D>
+where
+    [T; D]: crate::space::Plain,
+{
+    fn lay(
+        space: &mut impl Space<'w>,
+        even: &Kernel<'_, T, D>,
+        rest: &Kernel<'_, T, D>,
+        (n_sources, n_targets): (usize, usize),
+        workers: usize,
+    ) -> Result<Self> {
+        let degree = even.far().map_or(0, |far| far.degree());
+        let moments = moments::workspace_bytes::<T, D>(degree, n_sources, workers)?;
+        let pairs = if rest.is_newtonian() { direct::workspace_bytes::<T, D>(n_sources)? } else { 0 };
+        Ok(Self {
+            potential: space.array(n_targets)?,
+            gradient: space.array(n_targets)?,
+            laplacian: space.array(n_targets)?,
+            memory: space.array(moments.max(pairs))?,
+        })
+    }
+}
+
+/// Writes the sums of the terms that are not even powers, then adds those that are.
+fn split<T: Real, const D: usize>(
+    plan: &Plan,
+    kernel: &Kernel<'_, T, D>,
+    sources: Sources<'_, T, D>,
+    targets: &[[T; D]],
+    mut outputs: Outputs<'_, T, D>,
+    workspace: &mut [u8],
+    run: &mut Run<'_>,
+) -> Result<()> {
+    let (even, rest) = kernel.without_even_powers().ok_or(Error::Unsupported)?;
+    let far = even.far().ok_or(Error::Unsupported)?;
+    let (sizes, workers) = ((sources.positions.len(), targets.len()), run.executor.workers());
+    let Split { potential, gradient, laplacian, memory } =
+        Split::<T, D>::lay(&mut Carve::new(workspace)?, &even, &rest, sizes, workers)?;
+    let wanted = outputs.wanted();
+    let some = Outputs {
+        potential: wanted.potential.then_some(&mut *potential),
+        gradient: wanted.gradient.then_some(&mut *gradient),
+        laplacian: wanted.laplacian.then_some(&mut *laplacian),
+    };
+    // The sources without mass are counted with the pairs.
+    let mut quiet = Run { level: run.level, executor: run.executor, should_stop: run.should_stop, counters: None };
+    moments::evaluate(&far, plan.options(), sources, targets, some, memory, &mut quiet)?;
+    let pairs = Outputs {
+        potential: outputs.potential.as_deref_mut(),
+        gradient: outputs.gradient.as_deref_mut(),
+        laplacian: outputs.laplacian.as_deref_mut(),
+    };
+    if rest.is_newtonian() {
+        let newtonian = direct::Newtonian { blob: rest.blob(), coefficient: rest.newtonian_coefficient() };
+        let call = direct::Call { kernel: newtonian, options: plan.options(), sources, targets, outputs: pairs };
+        direct::evaluate(call, memory, run)?;
+    } else {
+        radial::evaluate(&rest, plan.options(), sources, targets, pairs, run)?;
+    }
+    let add = |to: Option<&mut [T]>, from: &[T]| {
+        to.unwrap_or_default().iter_mut().zip(from).for_each(|(to, &from)| *to += from);
+    };
+    add(outputs.potential, potential);
+    add(outputs.gradient.map(|g| g.as_flattened_mut()), gradient.as_flattened());
+    add(outputs.laplacian, laplacian);
+    Ok(())
 }
 
 /// Runs one of these methods; the caller has checked the arguments against the plan.
@@ -104,5 +200,6 @@ pub(super) fn evaluate<T: Real, const D: usize>(
         }
         Skip::Moments(far) => moments::evaluate(&far, plan.options(), sources, targets, outputs, workspace, run),
         Skip::Sorted(far) => sorted::evaluate(kernel, &far, sources, targets, outputs, workspace, run),
+        Skip::Split => split(plan, kernel, sources, targets, outputs, workspace, run),
     }
 }

@@ -8,15 +8,18 @@
 //! times sum |m| |x-y|^k: the expansion of (x-y)^k in them then loses a factor 4^k at most, not digits without bound. They are
 //! kept in double-word arithmetic, so that adding up n of them costs nothing more.
 
-use super::radix::{Entry, ordered_bits, sort};
+use super::radix::{Entry, order};
 use super::{Counters, Outputs, Run, Sources, Wanted};
 use crate::error::{Error, Result};
-use crate::kernel::{Far, Kernel, POWERS};
+use crate::isa::{Plain, widest};
+use crate::kernel::{Far, Kernel, Near, POWERS};
 use crate::real::{DoubleWord, Real};
 use crate::space::{Carve, Measure, Space};
 
 /// Targets between two questions whether to stop.
 const ASK: usize = 4096;
+/// Near sources side by side.
+const LANES: usize = 8;
 
 struct Arrays<'w, T> {
     entries: &'w mut [Entry],
@@ -40,35 +43,27 @@ pub(super) fn workspace_bytes<T: Real>(n_sources: usize, n_targets: usize) -> Re
     Measure::of(|space| lay::<T>(space, n_sources, n_targets).map(|_| ()))
 }
 
-/// Moments of powers 0 .. degree.
-#[derive(Clone, Copy)]
-struct Moments<T> {
-    values: [DoubleWord<T>; POWERS],
-}
+/// Moments of powers 0 .. N - 1.
+type Moments<T, const N: usize> = [DoubleWord<T>; N];
 
-impl<T: Real> Moments<T> {
-    fn new() -> Self {
-        Self { values: [DoubleWord::ZERO; POWERS] }
-    }
-
-    fn add(&mut self, degree: usize, y: T, m: T) {
-        let mut term = m;
-        for value in self.values.iter_mut().take(degree + 1) {
-            // a sum of a double word and a number (Knuth's two-sum, and one renormalisation)
-            let sum = DoubleWord::sum(value.hi, term);
-            let lo = sum.lo + value.lo;
-            let hi = sum.hi + lo;
-            *value = DoubleWord { hi, lo: lo - (hi - sum.hi) };
-            term *= y;
-        }
+#[inline(always)]
+fn add<T: Real, const N: usize>(moments: &mut Moments<T, N>, y: T, m: T) {
+    let mut term = m;
+    for value in moments {
+        // a sum of a double word and a number (Knuth's two-sum, and one renormalisation)
+        let sum = DoubleWord::sum(value.hi, term);
+        let lo = sum.lo + value.lo;
+        let hi = sum.hi + lo;
+        *value = DoubleWord { hi, lo: lo - (hi - sum.hi) };
+        term *= y;
     }
 }
 
 /// Weights of the expansion: `weights[l][j] = a_{j+l} C(j+l, l) (-1)^l`.
-type Weights<T> = [[T; POWERS]; POWERS];
+type Weights<T, const N: usize> = [[T; N]; N];
 
-fn weights<T: Real>(far: &Far<T>) -> Weights<T> {
-    let mut weights = [[T::ZERO; POWERS]; POWERS];
+fn weights<T: Real, const N: usize>(far: &Far<T>) -> Weights<T, N> {
+    let mut weights = [[T::ZERO; N]; N];
     for (l, row) in weights.iter_mut().enumerate() {
         // C(k, l) for k = l, l + 1, ...: whole numbers below 2^8, exact
         let mut binomial = if l % 2 == 0 { T::ONE } else { -T::ONE };
@@ -80,13 +75,22 @@ fn weights<T: Real>(far: &Far<T>) -> Weights<T> {
     weights
 }
 
-/// c_0 .. c_degree of the sum over both sides as a polynomial of x - c: from left and right moments L, R,
-/// c_j = sum_{l, k = j + l} a_k C(k, l) (-1)^l (L_l + (-1)^k R_l).
-fn expand<T: Real>(weights: &Weights<T>, degree: usize, left: &Moments<T>, right: &Moments<T>) -> [T; POWERS] {
-    let mut c = [T::ZERO; POWERS];
-    for (l, ((a, b), row)) in left.values.iter().zip(&right.values).zip(weights).take(degree + 1).enumerate() {
-        let (even, odd) = ((*a + *b).hi, (*a - *b).hi);
-        for (j, (&weight, slot)) in row.iter().zip(c.iter_mut()).take(degree + 1 - l).enumerate() {
+/// c_0 .. c_{N-1} of the sum over both sides as a polynomial of x - c: from left and right moments L, R,
+/// c_j = sum_{l, k = j + l} a_k C(k, l) (-1)^l (L_l + (-1)^k R_l), where R is the total less what has been passed.
+#[inline(always)]
+fn expand<T: Real, const N: usize>(
+    weights: &Weights<T, N>,
+    left: &Moments<T, N>,
+    passed: &Moments<T, N>,
+    total: &Moments<T, N>,
+) -> [T; N] {
+    let mut c = [T::ZERO; N];
+    for (l, (((left, passed), total), row)) in left.iter().zip(passed).zip(total).zip(weights).enumerate() {
+        // one rounding of |L| + |R| each: the low words only correct it
+        let (right, rest) = (total.hi - passed.hi, total.lo - passed.lo);
+        let even = (left.hi + right) + (left.lo + rest);
+        let odd = (left.hi - right) + (left.lo - rest);
+        for (j, (&weight, slot)) in row.iter().zip(&mut c).take(N - l).enumerate() {
             *slot += weight * if (j + l) % 2 == 0 { even } else { odd };
         }
     }
@@ -99,120 +103,201 @@ pub(super) fn evaluate<T: Real, const D: usize>(
     far: &Far<T>,
     sources: Sources<'_, T, D>,
     targets: &[[T; D]],
-    mut outputs: Outputs<'_, T, D>,
+    outputs: Outputs<'_, T, D>,
     workspace: &mut [u8],
     run: &mut Run<'_>,
 ) -> Result<()> {
-    let first = |x: &[T; D]| x.first().copied().unwrap_or(T::ZERO);
     let Arrays { entries, spare, positions, masses } =
         lay::<T>(&mut Carve::new(workspace)?, sources.positions.len(), targets.len())?;
-    let (degree, weights) = (far.degree(), weights(far));
-    let singular = kernel.is_singular();
-    let wanted = outputs.wanted();
-
-    let sort_points = |points: &[[T; D]], masses: Option<&[T]>, entries: &mut [Entry], spare: &mut [Entry]| {
-        let mut count = 0;
-        for (index, x) in points.iter().enumerate() {
-            if masses.is_some_and(|m| m.get(index).is_none_or(|&m| m == T::ZERO)) {
-                continue;
-            }
-            if let Some(slot) = entries.get_mut(count) {
-                *slot = [ordered_bits(first(x)), index as u64];
-                count += 1;
-            }
-        }
-        if let (Some(entries), Some(spare)) = (entries.get_mut(..count), spare.get_mut(..count)) {
-            sort(entries, spare);
-        }
-        count
-    };
-    let count = sort_points(sources.positions, Some(sources.masses), entries, spare);
+    let mass = |index: usize| sources.masses.get(index).copied().unwrap_or(T::ZERO);
+    let source = |index: usize| if mass(index) == T::ZERO { None } else { sources.positions.get(index).map(first) };
+    let count = order(sources.positions.len(), source, entries, spare);
     let massless = sources.masses.len() - count;
-    for ((entry, y), m) in entries.iter().take(count).zip(positions.iter_mut()).zip(masses.iter_mut()) {
-        let index = entry[1] as usize;
-        (*y, *m) = (
-            sources.positions.get(index).map_or(T::ZERO, first),
-            sources.masses.get(index).copied().unwrap_or(T::ZERO),
-        );
+    for ((&index, y), m) in entries.as_flattened().iter().take(count).zip(positions.iter_mut()).zip(masses.iter_mut()) {
+        (*y, *m) = (source(index as usize).unwrap_or(T::ZERO), mass(index as usize));
+    }
+    // The order of the targets is known already where they are the sources.
+    if !core::ptr::eq(sources.positions, targets) || massless > 0 {
+        order(targets.len(), |index| targets.get(index).map(first), entries, spare);
     }
     let (positions, masses) = (positions.get(..count).unwrap_or(&[]), masses.get(..count).unwrap_or(&[]));
-    // The order of the targets is known already where they are the sources.
-    let same = core::ptr::eq(sources.positions, targets) && massless == 0;
-    if !same {
-        sort_points(targets, None, entries, spare);
-    }
-
-    let (weight, moment) = positions.iter().zip(masses).fold((T::ZERO, T::ZERO), |(w, s), (&y, &m)| {
-        let share = m.abs();
-        (w + share, s + share * y)
-    });
-    let centre = if weight > T::ZERO && (moment / weight).is_finite() { moment / weight } else { T::ZERO };
-    let mut total = Moments::new();
-    for (&y, &m) in positions.iter().zip(masses) {
-        total.add(degree, y - centre, m);
-    }
-
-    // sources further left than the reach, and sources not further right
-    let (mut left, mut passed) = (Moments::new(), Moments::new());
-    let (mut low, mut high) = (0_usize, 0_usize);
-    let source = |k: usize| Some((*positions.get(k)?, *masses.get(k)?));
-    let mut near_pairs = 0_u64;
-    for (step, entry) in entries.iter().take(targets.len()).enumerate() {
-        if step % ASK == 0 && run.should_stop.is_some_and(|stop| stop()) {
-            return Err(Error::Stopped);
-        }
-        let index = entry[1] as usize;
-        let Some(x) = targets.get(index).map(first) else { continue };
-        while let Some((y, m)) = source(low).filter(|&(y, _)| x - y > far.reach) {
-            left.add(degree, y - centre, m);
-            low += 1;
-        }
-        while let Some((y, m)) = source(high).filter(|&(y, _)| y - x <= far.reach) {
-            passed.add(degree, y - centre, m);
-            high += 1;
-        }
-        let mut right = Moments::new();
-        for ((r, &t), &p) in right.values.iter_mut().zip(&total.values).zip(&passed.values).take(degree + 1) {
-            *r = t - p;
-        }
-        let c = expand(&weights, degree, &left, &right);
-        let at = x - centre;
-        let (mut u, mut du, mut ddu) = (T::ZERO, T::ZERO, T::ZERO);
-        for &c in c.iter().take(degree + 1).rev() {
-            // value, first and half the second derivative together
-            ddu = ddu * at + du;
-            du = du * at + u;
-            u = u * at + c;
-        }
-        ddu += ddu;
-        if !singular {
-            let near = positions.get(low..high).unwrap_or(&[]).iter().zip(masses.get(low..high).unwrap_or(&[]));
-            near_pairs += high.saturating_sub(low) as u64;
-            for (&y, &m) in near {
-                let offset = x - y;
-                let [value, gradient, laplacian] = kernel.pair(offset.abs(), wanted.into());
-                u += m * value;
-                du += m * gradient * offset;
-                ddu += m * laplacian;
-            }
-        }
-        let slot = |output: &mut Option<&mut [T]>, value: T| {
-            if let Some(slot) = output.as_mut().and_then(|o| o.get_mut(index)) {
-                *slot = value;
-            }
-        };
-        slot(&mut outputs.potential, u);
-        slot(&mut outputs.laplacian, ddu);
-        if let Some([slot, ..]) = outputs.gradient.as_mut().and_then(|o| o.get_mut(index)).map(|g| g.as_mut_slice()) {
-            *slot = du;
-        }
-    }
+    let order = entries.as_flattened().get(..targets.len()).unwrap_or(&[]);
+    let all = Sweep::<T, D, POWERS> {
+        kernel,
+        far,
+        near: kernel.near(),
+        positions,
+        masses,
+        order,
+        targets,
+        outputs,
+        should_stop: run.should_stop,
+    };
+    // Firmware has no room for three of them.
+    let near_pairs = match far.degree() {
+        0 | 1 if !cfg!(feature = "small") => widest(run.level, all.with_moments::<2>()),
+        2 | 3 if !cfg!(feature = "small") => widest(run.level, all.with_moments::<4>()),
+        _ => widest(run.level, all),
+    }?;
     if let Some(counters) = run.counters.as_deref_mut() {
         let count =
             Counters { pairs: near_pairs, near_pairs, massless_sources: massless as u64, ..Counters::default() };
         counters.add(&count);
     }
     Ok(())
+}
+
+#[inline(always)]
+fn first<T: Real, const D: usize>(x: &[T; D]) -> T {
+    x.first().copied().unwrap_or(T::ZERO)
+}
+
+/// The sweep over sorted sources and targets, with moments of powers below N.
+struct Sweep<'a, 'k, T: Real, const D: usize, const N: usize> {
+    kernel: &'a Kernel<'k, T, D>,
+    far: &'a Far<T>,
+    near: Option<Near<T>>,
+    positions: &'a [T],
+    masses: &'a [T],
+    order: &'a [u64],
+    targets: &'a [[T; D]],
+    outputs: Outputs<'a, T, D>,
+    should_stop: Option<&'a (dyn Fn() -> bool + Sync)>,
+}
+
+impl<'a, 'k, T: Real, const D: usize, const N: usize> Sweep<'a, 'k, T, D, N> {
+    fn with_moments<const LESS: usize>(self) -> Sweep<'a, 'k, T, D, LESS> {
+        let Self { kernel, far, near, positions, masses, order, targets, outputs, should_stop } = self;
+        Sweep { kernel, far, near, positions, masses, order, targets, outputs, should_stop }
+    }
+}
+
+impl<T: Real, const D: usize, const N: usize> Plain for Sweep<'_, '_, T, D, N> {
+    /// The number of near pairs.
+    type Out = Result<u64>;
+
+    #[inline(always)]
+    fn run(self) -> Self::Out {
+        let Self { kernel, far, near, positions, masses, order, targets, mut outputs, should_stop } = self;
+        let (weights, reach) = (weights::<T, N>(far), far.reach);
+        let (singular, wanted) = (kernel.is_singular(), outputs.wanted());
+        let (weight, moment) = positions.iter().zip(masses).fold((T::ZERO, T::ZERO), |(w, s), (&y, &m)| {
+            let share = m.abs();
+            (w + share, s + share * y)
+        });
+        let centre = if weight > T::ZERO && (moment / weight).is_finite() { moment / weight } else { T::ZERO };
+        let mut total = [DoubleWord::ZERO; N];
+        for (&y, &m) in positions.iter().zip(masses) {
+            add(&mut total, y - centre, m);
+        }
+
+        // sources further left than the reach, and sources not further right
+        let (mut left, mut passed) = ([DoubleWord::ZERO; N], [DoubleWord::ZERO; N]);
+        let (mut low, mut high) = (0_usize, 0_usize);
+        let source = |k: usize| Some((*positions.get(k)?, *masses.get(k)?));
+        let mut near_pairs = 0_u64;
+        for (step, &index) in order.iter().enumerate() {
+            if step % ASK == 0 && should_stop.is_some_and(|stop| stop()) {
+                return Err(Error::Stopped);
+            }
+            let index = index as usize;
+            let Some(x) = targets.get(index).map(first) else { continue };
+            while let Some((y, m)) = source(low).filter(|&(y, _)| x - y > reach) {
+                add(&mut left, y - centre, m);
+                low += 1;
+            }
+            while let Some((y, m)) = source(high).filter(|&(y, _)| y - x <= reach) {
+                add(&mut passed, y - centre, m);
+                high += 1;
+            }
+            let at = x - centre;
+            let (mut u, mut du, mut ddu) = (T::ZERO, T::ZERO, T::ZERO);
+            for &c in expand(&weights, &left, &passed, &total).iter().rev() {
+                // value, first and half the second derivative together
+                ddu = ddu * at + du;
+                du = du * at + u;
+                u = u * at + c;
+            }
+            ddu += ddu;
+            if !singular {
+                near_pairs += high.saturating_sub(low) as u64;
+                let near_positions = positions.get(low..high).unwrap_or(&[]);
+                let near_masses = masses.get(low..high).unwrap_or(&[]);
+                let sums = match &near {
+                    Some(near) => near_polynomials(near, x, near_positions, near_masses, wanted),
+                    None => near_one_by_one(kernel, x, near_positions, near_masses, wanted),
+                };
+                (u, du, ddu) = (u + sums[0], du + sums[1], ddu + sums[2]);
+            }
+            if let Some(slot) = outputs.potential.as_mut().and_then(|o| o.get_mut(index)) {
+                *slot = u;
+            }
+            if let Some(slot) = outputs.laplacian.as_mut().and_then(|o| o.get_mut(index)) {
+                *slot = ddu;
+            }
+            if let Some([slot, ..]) = outputs.gradient.as_mut().and_then(|o| o.get_mut(index)).map(|g| &mut g[..]) {
+                *slot = du;
+            }
+        }
+        Ok(near_pairs)
+    }
+}
+
+/// The sums over near sources by the polynomials inside a compact mollifier, lanes of sources at a time.
+#[inline(always)]
+fn near_polynomials<T: Real>(near: &Near<T>, x: T, positions: &[T], masses: &[T], wanted: Wanted) -> [T; 3] {
+    let mut sums = [[T::ZERO; LANES]; 3];
+    let [u, du, ddu] = &mut sums;
+    for (positions, masses) in positions.chunks(LANES).zip(masses.chunks(LANES)) {
+        // lanes without a source stand on the target and have no mass
+        let (mut offset, mut m) = ([T::ZERO; LANES], [T::ZERO; LANES]);
+        for (((offset, m), &y), &mass) in offset.iter_mut().zip(&mut m).zip(positions).zip(masses) {
+            (*offset, *m) = (x - y, mass);
+        }
+        let (mut t, mut s) = ([T::ZERO; LANES], [T::ZERO; LANES]);
+        for ((t, s), &offset) in t.iter_mut().zip(&mut s).zip(&offset) {
+            let q = offset * near.per_delta;
+            (*t, *s) = (T::ONE - q * q, q * q);
+        }
+        let series = |k: usize| -> [T; LANES] {
+            let (mut edge, mut square) = ([T::ZERO; LANES], [T::ZERO; LANES]);
+            for &c in near.edge.get(k).and_then(|e| e.get(..near.edge_terms)).unwrap_or(&[]).iter().rev() {
+                edge.iter_mut().zip(&t).for_each(|(sum, &t)| *sum = *sum * t + c);
+            }
+            for &c in near.square.get(k).and_then(|e| e.get(..near.square_terms)).unwrap_or(&[]).iter().rev() {
+                square.iter_mut().zip(&s).for_each(|(sum, &s)| *sum = *sum * s + c);
+            }
+            edge.iter_mut().zip(&square).for_each(|(sum, &more)| *sum += more);
+            edge
+        };
+        if wanted.potential {
+            u.iter_mut().zip(&m).zip(series(0)).for_each(|((sum, &m), value)| *sum += m * value);
+        }
+        if wanted.gradient {
+            let terms = du.iter_mut().zip(&m).zip(&offset).zip(series(1));
+            terms.for_each(|(((sum, &m), &offset), factor)| *sum += m * factor * offset);
+        }
+        if wanted.laplacian {
+            ddu.iter_mut().zip(&m).zip(series(2)).for_each(|((sum, &m), value)| *sum += m * value);
+        }
+    }
+    sums.map(|lanes| lanes.into_iter().fold(T::ZERO, |sum, v| sum + v))
+}
+
+/// The same for any kernel, pair by pair.
+#[inline(never)]
+fn near_one_by_one<T: Real, const D: usize>(
+    kernel: &Kernel<'_, T, D>,
+    x: T,
+    positions: &[T],
+    masses: &[T],
+    wanted: Wanted,
+) -> [T; 3] {
+    positions.iter().zip(masses).fold([T::ZERO; 3], |[u, du, ddu], (&y, &m)| {
+        let offset = x - y;
+        let [value, gradient, laplacian] = kernel.pair(offset.abs(), wanted.into());
+        [u + m * value, du + m * gradient * offset, ddu + m * laplacian]
+    })
 }
 
 impl From<Wanted> for [bool; 3] {

@@ -3,6 +3,7 @@
 use super::convolution::REACH;
 use super::edge_series::laurent;
 use super::law::is_multiple;
+use super::part::Variable;
 use super::profile::Profile;
 use super::{Kernel, Law};
 use crate::real::Real;
@@ -88,6 +89,66 @@ impl<T: Real, const D: usize> Kernel<'_, T, D> {
     }
 }
 
+/// Most powers of t inside a compact mollifier: M + K + 1 of the Newtonian kernel, and one for each step up to |x|^9.
+const EDGE: usize = 20;
+/// Most powers of s: |x|^8.
+const SQUARE: usize = 5;
+
+/// K_delta, K_delta'/r and the Laplacian inside a compact mollifier: sums of powers of t = 1 - (r/delta)^2 and of s = (r/delta)^2.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Near<T> {
+    pub(crate) edge: [[T; EDGE]; 3],
+    pub(crate) edge_terms: usize,
+    pub(crate) square: [[T; SQUARE]; 3],
+    pub(crate) square_terms: usize,
+    /// 1/delta.
+    pub(crate) per_delta: T,
+}
+
+impl<T: Real, const D: usize> Kernel<'_, T, D> {
+    /// The polynomials, if that is what all terms are: those of [`Kernel::far`], under a compact mollifier.
+    pub(crate) fn near(&self) -> Option<Near<T>> {
+        let p = self.polynomials.as_ref()?;
+        let mut near = Near {
+            edge: [[T::ZERO; EDGE]; 3],
+            edge_terms: 0,
+            square: [[T::ZERO; SQUARE]; 3],
+            square_terms: 0,
+            per_delta: T::ONE / p.delta,
+        };
+        if self.newtonian != T::ZERO {
+            let c = self.newtonian;
+            let series = [(&p.potential, p.potential_scale), (&p.gradient, p.scale), (&p.density, p.scale)];
+            for (to, (from, scale)) in near.edge.iter_mut().zip(series) {
+                near.edge_terms = near.edge_terms.max(from.coefficients().len());
+                to.iter_mut().zip(from.coefficients()).for_each(|(to, &from)| *to = c * (scale * from));
+            }
+            near.edge[0][0] += c * p.potential_offset;
+        }
+        for part in self.parts.iter().take(self.used) {
+            let panel = part.panel(self.tables, 0)?;
+            let end = panel.start.checked_add(panel.len.checked_mul(3)?)?;
+            let coefficients = self.tables.get(panel.start..end)?.as_chunks::<3>().0;
+            let to: [&mut [T]; 3] = match panel.variable {
+                Variable::EdgePowers if panel.len <= EDGE => {
+                    near.edge_terms = near.edge_terms.max(panel.len);
+                    near.edge.each_mut().map(|c| &mut c[..])
+                }
+                Variable::SquarePowers if panel.len <= SQUARE => {
+                    near.square_terms = near.square_terms.max(panel.len);
+                    near.square.each_mut().map(|c| &mut c[..])
+                }
+                _ => return None,
+            };
+            let [value, gradient, laplacian] = to;
+            for (((u, g), l), c) in value.iter_mut().zip(gradient).zip(laplacian).zip(coefficients) {
+                (*u, *g, *l) = (*u + c[0], *g + c[1], *l + c[2]);
+            }
+        }
+        Some(near)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -114,6 +175,18 @@ mod tests {
             let kernel = Kernel::<f64, 1>::prepare(&mut memory[start..start + bytes], &terms, mollifier, 0.2).unwrap();
             let far = kernel.far().unwrap();
             assert!(far.degree() == 4 && !far.is_even());
+            let near = kernel.near();
+            assert_eq!(near.is_some(), matches!(mollifier, Mollifier::Compact { .. }));
+            for (near, r) in near.iter().flat_map(|near| [0.0, 0.03, 0.11, 0.199].map(|r| (near, r))) {
+                let s = r * near.per_delta * (r * near.per_delta);
+                let horner = |c: &[f64], x: f64| c.iter().rev().fold(0.0, |sum, c| sum * x + c);
+                let want = kernel.pair(r, [true; 3]);
+                for ((edge, square), want) in near.edge.iter().zip(&near.square).zip(want) {
+                    let got = horner(edge, 1.0 - s) + horner(square, s);
+                    // some thirty roundings of the largest coefficients, at most 2 * 8/delta (psi of order 6)
+                    assert!((got - want).abs() < 32.0 * f64::EPSILON * 80.0, "{mollifier:?} {r} {got} {want}");
+                }
+            }
             for r in [1.01, 2.0, 30.0].map(|f: f64| f * far.reach.max(0.1)) {
                 let want = far.coefficients.iter().rev().fold(0.0, |sum, c| sum * r + c);
                 let size = far.coefficients.iter().rev().fold(0.0, |sum, c| sum * r + c.abs());

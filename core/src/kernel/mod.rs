@@ -29,7 +29,7 @@ mod profile;
 mod quadrature;
 
 pub use block::Supplied;
-pub(crate) use far::{Far, POWERS};
+pub(crate) use far::{Far, Near, POWERS};
 pub use law::{Law, MAX_TERMS, RadialKernel, Term};
 
 use crate::error::Result;
@@ -188,6 +188,9 @@ impl<T: Real, const D: usize> Kernel<'_, T, D> {
             }
             None if !self.is_singular() => {
                 let blob = &self.blob;
+                if let Some(plain) = blob.gaussian_pair(r, wanted) {
+                    return [u + c * plain[0], g + c * plain[1], l + c * plain[2]];
+                }
                 if wanted[0] {
                     u += c * blob.potential(r);
                 }
@@ -205,6 +208,30 @@ impl<T: Real, const D: usize> Kernel<'_, T, D> {
             }
         }
         [u, g, l]
+    }
+
+    /// The even powers, whose sums need no pair, and what is left, if there are both.
+    pub(crate) fn without_even_powers(&self) -> Option<(Self, Self)> {
+        let is_even = |law: Law| matches!(law, Law::Power { exponent: p } if p > 0.0 && law::is_multiple(p, 2.0));
+        let (mut even, mut rest) = (*self, *self);
+        even.newtonian = T::ZERO;
+        for (kernel, wanted) in [(&mut even, true), (&mut rest, false)] {
+            (kernel.count, kernel.used) = (0, 0);
+            for &term in self.terms().iter().filter(|term| is_even(term.law) == wanted) {
+                if let Some(slot) = kernel.terms.get_mut(kernel.count) {
+                    *slot = term;
+                    kernel.count += 1;
+                }
+            }
+            for &part in self.parts.iter().take(self.used).filter(|part| is_even(part.law) == wanted) {
+                if let Some(slot) = kernel.parts.get_mut(kernel.used) {
+                    *slot = part;
+                    kernel.used += 1;
+                }
+            }
+        }
+        let some_left = rest.used > 0 || rest.newtonian != T::ZERO;
+        (even.used > 0 && some_left).then_some((even, rest))
     }
 
     /// Value, gradient factor and Laplacian.

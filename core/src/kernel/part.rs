@@ -178,7 +178,7 @@ fn outside<T: Real>(radius: T, r: T, w: T) -> T {
 
 impl<T: Real> Part<T> {
     /// The panel with this number; one beyond the last belongs to the series outside.
-    fn panel(&self, tables: &[T], index: usize) -> Option<Panel<T>> {
+    pub(crate) fn panel(&self, tables: &[T], index: usize) -> Option<Panel<T>> {
         let start = self.first + index * HEADER;
         let header = tables.get(start..)?.first_chunk::<HEADER>()?;
         Some(Panel::from_header(*header))

@@ -71,6 +71,18 @@ impl<T: Real, const D: usize> Blob<T, D> {
         })
     }
 
+    /// `[phi, g, psi]` at distance r where `wanted`, plainly; None unless the mollifier is Gaussian and no square leaves the normal range.
+    pub(crate) fn gaussian_pair(&self, r: T, wanted: [bool; 3]) -> Option<[T; 3]> {
+        let mut x = [T::ZERO; D];
+        x.iter_mut().take(1).for_each(|c| *c = r);
+        let plain = self.plain(&x)?;
+        Some([
+            if wanted[0] { plain.potential() } else { T::ZERO },
+            if wanted[1] { plain.gradient_factor() } else { T::ZERO },
+            if wanted[2] { plain.density() } else { T::ZERO },
+        ])
+    }
+
     fn plain(&self, x: &[T; D]) -> Option<Plain<T>> {
         match self.shape() {
             Shape::Gaussian(shape) if cfg!(feature = "gaussian") => Plain::new(*shape, D, self.delta(), x),
