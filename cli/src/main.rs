@@ -32,8 +32,12 @@ enum Command {
     Run(run::Args),
     /// Print what a scene would run and what it would cost, without running it.
     Plan(run::PlanArgs),
-    /// Print the blob method's convergence and long-time studies.
+    /// Measure the blob method's convergence and compare it with known numbers.
     Converge(converge::Args),
+    /// Run the blob method to known steady states and compare.
+    Steady(converge::Args),
+    /// Measure what the blob method keeps over 1e5 steps: centre of mass, decay of the energy.
+    Conserve(converge::Args),
     /// Print the schema of scene files, or check scene files without running them.
     Scene(scene::Args),
     /// Compare results with reference values of 25 digits; status 1 above a tolerance.
@@ -46,6 +50,8 @@ fn main() -> ExitCode {
         Command::Run(args) => run::main(args),
         Command::Plan(args) => run::plan_main(args),
         Command::Converge(args) => converge::main(args),
+        Command::Steady(args) => converge::steady(args),
+        Command::Conserve(args) => converge::conserve(args),
         Command::Scene(args) => scene::main(args),
         Command::Verify(args) => verify::main(args),
     };

@@ -305,10 +305,60 @@ fn neighbour_sums_equal_all_pairs_and_look_at_near_pairs_only() {
     }
 }
 
+/// Even powers from moments and the other terms over all pairs: each part within some 4^2 sqrt(n) u of its own sum |m| |K|
+/// (the expansion's weights for degree 4, and plain sums). The parts' sizes together are below 8 times the sum's here.
+#[test]
+fn mixed_sums_take_their_even_powers_from_moments() {
+    fn check<const D: usize>(terms: &[Term], mollifier: Mollifier, wanted: Wanted) {
+        for n in [0, 1, 16, 150] {
+            let (mut positions, mut masses) = cloud::<D>(n, 12, 2.0, n % 2 == 0);
+            if n > 20 {
+                positions[7] = positions[9];
+                masses[11] = 0.0;
+            }
+            let (other, _) = cloud::<D>(130, 13, 2.1, false);
+            for targets in [&positions[..], &other[..]] {
+                let case = Case { terms, mollifier, delta: 0.3, sources: (&positions, &masses), targets };
+                let (method, reason, sums, counters) = case.run(wanted, &Options::default(), &Serial);
+                let massless = u64::from(n > 20);
+                let pairs = (n as u64 - massless) * targets.len() as u64;
+                assert_eq!((counters.pairs, counters.massless_sources), (pairs, massless), "{terms:?}");
+                if n * targets.len() < 2048 {
+                    assert_eq!(method, Method::Direct);
+                    continue;
+                }
+                assert_eq!((method, reason), (Method::Split, Reason::SomeEvenPowers));
+                let errors = case.errors(&sums, wanted);
+                assert!(
+                    errors.iter().all(|&e| e < 8.0 * 16.0 * 13.0 * f64::EPSILON),
+                    "{mollifier:?} {terms:?} {errors:?}"
+                );
+                assert_eq!(sums, case.run(wanted, &Options::default(), &Threads).2);
+            }
+        }
+    }
+    let screened = Term { law: Law::Screened { k: 2.0 }, coefficient: 1.0 };
+    for mollifier in [Mollifier::None, COMPACT, Mollifier::Gaussian { order: 4 }] {
+        check::<2>(&[power(4.0, 1.0), NEWTONIAN], mollifier, ALL);
+        check::<2>(&[power(1.5, -1.0), power(4.0, 1.0)], mollifier, ALL);
+        check::<1>(&[screened, power(2.0, 1.0)], mollifier, Wanted { laplacian: false, ..ALL });
+    }
+    check::<3>(&[NEWTONIAN, power(2.0, 1.0), power(3.0, 0.5)], COMPACT, ALL);
+    // without a mollifier coincident pairs have no part in the constant Laplacian of |x|^2: all pairs
+    let (positions, masses) = cloud::<2>(60, 14, 0.0, false);
+    let terms = [power(2.0, 1.0), NEWTONIAN];
+    let sources = (&positions[..], &masses[..]);
+    let case = Case { terms: &terms, mollifier: Mollifier::None, delta: 0.1, sources, targets: &positions };
+    assert_eq!(case.run(ALL, &Options::default(), &Serial).0, Method::Direct);
+    let forced = Options { method: Some(Method::Split), ..Options::default() };
+    let wanted = Wanted { laplacian: false, ..ALL };
+    assert_eq!(case.run(wanted, &forced, &Serial).1, Reason::Forced);
+}
+
 #[test]
 fn forced_methods_that_cannot_serve_are_refused_and_users_choices_kept() {
     let kernel = Kernel::<f64, 2>::newtonian(1.0, COMPACT, 0.1).unwrap();
-    for method in [Method::Moments, Method::Sorted, Method::Neighbours] {
+    for method in [Method::Moments, Method::Sorted, Method::Neighbours, Method::Split] {
         let options = Options { method: Some(method), ..Options::default() };
         assert_eq!(plan(&kernel, 10, 10, ALL, &options).err(), Some(Error::Unsupported));
     }

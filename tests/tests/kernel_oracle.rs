@@ -1,5 +1,6 @@
 //! Every row of the kernel tables (25 digits, from closed forms in ball arithmetic) through the public interface.
 
+use mollis_core::Real;
 use mollis_core::kernel::{Kernel, Law, Term};
 use mollis_core::mollifier::Mollifier;
 
@@ -42,10 +43,19 @@ fn with_kernel<const D: usize, R>(
     delta: f64,
     f: impl FnOnce(&Kernel<'_, f64, D>) -> R,
 ) -> R {
-    let bytes = Kernel::<f64, D>::workspace_bytes(terms, m).unwrap();
+    with_scalar::<f64, D, R>(terms, m, delta, f)
+}
+
+fn with_scalar<T: Real, const D: usize, R>(
+    terms: &[Term],
+    m: Mollifier,
+    delta: T,
+    f: impl FnOnce(&Kernel<'_, T, D>) -> R,
+) -> R {
+    let bytes = Kernel::<T, D>::workspace_bytes(terms, m).unwrap();
     let mut memory = vec![0xA5_u8; bytes + 64];
     let start = memory.as_ptr().align_offset(64);
-    let kernel = Kernel::<f64, D>::prepare(&mut memory[start..start + bytes], terms, m, delta).unwrap();
+    let kernel = Kernel::<T, D>::prepare(&mut memory[start..start + bytes], terms, m, delta).unwrap();
     f(&kernel)
 }
 
@@ -89,9 +99,10 @@ fn check<const D: usize>(kernel: &str, psi: &str, delta: f64, rows: &[Row]) -> [
     })
 }
 
-#[test]
-fn every_row_of_the_tables() {
-    type Key = (String, String, String, f64);
+type Key = (String, String, String, f64);
+
+/// The rows of all tables, by dimension, kernel, mollifier and delta.
+fn groups() -> Vec<(Key, Vec<Row>)> {
     let mut groups: Vec<(Key, Vec<Row>)> = Vec::new();
     let mut count = 0;
     for table in TABLES {
@@ -109,6 +120,12 @@ fn every_row_of_the_tables() {
         }
     }
     assert_eq!(count, 624 + 1738, "no row is skipped");
+    groups
+}
+
+#[test]
+fn every_row_of_the_tables() {
+    let groups = groups();
     let mut failed = 0;
     for ((dimension, kernel, psi, delta), rows) in &groups {
         let worst = match dimension.as_str() {
@@ -117,6 +134,44 @@ fn every_row_of_the_tables() {
             _ => check::<3>(kernel, psi, *delta, rows),
         };
         if worst.iter().any(|&w| w > 1.0) {
+            println!("FAILED {dimension} {kernel} {psi} {delta}: {worst:?}");
+            failed += 1;
+        }
+    }
+    assert_eq!(failed, 0);
+}
+
+/// Single precision against double precision at the same delta and r, numbers of single precision, for every row: 2e-6 of the
+/// larger of |value| and the kernel's scale at delta. That is 34 u: a Clenshaw sum of 30 terms rounds as often, and its
+/// variable's rounding counts as much as the function's slope, at most degree^2 near the ends.
+fn single<const D: usize>(kernel: &str, psi: &str, delta: f64, rows: &[Row]) -> [f64; 3] {
+    let (terms, psi, delta) = (terms(kernel), mollifier(psi), delta as f32);
+    let bare: [f64; 3] = with_kernel::<D, _>(&terms, Mollifier::None, delta.into(), |k| k.at(delta.into()));
+    with_kernel::<D, _>(&terms, psi, delta.into(), |double| {
+        with_scalar::<f32, D, _>(&terms, psi, delta, |single| {
+            let mut worst = [0.0_f64; 3];
+            for r in rows.iter().map(|row| row.r as f32) {
+                for (n, (got, want)) in single.at(r).into_iter().zip(double.at(r.into())).enumerate() {
+                    let scale = bare[n].abs().max(if n == 2 { bare[1].abs() } else { 0.0 });
+                    let error = (f64::from(got) - want).abs() / want.abs().max(scale);
+                    worst[n] = worst[n].max(if error.is_nan() { f64::INFINITY } else { error });
+                }
+            }
+            worst
+        })
+    })
+}
+
+#[test]
+fn every_row_in_single_precision() {
+    let mut failed = 0;
+    for ((dimension, kernel, psi, delta), rows) in &groups() {
+        let worst = match dimension.as_str() {
+            "1" => single::<1>(kernel, psi, *delta, rows),
+            "2" => single::<2>(kernel, psi, *delta, rows),
+            _ => single::<3>(kernel, psi, *delta, rows),
+        };
+        if worst.iter().any(|&w| w > 2e-6) {
             println!("FAILED {dimension} {kernel} {psi} {delta}: {worst:?}");
             failed += 1;
         }

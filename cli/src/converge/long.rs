@@ -95,25 +95,31 @@ pub fn ring() -> Result<bool> {
     Ok(last < 1e-3)
 }
 
-/// Groups of particles closer than `apart` to each other, by growing from each particle.
-fn count_clusters(cloud: &Cloud<f64, 2>, apart: f64) -> usize {
+/// Groups of particles closer than `apart` to each other, by growing from each particle, and the largest distance within one.
+fn count_clusters(cloud: &Cloud<f64, 2>, apart: f64) -> (usize, f64) {
     let mut left: Vec<[f64; 2]> = cloud.x.clone();
-    let mut clusters = 0;
+    let (mut clusters, mut size) = (0, 0.0_f64);
     while let Some(first) = left.pop() {
         clusters += 1;
         let mut edge = vec![first];
+        let mut members: Vec<[f64; 2]> = Vec::new();
         while let Some(x) = edge.pop() {
+            size = members.iter().map(|y| (x[0] - y[0]).hypot(x[1] - y[1])).fold(size, f64::max);
+            members.push(x);
             let near = |y: &[f64; 2]| (x[0] - y[0]).hypot(x[1] - y[1]) < apart;
             edge.extend(left.iter().filter(|y| near(y)).copied().collect::<Vec<_>>());
             left.retain(|y| !near(y));
         }
     }
-    clusters
+    (clusters, size)
 }
 
 /// The ring of K = |x|^7/7 - |x|^1.5/1.5 breaks; large delta leaves three clusters.
 pub fn clusters() -> Result<bool> {
-    println!("{:>9} {:>9} {:>9} {:>12} {:>12}", "delta", "particles", "clusters", "mean radius", "spread");
+    println!(
+        "{:>9} {:>9} {:>9} {:>12} {:>12} {:>12}",
+        "delta", "particles", "clusters", "diameter", "mean radius", "spread"
+    );
     let terms = [power(1.0, 7.0), power(-1.0, 1.5)];
     let mut found = Vec::new();
     for delta in [0.0, 0.05, 0.32] {
@@ -126,8 +132,9 @@ pub fn clusters() -> Result<bool> {
         let radii = cloud.radii()?;
         let mean: f64 = radii.iter().zip(&cloud.m).map(|(r, m)| r * m).sum();
         let spread = radii.iter().map(|r| (r - mean).abs()).fold(0.0, f64::max);
-        found.push(count_clusters(&cloud, 0.05));
-        println!("{delta:9.3} {:9} {:9} {mean:12.6} {spread:12.3e}", radii.len(), found.last().unwrap_or(&0));
+        let (clusters, diameter) = count_clusters(&cloud, 0.05);
+        found.push(clusters);
+        println!("{delta:9.3} {:9} {clusters:9} {diameter:12.3e} {mean:12.6} {spread:12.3e}", radii.len());
     }
     Ok(found.last() == Some(&3) && found.first().is_some_and(|&n| n > 1))
 }

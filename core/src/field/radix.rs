@@ -177,9 +177,21 @@ mod tests {
             let value = |k: usize| match case {
                 0 => ((k as f64) * 0.618_033_988_75).sin(),
                 // all in few keys, a far one apart
-                1 => if k == 5 { 1e9 } else { ((k as f64) * 0.618).sin() },
+                1 => {
+                    if k == 5 {
+                        1e9
+                    } else {
+                        ((k as f64) * 0.618).sin()
+                    }
+                }
                 2 => 3.0,
-                3 => if k % 2 == 0 { f64::MAX } else { -f64::MAX },
+                3 => {
+                    if k % 2 == 0 {
+                        f64::MAX
+                    } else {
+                        -f64::MAX
+                    }
+                }
                 // pairs that differ in the last bit alone
                 _ => ((k / 2) as f64) + if k % 2 == 0 { 1e-13 } else { 0.0 },
             };

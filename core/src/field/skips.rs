@@ -71,10 +71,12 @@ pub(super) fn choose<T: Real, const D: usize>(
 ) -> Result<Option<(Method, Reason)>> {
     let found = kernel.sum().and_then(|kernel| skip(kernel, wanted)).map(|skip| skip.method());
     match (options.method, found) {
-        (Some(forced @ (Method::Moments | Method::Sorted | Method::Neighbours | Method::Split)), found) => match found {
-            Some((method, _)) if method == forced => Ok(Some((method, Reason::Forced))),
-            _ => Err(Error::Unsupported),
-        },
+        (Some(forced @ (Method::Moments | Method::Sorted | Method::Neighbours | Method::Split)), found) => {
+            match found {
+                Some((method, _)) if method == forced => Ok(Some((method, Reason::Forced))),
+                _ => Err(Error::Unsupported),
+            }
+        }
         (Some(_), _) => Ok(None),
         (None, Some((Method::Sorted | Method::Split, _))) if sizes.0.saturating_mul(sizes.1) < FEW_PAIRS => Ok(None),
         (None, found) => Ok(found),
@@ -108,7 +110,9 @@ struct Split<'w, T, const D: usize> {
     potential: &'w mut [T],
     gradient: &'w mut [[T; D]],
     laplacian: &'w mut [T],
-    memory: &'w mut [u8],
+    // two arrays, so that the size is linear in the number of workers, as plans assume
+    moments: &'w mut [u8],
+    pairs: &'w mut [u8],
 }
 
 impl<'w, T: Real, const D: usize> Split<'w, T, D>
@@ -129,7 +133,8 @@ where
             potential: space.array(n_targets)?,
             gradient: space.array(n_targets)?,
             laplacian: space.array(n_targets)?,
-            memory: space.array(moments.max(pairs))?,
+            moments: space.array(moments)?,
+            pairs: space.array(pairs)?,
         })
     }
 }
@@ -147,7 +152,7 @@ fn split<T: Real, const D: usize>(
     let (even, rest) = kernel.without_even_powers().ok_or(Error::Unsupported)?;
     let far = even.far().ok_or(Error::Unsupported)?;
     let (sizes, workers) = ((sources.positions.len(), targets.len()), run.executor.workers());
-    let Split { potential, gradient, laplacian, memory } =
+    let Split { potential, gradient, laplacian, moments: memory, pairs: of_pairs } =
         Split::<T, D>::lay(&mut Carve::new(workspace)?, &even, &rest, sizes, workers)?;
     let wanted = outputs.wanted();
     let some = Outputs {
@@ -166,7 +171,7 @@ fn split<T: Real, const D: usize>(
     if rest.is_newtonian() {
         let newtonian = direct::Newtonian { blob: rest.blob(), coefficient: rest.newtonian_coefficient() };
         let call = direct::Call { kernel: newtonian, options: plan.options(), sources, targets, outputs: pairs };
-        direct::evaluate(call, memory, run)?;
+        direct::evaluate(call, of_pairs, run)?;
     } else {
         radial::evaluate(&rest, plan.options(), sources, targets, pairs, run)?;
     }

@@ -22,6 +22,8 @@ pub const MOLLIS_METHOD_MOMENTS: i32 = 2;
 pub const MOLLIS_METHOD_SORTED: i32 = 3;
 /// Pairs closer than delta alone (the Laplacian of a Newtonian kernel).
 pub const MOLLIS_METHOD_NEIGHBOURS: i32 = 4;
+/// Even powers from moments, the other terms over all pairs.
+pub const MOLLIS_METHOD_SPLIT: i32 = 5;
 
 /// Terms are added up in blocks.
 pub const MOLLIS_ACCUMULATION_BLOCKED: i32 = 0;
@@ -82,6 +84,7 @@ impl mollis_field_options {
                 MOLLIS_METHOD_MOMENTS => Some(Method::Moments),
                 MOLLIS_METHOD_SORTED => Some(Method::Sorted),
                 MOLLIS_METHOD_NEIGHBOURS => Some(Method::Neighbours),
+                MOLLIS_METHOD_SPLIT => Some(Method::Split),
                 _ => return Err(Error::UnknownValue),
             },
         })

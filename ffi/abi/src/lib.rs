@@ -21,10 +21,12 @@
 
 mod blob;
 mod buffers;
+mod diagnostics;
 mod field;
 mod grid;
 mod kernel;
 mod mollifier;
+mod norms;
 mod options;
 mod pks;
 mod random;
@@ -32,10 +34,12 @@ mod run;
 mod status;
 
 pub use blob::*;
+pub use diagnostics::*;
 pub use field::*;
 pub use grid::*;
 pub use kernel::*;
 pub use mollifier::*;
+pub use norms::*;
 pub use pks::*;
 pub use random::*;
 pub use run::*;

@@ -3,6 +3,7 @@
 pub mod blob;
 pub mod field;
 pub mod grid;
+pub mod kernel;
 pub mod mollifier;
 pub mod pks;
 pub mod random;

@@ -1,0 +1,333 @@
+//! Kernel sums through the C ABI: values, a host's own kernel, and bad kernels, each refused with its own code.
+#![expect(unsafe_code, reason = "calls the C ABI as a C program does")]
+
+use std::ffi::c_void;
+use std::ptr::{null, null_mut};
+
+use mollis_abi::*;
+use mollis_core::kernel::{Kernel, Law, Term};
+use mollis_core::mollifier::Mollifier;
+use mollis_core::space::ALIGN;
+use mollis_core::{Error, Real};
+
+const OK: i32 = 0;
+const NONE: mollis_mollifier = mollis_mollifier { kind: MOLLIS_MOLLIFIER_NONE, order: 0, exponent: 0 };
+const COMPACT: mollis_mollifier = mollis_mollifier { kind: MOLLIS_MOLLIFIER_COMPACT, order: 4, exponent: 4 };
+
+struct Block(Vec<u8>, usize, usize);
+
+impl Block {
+    fn new(bytes: usize) -> Self {
+        let memory = vec![0xA5_u8; bytes + ALIGN];
+        let start = memory.as_ptr().align_offset(ALIGN);
+        Self(memory, start, bytes)
+    }
+    fn get(&mut self) -> *mut c_void {
+        self.0[self.1..].as_mut_ptr().cast()
+    }
+    fn untouched(&self) -> bool {
+        self.0.iter().all(|&b| b == 0xA5)
+    }
+}
+
+fn term(kind: i32, coefficient: f64, parameter: f64) -> mollis_kernel_term {
+    mollis_kernel_term { kind, reserved: 0, coefficient, parameter: [parameter, f64::NAN] }
+}
+
+/// The codes of the size query and of preparing, in each dimension and scalar; nothing is written on a refusal.
+fn codes(
+    terms: &[mollis_kernel_term],
+    own: *const mollis_radial_kernel,
+    mollifier: mollis_mollifier,
+    delta: f64,
+) -> [[i32; 2]; 6] {
+    let (mut block, mut bytes) = (Block::new(1 << 20), 77_usize);
+    let (p, n, b, size) = (terms.as_ptr(), terms.len(), block.get(), 1 << 20);
+    let bp = &raw mut bytes;
+    // SAFETY: live arrays of the stated lengths.
+    let got = unsafe {
+        [
+            [
+                mollis_kernel1_workspace_bytes(p, n, own, mollifier, bp),
+                mollis_kernel1_prepare(b, size, p, n, own, mollifier, delta),
+            ],
+            [
+                mollis_kernel2_workspace_bytes(p, n, own, mollifier, bp),
+                mollis_kernel2_prepare(b, size, p, n, own, mollifier, delta),
+            ],
+            [
+                mollis_kernel3_workspace_bytes(p, n, own, mollifier, bp),
+                mollis_kernel3_prepare(b, size, p, n, own, mollifier, delta),
+            ],
+            [
+                mollis_kernel1_workspace_bytes_f32(p, n, own, mollifier, bp),
+                mollis_kernel1_prepare_f32(b, size, p, n, own, mollifier, delta as f32),
+            ],
+            [
+                mollis_kernel2_workspace_bytes_f32(p, n, own, mollifier, bp),
+                mollis_kernel2_prepare_f32(b, size, p, n, own, mollifier, delta as f32),
+            ],
+            [
+                mollis_kernel3_workspace_bytes_f32(p, n, own, mollifier, bp),
+                mollis_kernel3_prepare_f32(b, size, p, n, own, mollifier, delta as f32),
+            ],
+        ]
+    };
+    if got.iter().flatten().all(|&code| code != OK) {
+        assert!(bytes == 77 && block.untouched());
+    }
+    got
+}
+
+#[test]
+fn bad_terms_are_refused() {
+    let refused = |terms: &[mollis_kernel_term], error: Error| {
+        let got = codes(terms, null(), COMPACT, 0.1);
+        assert_eq!(got, [[error as i32; 2]; 6], "{terms:?}");
+    };
+    let good = term(MOLLIS_KERNEL_POWER, 1.0, 3.0);
+    for k in [0.0, -1.0] {
+        refused(&[good, term(MOLLIS_KERNEL_SCREENED, 1.0, k)], Error::KernelParameter);
+        refused(&[good, term(MOLLIS_KERNEL_EXPONENTIAL, 1.0, k)], Error::KernelParameter);
+    }
+    for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        refused(&[term(MOLLIS_KERNEL_SCREENED, 1.0, value)], Error::NotFinite);
+        refused(&[term(MOLLIS_KERNEL_EXPONENTIAL, 1.0, value)], Error::NotFinite);
+        refused(&[term(MOLLIS_KERNEL_POWER, 1.0, value)], Error::NotFinite);
+        refused(&[term(MOLLIS_KERNEL_NEWTONIAN, value, 0.0), good], Error::NotFinite);
+    }
+    refused(&[good, term(4, 1.0, 1.0)], Error::UnknownValue);
+    refused(&[term(-1, 1.0, 1.0)], Error::UnknownValue);
+    refused(&[], Error::KernelTerms);
+    refused(&[good; 9], Error::KernelTerms);
+    // p > 1 - d: the limit itself is refused, but for log|x| in 1D, and a little above it is not
+    for p in [-0.5, -2.0, -1.0, 0.0] {
+        let got = codes(&[term(MOLLIS_KERNEL_POWER, 1.0, p)], null(), COMPACT, 0.1);
+        for (k, pair) in got.into_iter().enumerate() {
+            let dimension = k % 3 + 1;
+            let good = p > 1.0 - dimension as f64 || (dimension == 1 && p == 0.0);
+            assert_eq!(pair, [if good { OK } else { Error::KernelParameter as i32 }; 2], "{dimension} {p}");
+        }
+    }
+}
+
+#[test]
+fn bad_lengths_and_mollifiers_are_refused() {
+    let good = [term(MOLLIS_KERNEL_POWER, 1.0, 3.0)];
+    for (delta, error) in [(0.0, Error::Delta), (-1.0, Error::Delta), (f64::NAN, Error::Delta)] {
+        for [size, prepare] in codes(&good, null(), COMPACT, delta) {
+            assert_eq!((size, prepare), (OK, error as i32));
+        }
+    }
+    let odd = mollis_mollifier { order: 3, ..COMPACT };
+    assert_eq!(codes(&good, null(), odd, 0.1), [[Error::Order as i32; 2]; 6]);
+    let exponent = mollis_mollifier { exponent: 10, ..COMPACT };
+    assert_eq!(codes(&good, null(), exponent, 0.1), [[Error::Exponent as i32; 2]; 6]);
+}
+
+/// What the callback is to do.
+struct Own {
+    calls: usize,
+    spoil: Option<(usize, f64)>,
+    refuse_at: usize,
+}
+
+/// |x|^1.5/1.5 in two dimensions.
+unsafe extern "C" fn own(context: *mut c_void, r: f64, out: *mut f64) -> mollis_status {
+    // SAFETY: the tests pass an `Own`, and the library room for three.
+    unsafe {
+        let own = &mut *context.cast::<Own>();
+        own.calls += 1;
+        assert!(r > 0.0 && r.is_finite());
+        if own.calls == own.refuse_at {
+            return 4242;
+        }
+        let root = r.sqrt();
+        let values = [r * root / 1.5, 1.0 / root, 1.5 / root];
+        for (k, value) in values.into_iter().enumerate() {
+            *out.add(k) = value;
+        }
+        if let Some((k, value)) = own.spoil.filter(|_| own.calls == 40) {
+            *out.add(k) = value;
+        }
+    }
+    OK
+}
+
+fn radial(context: &mut Own) -> mollis_radial_kernel {
+    mollis_radial_kernel { context: (&raw mut *context).cast(), evaluate: Some(own), coefficient: 1.0, reach: 4.0 }
+}
+
+#[test]
+fn a_bad_kernel_of_the_host_is_refused() {
+    for mollifier in [NONE, COMPACT] {
+        for spoil in (0..3).flat_map(|k| [f64::NAN, f64::INFINITY].map(|v| (k, v))) {
+            let mut context = Own { calls: 0, spoil: Some(spoil), refuse_at: 0 };
+            let kernel = radial(&mut context);
+            let (mut block, mut bytes) = (Block::new(1 << 20), 0);
+            // SAFETY: live locals.
+            unsafe {
+                assert_eq!(mollis_kernel2_workspace_bytes(null(), 0, &raw const kernel, mollifier, &raw mut bytes), OK);
+                let code = mollis_kernel2_prepare(block.get(), bytes, null(), 0, &raw const kernel, mollifier, 0.1);
+                assert_eq!(code, Error::NotFinite as i32, "{spoil:?}");
+                // what it left is no kernel
+                let (r, mut value) = (1.0, 7.0);
+                let code =
+                    mollis_kernel2_eval(block.get(), bytes, 1, &raw const r, &raw mut value, null_mut(), null_mut());
+                assert_eq!((code, value), (Error::NotPrepared as i32, 7.0));
+            }
+        }
+        // its own status comes back, and it is not called again
+        let mut context = Own { calls: 0, spoil: None, refuse_at: 25 };
+        let kernel = radial(&mut context);
+        let mut block = Block::new(1 << 20);
+        // SAFETY: live locals.
+        let code =
+            unsafe { mollis_kernel2_prepare(block.get(), 1 << 20, null(), 0, &raw const kernel, mollifier, 0.1) };
+        assert_eq!((code, context.calls), (4242, 25));
+    }
+    let mut context = Own { calls: 0, spoil: None, refuse_at: 0 };
+    let good = radial(&mut context);
+    let eight = [term(MOLLIS_KERNEL_POWER, 1.0, 3.0); 8];
+    assert_eq!(codes(&eight, &raw const good, COMPACT, 0.1), [[Error::KernelTerms as i32; 2]; 6]);
+    let mut block = Block::new(1 << 20);
+    for (kernel, error) in [
+        (mollis_radial_kernel { evaluate: None, ..good }, Error::NullPointer),
+        (mollis_radial_kernel { coefficient: f64::NAN, ..good }, Error::NotFinite),
+        (mollis_radial_kernel { reach: 0.0, ..good }, Error::OutOfDomain),
+        (mollis_radial_kernel { reach: f64::NAN, ..good }, Error::OutOfDomain),
+    ] {
+        // SAFETY: live locals.
+        let code = unsafe { mollis_kernel2_prepare(block.get(), 1 << 20, null(), 0, &raw const kernel, COMPACT, 0.1) };
+        assert_eq!(code, error as i32);
+    }
+}
+
+/// A host's kernel is fitted to what the library's own |x|^1.5/1.5 is, with another term in the same sum: 1e-12 of the scale at
+/// delta, ten times the bound of known kernels, as the fits on octaves add up.
+#[test]
+fn a_host_kernel_equals_the_known_one() {
+    let delta = 0.2;
+    let known_terms =
+        [Term { law: Law::Power { exponent: 1.5 }, coefficient: 1.0 }, Term { law: Law::Newtonian, coefficient: -0.5 }];
+    for (given, mollifier) in [(NONE, Mollifier::None), (COMPACT, Mollifier::Compact { order: 4, exponent: 4 })] {
+        let mut memory = Block::new(Kernel::<f64, 2>::workspace_bytes(&known_terms, mollifier).unwrap());
+        let (start, size) = (memory.1, memory.2);
+        let known =
+            Kernel::<f64, 2>::prepare(&mut memory.0[start..start + size], &known_terms, mollifier, delta).unwrap();
+        let mut context = Own { calls: 0, spoil: None, refuse_at: 0 };
+        let kernel = radial(&mut context);
+        let terms = [term(MOLLIS_KERNEL_NEWTONIAN, -0.5, 0.0)];
+        let (mut block, mut bytes) = (Block::new(1 << 20), 0);
+        let r: Vec<f64> = (1..=300).map(|k| 0.0123 * f64::from(k)).collect();
+        let mut got = [vec![0.0; 300], vec![0.0; 300], vec![0.0; 300]];
+        let [u, g, l] = got.each_mut().map(|v| v.as_mut_ptr());
+        // SAFETY: live arrays of the stated lengths.
+        unsafe {
+            assert_eq!(mollis_kernel2_workspace_bytes(terms.as_ptr(), 1, &raw const kernel, given, &raw mut bytes), OK);
+            let code = mollis_kernel2_prepare(block.get(), bytes, terms.as_ptr(), 1, &raw const kernel, given, delta);
+            assert_eq!(code, OK);
+            assert_eq!(mollis_kernel2_eval(block.get(), bytes, 300, r.as_ptr(), u, g, l), OK);
+        }
+        let scale = known.at(delta).map(f64::abs);
+        for (k, &r) in r.iter().enumerate().filter(|(_, r)| **r < 3.5) {
+            for (n, (want, scale)) in known.at(r).into_iter().zip(scale).enumerate() {
+                let error = (got[n][k] - want).abs() / want.abs().max(scale);
+                assert!(error < 1e-12, "{mollifier:?} {n} r = {r}: {} {want} {error:e}", got[n][k]);
+            }
+        }
+    }
+}
+
+/// A value that becomes infinite stops a run, with the state of the last completed step: what a run of just those steps gives.
+fn blow_up<T: Real + std::fmt::Debug>() -> (i32, u64)
+where
+    T: PartialEq,
+{
+    let terms = [term(MOLLIS_KERNEL_POWER, 1.0, 6.0)];
+    let (mut block, mut bytes) = (Block::new(1 << 16), 0);
+    let single = size_of::<T>() == 4;
+    let start: Vec<[T; 2]> = (0..6).map(|k| [T::from_f64(f64::from(k)), T::from_f64(f64::from(k * k % 5))]).collect();
+    let masses = vec![T::ONE; 6];
+    let mut states = Vec::new();
+    let mut last = (OK, 0);
+    let mut steps = 50_usize;
+    for _ in 0..2 {
+        let mut x = start.clone();
+        let mut report = mollis_blob_report { steps: 0, first_bad: 0, energy_first: 0.0, energy_last: 0.0 };
+        let (mut scratch, mut scratch_bytes) = (Block::new(1 << 20), 0_usize);
+        let (k, s) = (block.get(), &raw mut scratch_bytes);
+        // SAFETY: live arrays; `T` is the scalar of the function called.
+        let code = unsafe {
+            if single {
+                assert_eq!(mollis_kernel2_workspace_bytes_f32(terms.as_ptr(), 1, null(), COMPACT, &raw mut bytes), OK);
+                assert_eq!(mollis_kernel2_prepare_f32(k, bytes, terms.as_ptr(), 1, null(), COMPACT, 0.5), OK);
+                assert_eq!(mollis_blob2_workspace_bytes_f32(k, bytes, 6, 0, 0, null(), null(), s), OK);
+                mollis_blob2_step_f32(
+                    k,
+                    bytes,
+                    6,
+                    masses.as_ptr().cast(),
+                    x.as_mut_ptr().cast(),
+                    null_mut(),
+                    null_mut(),
+                    null_mut(),
+                    0,
+                    null_mut(),
+                    null_mut(),
+                    null_mut(),
+                    0.5,
+                    steps,
+                    null(),
+                    null(),
+                    &raw mut report,
+                    scratch.get(),
+                    scratch_bytes,
+                )
+            } else {
+                assert_eq!(mollis_kernel2_workspace_bytes(terms.as_ptr(), 1, null(), COMPACT, &raw mut bytes), OK);
+                assert_eq!(mollis_kernel2_prepare(k, bytes, terms.as_ptr(), 1, null(), COMPACT, 0.5), OK);
+                assert_eq!(mollis_blob2_workspace_bytes(k, bytes, 6, 0, 0, null(), null(), s), OK);
+                mollis_blob2_step(
+                    k,
+                    bytes,
+                    6,
+                    masses.as_ptr().cast(),
+                    x.as_mut_ptr().cast(),
+                    null_mut(),
+                    null_mut(),
+                    null_mut(),
+                    0,
+                    null_mut(),
+                    null_mut(),
+                    null_mut(),
+                    0.5,
+                    steps,
+                    null(),
+                    null(),
+                    &raw mut report,
+                    scratch.get(),
+                    scratch_bytes,
+                )
+            }
+        };
+        if states.is_empty() {
+            last = (code, report.steps);
+            steps = report.steps as usize;
+        } else {
+            assert_eq!((code, report.steps), (OK, steps as u64));
+        }
+        assert!(x.iter().flatten().all(|c| c.is_finite()));
+        states.push(x);
+    }
+    assert_eq!(states[0], states[1]);
+    last
+}
+
+#[test]
+fn a_run_that_blows_up_keeps_its_last_good_state() {
+    for (code, steps) in [blow_up::<f64>(), blow_up::<f32>()] {
+        assert_eq!(code, Error::BecameNotFinite as i32);
+        assert!(steps < 50);
+    }
+}
