@@ -77,11 +77,11 @@ macro_rules! check {
                 assert_eq!($step(kp, 0, n, mp, xp, a), Error::NotPrepared as i32);
                 assert_eq!($anywhere(kp, bytes, -2.0, 3.0, a), Error::OutOfDomain as i32);
                 assert_eq!($anywhere(kp, bytes, 2.0, <$t>::INFINITY, a), Error::NotFinite as i32);
+                assert_eq!(out, untouched);
                 // without a mollifier |x|^1.5 has no bounded Hessian, coincident particles no step
                 let mut singular = kernel_block::<$t, $d>(Mollifier::None);
                 let (sp, bytes) = (singular.get().as_ptr().cast(), singular.2);
                 assert_eq!($step(sp, bytes, n, mp, xp, a), OK);
-                out = untouched;
 
                 assert_eq!($overlap(n, 0.4, mp, rp, a), OK);
                 assert_eq!(Some(out[0]), blob::smallest_overlap::<$t, $d>(0.4, &m, &rho).unwrap());
@@ -99,6 +99,7 @@ macro_rules! check {
                 assert_eq!($distance(n, xp, yp, 0.01, 0.5, a), Error::OutOfDomain as i32);
                 assert_eq!($norm(n, rp, 0.0, 1.0, a), Error::OutOfDomain as i32);
                 assert_eq!($norm(n, rp, 1.0, 1.0, rp.cast_mut()), Error::Overlap as i32);
+                assert_eq!(out, untouched);
 
                 let (points, mut bytes) = ([3_usize; $d], 0_usize);
                 let lattice = Lattice { points, spacing: 0.5 as $t, margin: 4 };

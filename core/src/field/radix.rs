@@ -186,14 +186,14 @@ mod tests {
                 }
                 2 => 3.0,
                 3 => {
-                    if k % 2 == 0 {
+                    if k.is_multiple_of(2) {
                         f64::MAX
                     } else {
                         -f64::MAX
                     }
                 }
                 // pairs that differ in the last bit alone
-                _ => ((k / 2) as f64) + if k % 2 == 0 { 1e-13 } else { 0.0 },
+                _ => ((k / 2) as f64) + if k.is_multiple_of(2) { 1e-13 } else { 0.0 },
             };
             let some = |k: usize| (k % 7 != 3).then(|| value(k));
             let mut want: Vec<usize> = (0..n).filter(|&k| some(k).is_some()).collect();

@@ -1,5 +1,7 @@
 //! Preparing one term: which closed form or fit serves it, and its tables.
 
+use core::cell::Cell;
+
 use super::chebyshev::{CAPACITY, Fit, fit};
 use super::convolution::{Convolution, REACH};
 use super::edge_series::{LENGTH, exact, exterior_factor, laurent, odd_power, series};
@@ -331,8 +333,9 @@ impl Task<'_> {
             }
             Some(values)
         };
-        // Outside, the kernel relative to its size at the target.
-        let outside = |rho: f64| convolution.at(rho, false, &mut |q, y| unit.outside(q, y, rho));
+        // Outside, the kernel relative to its size at the target. Next to the edge q still reaches 0, further out grad psi
+        // would only cancel.
+        let outside = |rho: f64| convolution.at(rho, unit.weak && rho < 1.5, &mut |q, y| unit.outside(q, y, rho));
         let outer_factors = match law {
             Law::Exponential { .. } => self.factors(0.0),
             _ => [self.coefficient; 3],
@@ -438,8 +441,11 @@ impl Task<'_> {
         };
         let convolution = Convolution::new(self.dimension, *profile, 0.0);
         let square = self.delta * self.delta;
+        // the integrals may not look at each value, but a kernel that is not finite somewhere is refused
+        let finite = Cell::new(true);
         let call = |q: f64| {
             let [u, g, l] = kernel.at(self.delta * q);
+            finite.set(finite.get() && u.is_finite() && g.is_finite() && l.is_finite());
             [u, square * g, square * l]
         };
         let inside = |rho: f64| convolution.at(rho, true, &mut |q, _| call(q));
@@ -479,6 +485,9 @@ impl Task<'_> {
                 self.square_panel(to, 2.0 * to, factors, GAUSSIAN_CAPACITY, &inside, builder)?;
             }
             to *= 2.0;
+        }
+        if !finite.get() {
+            return Err(Error::NotFinite);
         }
         Ok(Part { law, radius: T::from_f64(self.delta), panels, first, outer: Outer::Zero })
     }

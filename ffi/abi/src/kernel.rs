@@ -258,8 +258,8 @@ pub unsafe extern "C" fn mollis_kernel2_prepare(
 /// Writes K_delta(r), K_delta'(r)/r and the Laplacian of K_delta at n distances (their magnitudes), of a kernel prepared in
 /// two dimensions. Null outputs are not wanted; the others are overwritten. Without a mollifier all are 0 at r = 0.
 ///
-/// Errors are below 1e-13 of the larger of |value| and the kernel's scale at delta (single precision: 2e-6), and below 8 ulp
-/// for closed forms. From 10 (closed forms) to some hundred nanoseconds a term and distance.
+/// Errors are below 1e-13 of the larger of |value| and the kernel's scale at delta, and below 8 ulp for closed forms (single
+/// precision: below 5.4e-6 of the larger of |value| and the sum over the terms of their sizes at delta and at 0). From 10 (closed forms) to some hundred nanoseconds a term and distance.
 ///
 /// Refused, with every output as it was: MOLLIS_ERR_NOT_PREPARED, MOLLIS_ERR_WRONG_VERSION, MOLLIS_ERR_WRONG_SCALAR,
 /// MOLLIS_ERR_WRONG_BYTE_ORDER, MOLLIS_ERR_WORKSPACE_TOO_SMALL, MOLLIS_ERR_NOT_FINITE (some r), MOLLIS_ERR_NULL_POINTER,
