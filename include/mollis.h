@@ -139,6 +139,11 @@
 #define MOLLIS_METHOD_NEIGHBOURS 4
 
 /**
+ * Even powers from moments, the other terms over all pairs.
+ */
+#define MOLLIS_METHOD_SPLIT 5
+
+/**
  * Terms are added up in blocks.
  */
 #define MOLLIS_ACCUMULATION_BLOCKED 0
@@ -1111,6 +1116,334 @@ mollis_status mollis_blob3_step_f32(const void *kernel,
                                     size_t workspace_bytes);
 
 /**
+ * Writes total mass, sum of |m|, centre of mass (one point; 0 where the total mass is 0) and second moment about it,
+ * sum m |x - centre|^2, of n particles in two dimensions.
+ *
+ * `positions` [n][2], `masses` [n], of any sign. Null outputs are not wanted; the others are overwritten. Compensated sums: a few
+ * roundings whatever n. Values that are not finite give results that are not.
+ *
+ * Refused: MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_OVERLAP.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_moments2_eval(size_t n,
+                                   const double (*positions)[2],
+                                   const double *masses,
+                                   double *mass,
+                                   double *absolute_mass,
+                                   double (*centre)[2],
+                                   double *second);
+
+/**
+ * As `mollis_moments2_eval`, in float.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_moments2_eval_f32(size_t n,
+                                       const float (*positions)[2],
+                                       const float *masses,
+                                       float *mass,
+                                       float *absolute_mass,
+                                       float (*centre)[2],
+                                       float *second);
+
+/**
+ * As `mollis_moments2_eval`, in one dimension.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_moments1_eval(size_t n,
+                                   const double (*positions)[1],
+                                   const double *masses,
+                                   double *mass,
+                                   double *absolute_mass,
+                                   double (*centre)[1],
+                                   double *second);
+
+/**
+ * As `mollis_moments2_eval`, in one dimension and float.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_moments1_eval_f32(size_t n,
+                                       const float (*positions)[1],
+                                       const float *masses,
+                                       float *mass,
+                                       float *absolute_mass,
+                                       float (*centre)[1],
+                                       float *second);
+
+/**
+ * As `mollis_moments2_eval`, in three dimensions.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_moments3_eval(size_t n,
+                                   const double (*positions)[3],
+                                   const double *masses,
+                                   double *mass,
+                                   double *absolute_mass,
+                                   double (*centre)[3],
+                                   double *second);
+
+/**
+ * As `mollis_moments2_eval`, in three dimensions and float.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_moments3_eval_f32(size_t n,
+                                       const float (*positions)[3],
+                                       const float *masses,
+                                       float *mass,
+                                       float *absolute_mass,
+                                       float (*centre)[3],
+                                       float *second);
+
+/**
+ * Writes a time step with which the classical Runge-Kutta method is stable at this state of n particles in two dimensions: 2.785
+ * over a bound of the Jacobian's spectral radius; infinity where nothing moves. Ask again when particles have moved by a
+ * good part of delta. Cost: n (n - 1) kernel evaluations.
+ *
+ * Refused, with `step` as it was: MOLLIS_ERR_NOT_FINITE (a position, a mass, or the bound itself, as for a singular kernel and
+ * coincident particles), the codes of an unprepared kernel (see `mollis_kernel2_eval`), MOLLIS_ERR_NULL_POINTER,
+ * MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_OVERLAP.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_stable_step2_eval(const void *kernel,
+                                       size_t kernel_bytes,
+                                       size_t n,
+                                       const double *masses,
+                                       const double (*positions)[2],
+                                       double *step);
+
+/**
+ * As `mollis_stable_step2_eval`, in float.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_stable_step2_eval_f32(const void *kernel,
+                                           size_t kernel_bytes,
+                                           size_t n,
+                                           const float *masses,
+                                           const float (*positions)[2],
+                                           float *step);
+
+/**
+ * As `mollis_stable_step2_eval`, in one dimension.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_stable_step1_eval(const void *kernel,
+                                       size_t kernel_bytes,
+                                       size_t n,
+                                       const double *masses,
+                                       const double (*positions)[1],
+                                       double *step);
+
+/**
+ * As `mollis_stable_step2_eval`, in one dimension and float.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_stable_step1_eval_f32(const void *kernel,
+                                           size_t kernel_bytes,
+                                           size_t n,
+                                           const float *masses,
+                                           const float (*positions)[1],
+                                           float *step);
+
+/**
+ * As `mollis_stable_step2_eval`, in three dimensions.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_stable_step3_eval(const void *kernel,
+                                       size_t kernel_bytes,
+                                       size_t n,
+                                       const double *masses,
+                                       const double (*positions)[3],
+                                       double *step);
+
+/**
+ * As `mollis_stable_step2_eval`, in three dimensions and float.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_stable_step3_eval_f32(const void *kernel,
+                                           size_t kernel_bytes,
+                                           size_t n,
+                                           const float *masses,
+                                           const float (*positions)[3],
+                                           float *step);
+
+/**
+ * Writes a time step with which the Runge-Kutta method is stable at every state of this total |mass| in which no two
+ * particles are farther apart than `diameter`, in two dimensions: shorter than `mollis_stable_step2_eval`'s, but good for a whole run.
+ *
+ * Refused, with `step` as it was: MOLLIS_ERR_NOT_FINITE (an argument, or no such step: a singular kernel),
+ * MOLLIS_ERR_OUT_OF_DOMAIN (a negative argument), the codes of an unprepared kernel, MOLLIS_ERR_NULL_POINTER,
+ * MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_OVERLAP.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_stable_step_anywhere2_eval(const void *kernel,
+                                                size_t kernel_bytes,
+                                                double absolute_mass,
+                                                double diameter,
+                                                double *step);
+
+/**
+ * As `mollis_stable_step_anywhere2_eval`, in float.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_stable_step_anywhere2_eval_f32(const void *kernel,
+                                                    size_t kernel_bytes,
+                                                    float absolute_mass,
+                                                    float diameter,
+                                                    float *step);
+
+/**
+ * As `mollis_stable_step_anywhere2_eval`, in one dimension.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_stable_step_anywhere1_eval(const void *kernel,
+                                                size_t kernel_bytes,
+                                                double absolute_mass,
+                                                double diameter,
+                                                double *step);
+
+/**
+ * As `mollis_stable_step_anywhere2_eval`, in one dimension and float.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_stable_step_anywhere1_eval_f32(const void *kernel,
+                                                    size_t kernel_bytes,
+                                                    float absolute_mass,
+                                                    float diameter,
+                                                    float *step);
+
+/**
+ * As `mollis_stable_step_anywhere2_eval`, in three dimensions.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_stable_step_anywhere3_eval(const void *kernel,
+                                                size_t kernel_bytes,
+                                                double absolute_mass,
+                                                double diameter,
+                                                double *step);
+
+/**
+ * As `mollis_stable_step_anywhere2_eval`, in three dimensions and float.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_stable_step_anywhere3_eval_f32(const void *kernel,
+                                                    size_t kernel_bytes,
+                                                    float absolute_mass,
+                                                    float diameter,
+                                                    float *step);
+
+/**
+ * Writes the smallest overlap of n blobs in two dimensions: delta over the spacing (m/density)^(1/2), which is what the sum of blobs
+ * samples the density with. A Gaussian's sampling error is exp(-(pi overlap)^2) of the density: 5e-9 at 1.4, 5e-5 at 1. Particles
+ * without mass or density are not counted; NaN if all are such.
+ *
+ * Refused, with `smallest` as it was: MOLLIS_ERR_DELTA, MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_TOO_LARGE,
+ * MOLLIS_ERR_OVERLAP.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_overlap2_eval(size_t n,
+                                   double delta,
+                                   const double *masses,
+                                   const double *densities,
+                                   double *smallest);
+
+/**
+ * As `mollis_overlap2_eval`, in float.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_overlap2_eval_f32(size_t n,
+                                       float delta,
+                                       const float *masses,
+                                       const float *densities,
+                                       float *smallest);
+
+/**
+ * As `mollis_overlap2_eval`, in one dimension.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_overlap1_eval(size_t n,
+                                   double delta,
+                                   const double *masses,
+                                   const double *densities,
+                                   double *smallest);
+
+/**
+ * As `mollis_overlap2_eval`, in one dimension and float.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_overlap1_eval_f32(size_t n,
+                                       float delta,
+                                       const float *masses,
+                                       const float *densities,
+                                       float *smallest);
+
+/**
+ * As `mollis_overlap2_eval`, in three dimensions.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_overlap3_eval(size_t n,
+                                   double delta,
+                                   const double *masses,
+                                   const double *densities,
+                                   double *smallest);
+
+/**
+ * As `mollis_overlap2_eval`, in three dimensions and float.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_overlap3_eval_f32(size_t n,
+                                       float delta,
+                                       const float *masses,
+                                       const float *densities,
+                                       float *smallest);
+
+/**
  * Fills `options` with the defaults. `size` is `sizeof *options`.
  *
  * # Safety
@@ -1566,8 +1899,8 @@ mollis_status mollis_kernel2_prepare(void *kernel,
  * Writes K_delta(r), K_delta'(r)/r and the Laplacian of K_delta at n distances (their magnitudes), of a kernel prepared in
  * two dimensions. Null outputs are not wanted; the others are overwritten. Without a mollifier all are 0 at r = 0.
  *
- * Errors are below 1e-13 of the larger of |value| and the kernel's scale at delta (single precision: 2e-6), and below 8 ulp
- * for closed forms. From 10 (closed forms) to some hundred nanoseconds a term and distance.
+ * Errors are below 1e-13 of the larger of |value| and the kernel's scale at delta, and below 8 ulp for closed forms (single
+ * precision: below 5.4e-6 of the larger of |value| and the sum over the terms of their sizes at delta and at 0). From 10 (closed forms) to some hundred nanoseconds a term and distance.
  *
  * Refused, with every output as it was: MOLLIS_ERR_NOT_PREPARED, MOLLIS_ERR_WRONG_VERSION, MOLLIS_ERR_WRONG_SCALAR,
  * MOLLIS_ERR_WRONG_BYTE_ORDER, MOLLIS_ERR_WORKSPACE_TOO_SMALL, MOLLIS_ERR_NOT_FINITE (some r), MOLLIS_ERR_NULL_POINTER,
@@ -2085,6 +2418,253 @@ mollis_status mollis_moment3_eval_f32(struct mollis_mollifier mollifier,
                                       float delta,
                                       uint32_t k,
                                       float *value);
+
+/**
+ * Writes the L^p_h norm (sum |v_i|^p cell)^(1/p) of n values, cell = h^d, 1 <= p; the largest |v_i| for infinite p.
+ *
+ * Refused, with `norm` as it was: MOLLIS_ERR_OUT_OF_DOMAIN (p or cell), MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_MISALIGNED,
+ * MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_OVERLAP. NaN gives NaN.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_norm_eval(size_t n,
+                               const double *values,
+                               double cell,
+                               double p,
+                               double *norm);
+
+/**
+ * As `mollis_norm_eval`, in float.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_norm_eval_f32(size_t n, const float *values, float cell, float p, float *norm);
+
+/**
+ * Writes the L^p_h norm of the distances |a_i - b_i| of n pairs of points in two dimensions: the error of trajectories.
+ *
+ * Refused as by `mollis_norm_eval`.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_distance2_eval(size_t n,
+                                    const double (*a)[2],
+                                    const double (*b)[2],
+                                    double cell,
+                                    double p,
+                                    double *norm);
+
+/**
+ * As `mollis_distance2_eval`, in float.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_distance2_eval_f32(size_t n,
+                                        const float (*a)[2],
+                                        const float (*b)[2],
+                                        float cell,
+                                        float p,
+                                        float *norm);
+
+/**
+ * As `mollis_distance2_eval`, in one dimension.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_distance1_eval(size_t n,
+                                    const double (*a)[1],
+                                    const double (*b)[1],
+                                    double cell,
+                                    double p,
+                                    double *norm);
+
+/**
+ * As `mollis_distance2_eval`, in one dimension and float.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_distance1_eval_f32(size_t n,
+                                        const float (*a)[1],
+                                        const float (*b)[1],
+                                        float cell,
+                                        float p,
+                                        float *norm);
+
+/**
+ * As `mollis_distance2_eval`, in three dimensions.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_distance3_eval(size_t n,
+                                    const double (*a)[3],
+                                    const double (*b)[3],
+                                    double cell,
+                                    double p,
+                                    double *norm);
+
+/**
+ * As `mollis_distance2_eval`, in three dimensions and float.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_distance3_eval_f32(size_t n,
+                                        const float (*a)[3],
+                                        const float (*b)[3],
+                                        float cell,
+                                        float p,
+                                        float *norm);
+
+/**
+ * Writes the bytes of workspace that `mollis_dual_norm2_eval` needs for a box of points[0] x points[1] lattice points (one
+ * array of two sizes) and this margin.
+ *
+ * Refused: MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_OVERLAP.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_dual_norm2_workspace_bytes(const size_t (*points)[2],
+                                                size_t margin,
+                                                size_t *bytes);
+
+/**
+ * As `mollis_dual_norm2_workspace_bytes`, in float.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_dual_norm2_workspace_bytes_f32(const size_t (*points)[2], size_t margin, size_t *bytes);
+
+/**
+ * As `mollis_dual_norm2_workspace_bytes`, in one dimension.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_dual_norm1_workspace_bytes(const size_t (*points)[1], size_t margin, size_t *bytes);
+
+/**
+ * As `mollis_dual_norm2_workspace_bytes`, in one dimension and float.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_dual_norm1_workspace_bytes_f32(const size_t (*points)[1], size_t margin, size_t *bytes);
+
+/**
+ * As `mollis_dual_norm2_workspace_bytes`, in three dimensions.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_dual_norm3_workspace_bytes(const size_t (*points)[3], size_t margin, size_t *bytes);
+
+/**
+ * As `mollis_dual_norm2_workspace_bytes`, in three dimensions and float.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_dual_norm3_workspace_bytes_f32(const size_t (*points)[3], size_t margin, size_t *bytes);
+
+/**
+ * Writes the W^{-1,2}_h norm of a function on a box of the lattice h Z^2, in which the density of the blob method converges.
+ *
+ * `values` holds points[0] * points[1] numbers, the first axis fastest; `spacing` is h; `margin` points of zeros on each side
+ * stand for the rest of the lattice, and cut off about e^{-2 margin h} of the norm. A discrete Poisson problem by conjugate
+ * gradients: about 10 sqrt(1 + 8/h^2) sweeps over box and margin.
+ *
+ * Refused, with `norm` as it was: MOLLIS_ERR_NOT_FINITE (a value), MOLLIS_ERR_OUT_OF_DOMAIN (the spacing), MOLLIS_ERR_TOO_LARGE,
+ * MOLLIS_ERR_WORKSPACE_TOO_SMALL, MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_OVERLAP.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_dual_norm2_eval(const size_t (*points)[2],
+                                     double spacing,
+                                     size_t margin,
+                                     const double *values,
+                                     double *norm,
+                                     void *workspace,
+                                     size_t workspace_bytes);
+
+/**
+ * As `mollis_dual_norm2_eval`, in float.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_dual_norm2_eval_f32(const size_t (*points)[2],
+                                         float spacing,
+                                         size_t margin,
+                                         const float *values,
+                                         float *norm,
+                                         void *workspace,
+                                         size_t workspace_bytes);
+
+/**
+ * As `mollis_dual_norm2_eval`, in one dimension.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_dual_norm1_eval(const size_t (*points)[1],
+                                     double spacing,
+                                     size_t margin,
+                                     const double *values,
+                                     double *norm,
+                                     void *workspace,
+                                     size_t workspace_bytes);
+
+/**
+ * As `mollis_dual_norm2_eval`, in one dimension and float.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_dual_norm1_eval_f32(const size_t (*points)[1],
+                                         float spacing,
+                                         size_t margin,
+                                         const float *values,
+                                         float *norm,
+                                         void *workspace,
+                                         size_t workspace_bytes);
+
+/**
+ * As `mollis_dual_norm2_eval`, in three dimensions.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_dual_norm3_eval(const size_t (*points)[3],
+                                     double spacing,
+                                     size_t margin,
+                                     const double *values,
+                                     double *norm,
+                                     void *workspace,
+                                     size_t workspace_bytes);
+
+/**
+ * As `mollis_dual_norm2_eval`, in three dimensions and float.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_dual_norm3_eval_f32(const size_t (*points)[3],
+                                         float spacing,
+                                         size_t margin,
+                                         const float *values,
+                                         float *norm,
+                                         void *workspace,
+                                         size_t workspace_bytes);
 
 /**
  * The exact size of the workspace that mollis_pks_step needs for arrays with room for so many particles, with this run's executor.
