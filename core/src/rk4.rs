@@ -82,21 +82,13 @@ pub fn step<T: Real>(
         return Err(Error::LengthMismatch);
     }
     let half = dt * T::HALF;
-
-    slope_of(Stage::First, state, slope)?;
-    for (((y, to), &k), total) in state.iter().zip(stage.iter_mut()).zip(slope.iter()).zip(sum.iter_mut()) {
-        *total = k;
-        *to = *y + half * k;
-    }
-    slope_of(Stage::Second, stage, slope)?;
-    for (((y, to), &k), total) in state.iter().zip(stage.iter_mut()).zip(slope.iter()).zip(sum.iter_mut()) {
-        *total += T::TWO * k;
-        *to = *y + half * k;
-    }
-    slope_of(Stage::Third, stage, slope)?;
-    for (((y, to), &k), total) in state.iter().zip(stage.iter_mut()).zip(slope.iter()).zip(sum.iter_mut()) {
-        *total += T::TWO * k;
-        *to = *y + dt * k;
+    for (at, to_next) in [(Stage::First, half), (Stage::Second, half), (Stage::Third, dt)] {
+        let first = at == Stage::First;
+        slope_of(at, if first { state } else { stage }, slope)?;
+        for (((y, to), &k), total) in state.iter().zip(stage.iter_mut()).zip(slope.iter()).zip(sum.iter_mut()) {
+            *total = if first { k } else { *total + T::TWO * k };
+            *to = *y + to_next * k;
+        }
     }
     slope_of(Stage::Fourth, stage, slope)?;
     let sixth = dt / T::from_i32(6);

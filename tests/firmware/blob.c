@@ -33,15 +33,10 @@ int run(void) {
   const mollis_mollifier mollifier = {MOLLIS_MOLLIFIER_COMPACT, 4, 5};
   const mollis_kernel_term newtonian = {MOLLIS_KERNEL_NEWTONIAN, 0, 1.0, {0.0, 0.0}};
   uint32_t before, one, all;
-  size_t bytes = 0;
   int k;
   mollis_run_init(&portable, sizeof portable);
   portable.level = MOLLIS_LEVEL_PORTABLE;
   put_status("prepare", mollis_kernel2_prepare_f32(kernel, sizeof kernel, &newtonian, 1, 0, mollifier, 0.6f));
-  put_status("size", mollis_blob2_workspace_bytes_f32(kernel, sizeof kernel, N, 0, MOLLIS_BLOB_DENSITY, 0, &portable, &bytes));
-  if (bytes != sizeof workspace) return 1;
-  put_status("size", mollis_kernel2_workspace_bytes_f32(&newtonian, 1, 0, mollifier, &bytes));
-  if (bytes != sizeof kernel) return 1;
   start();
   before = board_instructions();
   put_status("step", step(0.05, 1, sizeof workspace));

@@ -46,7 +46,8 @@ pub struct Plan {
 /// Plans runs of `particles` massive particles and `tracers` massless ones.
 ///
 /// # Errors
-/// [`Error::TooLarge`]: a size overflows; those of [`field::plan`].
+/// [`Error::TooLarge`]: a size overflows; [`Error::Unsupported`]: the energy, with the feature `small`; those of
+/// [`field::plan`].
 pub fn plan<T: Real, const D: usize>(
     kernel: &dyn Interaction<T, D>,
     particles: usize,
@@ -54,6 +55,9 @@ pub fn plan<T: Real, const D: usize>(
     wanted: Wanted,
     options: &Options,
 ) -> Result<Plan> {
+    if cfg!(feature = "small") && wanted.energy {
+        return Err(Error::Unsupported);
+    }
     let total = particles.checked_add(tracers).ok_or(Error::TooLarge)?;
     let each = |potential, gradient, laplacian| {
         let outputs = FieldWanted { potential, gradient, laplacian };
@@ -232,7 +236,7 @@ pub fn step<T: Real, const D: usize>(
 ) -> Result<()> {
     *report = Report::default();
     let State { masses, mut particles, mut tracers } = state;
-    let wanted = plan.wanted;
+    let wanted = Wanted { energy: plan.wanted.energy && !cfg!(feature = "small"), ..plan.wanted };
     particles.check(plan.particles, wanted)?;
     tracers.check(plan.tracers, wanted)?;
     if masses.len() != plan.particles {
@@ -253,7 +257,7 @@ pub fn step<T: Real, const D: usize>(
     while report.steps < advance.steps {
         let Arrays { state, scratch, potential, field: memory, .. } = &mut arrays;
         let result = rk4::step(state, scratch, advance.dt, |stage, y, dy| {
-            let watched = wanted.energy && stage == Stage::First;
+            let watched = cfg!(not(feature = "small")) && wanted.energy && stage == Stage::First;
             let (points, densities) = split::<T, D>(y, plan.total)?;
             let (flow, growth) = split_mut::<T, D>(dy, plan.total)?;
             let outputs = Outputs {
@@ -263,7 +267,7 @@ pub fn step<T: Real, const D: usize>(
             };
             let sources = Sources { positions: points.get(..count).unwrap_or(points), masses };
             let how = if stage == Stage::First { &plan.first } else { &plan.later };
-            field::evaluate(how, kernel, sources, points, outputs, memory, run)?;
+            field::flow(how, kernel, sources, points, outputs, memory, run)?;
             if watched {
                 watch.see(masses, potential)?;
             }
@@ -295,8 +299,8 @@ pub fn step<T: Real, const D: usize>(
         laplacian: wanted.divergence.then_some(&mut **divergence),
     };
     let sources = Sources { positions: points.get(..count).unwrap_or(points), masses };
-    field::evaluate(last, kernel, sources, points, outputs, memory, run).map_err(in_run)?;
-    if wanted.energy {
+    field::flow(last, kernel, sources, points, outputs, memory, run).map_err(in_run)?;
+    if cfg!(not(feature = "small")) && wanted.energy {
         let seen = watch.see(masses, potential);
         report.energy = watch.energies();
         seen?;
@@ -339,22 +343,25 @@ fn first_bad<T: Real, const D: usize>(
     particles: &Trajectories<'_, T, D>,
     tracers: &Trajectories<'_, T, D>,
 ) -> Option<usize> {
-    let scalar = |values: &[T]| values.iter().position(|v| !v.is_finite());
-    let point = |values: &[[T; D]]| values.iter().position(|x| x.iter().any(|c| !c.is_finite()));
-    let first = |points: &Trajectories<'_, T, D>, also: Option<usize>| {
-        let of_density = points.density.as_deref().and_then(scalar);
-        [point(points.positions), of_density, also].into_iter().flatten().min()
+    let first = |points: &Trajectories<'_, T, D>, masses: &[T]| {
+        let density = points.density.as_deref().unwrap_or_default();
+        let finite = |value: Option<&T>| value.is_none_or(|v| v.is_finite());
+        let whole = |(k, x): (usize, &[T; D])| {
+            x.iter().all(|c| c.is_finite()) && finite(density.get(k)) && finite(masses.get(k))
+        };
+        points.positions.iter().enumerate().position(|point| !whole(point))
     };
-    let of_tracers = || first(tracers, None).map(|k| masses.len().saturating_add(k));
-    first(particles, scalar(masses)).or_else(of_tracers)
+    first(particles, masses).or_else(|| first(tracers, &[]).map(|k| masses.len().saturating_add(k)))
 }
 
 /// Copies the caller's state into the flat one.
 fn load<T: Real, const D: usize>(flat: &mut [T], particles: &Trajectories<'_, T, D>, tracers: &Trajectories<'_, T, D>) {
-    let positions = particles.positions.as_flattened().iter().chain(tracers.positions.as_flattened());
-    let densities = particles.density.iter().chain(&tracers.density).flat_map(|d| d.iter());
-    for (to, &from) in flat.iter_mut().zip(positions.chain(densities)) {
-        *to = from;
+    let mut to = flat.iter_mut();
+    let densities = [particles, tracers].map(|points| points.density.as_deref().unwrap_or_default());
+    let [of_particles, of_tracers] = densities;
+    for part in [particles.positions.as_flattened(), tracers.positions.as_flattened(), of_particles, of_tracers] {
+        // The part comes first: when it ends, nothing of the state has been taken.
+        part.iter().zip(to.by_ref()).for_each(|(&from, to)| *to = from);
     }
 }
 
@@ -364,13 +371,12 @@ fn store<T: Real, const D: usize>(
     particles: &mut Trajectories<'_, T, D>,
     tracers: &mut Trajectories<'_, T, D>,
 ) {
+    let mut from = flat.iter();
     let Trajectories { positions: x, density: rho, .. } = particles;
     let Trajectories { positions: x_tracers, density: rho_tracers, .. } = tracers;
-    let positions = x.as_flattened_mut().iter_mut().chain(x_tracers.as_flattened_mut());
     let (rho, rho_tracers) = (rho.as_deref_mut().unwrap_or_default(), rho_tracers.as_deref_mut().unwrap_or_default());
-    let densities = rho.iter_mut().chain(rho_tracers);
-    for (to, &from) in positions.chain(densities).zip(flat) {
-        *to = from;
+    for part in [x.as_flattened_mut(), x_tracers.as_flattened_mut(), rho, rho_tracers] {
+        part.iter_mut().zip(from.by_ref()).for_each(|(to, &from)| *to = from);
     }
 }
 
@@ -392,7 +398,7 @@ impl Watch {
         masses: &[T],
     ) -> Result<Self> {
         let mut watch = Self { tolerance: 0.0, first: None, last: 0.0 };
-        if !plan.wanted.energy {
+        if cfg!(feature = "small") || !plan.wanted.energy {
             return Ok(watch);
         }
         let moments = moments(positions, masses)?;

@@ -72,6 +72,17 @@ impl<'a, T: Real, const D: usize> Call<'a, T, D> {
     }
 }
 
+impl<T: Real, const D: usize> Call<'_, T, D> {
+    /// Units in which coordinates, delta and masses are at most about 1.
+    #[inline(always)]
+    pub(super) fn units(&self) -> Units<T> {
+        let largest = |x: T, y: T| if y.abs() > x { y.abs() } else { x };
+        let points = self.sources.positions.iter().chain(self.targets).flatten();
+        let length = points.fold(self.kernel.blob.delta(), |x, &y| largest(x, y));
+        Units::new(length, self.sources.masses.iter().fold(T::ZERO, |x, &y| largest(x, y)))
+    }
+}
+
 macro_rules! compiled_here {
     ($($name:ident $t:ty, $d:literal;)*) => {
         $(#[inline(never)]
@@ -87,6 +98,9 @@ macro_rules! compiled_here {
             workspace: &mut [u8],
             run: &mut Run<'_>,
         ) -> Result<()> {
+            if cfg!(feature = "small") {
+                return super::single::sums::<T, D, true>(call, workspace, run);
+            }
             $(let call = match call.same::<$t, $d>() {
                 Ok(call) => return $name(call, workspace, run),
                 Err(call) => call,
@@ -107,16 +121,13 @@ compiled_here! {
 
 #[inline(always)]
 fn sums<T: Real, const D: usize>(call: Call<'_, T, D>, workspace: &mut [u8], run: &mut Run<'_>) -> Result<()> {
+    let units = call.units();
     let Call { kernel, options, sources, targets, outputs } = call;
-    let largest = |x: T, y: T| if y.abs() > x { y.abs() } else { x };
-    let points = sources.positions.iter().chain(targets).flatten();
-    let length = points.fold(kernel.blob.delta(), |x, &y| largest(x, y));
-    let units = Units::new(length, sources.masses.iter().fold(T::ZERO, |x, &y| largest(x, y)));
     let mut packed = Packed::<T, D>::lay(&mut Carve::new(workspace)?, sources.positions.len())?;
     packed.fill(units, sources.positions, sources.masses);
 
     let wanted = outputs.wanted();
-    let softened = Softened::new(kernel.blob, units);
+    let softened = Softened::new::<D, true>(kernel.blob, units);
     let tally = Tally::default();
     let should_stop = run.should_stop;
     let level = run.level;
@@ -273,6 +284,10 @@ fn block_sum<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool,
             let start = positions.len() - left.0.len();
             let far = far_run::<T, I, D, NB, P, G, C>(isa, kernel, left, start, &mut pending, &mut groups);
             left = skip(left, far);
+            if I::IN_ORDER {
+                let noted = (all, &mut pending, &valid);
+                settle::<T, I, D, NB, P, G, C>(isa, shared, kernel, targets, noted, &mut groups, exact, counts);
+            }
             let run = near_run::<T, I, D, NB, P, G, C, 0, true>(isa, kernel, laplacian, left, &mut groups);
             left = skip(left, run);
             near += run;
@@ -280,18 +295,8 @@ fn block_sum<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool,
         counts.all_near_blocks += near as u64;
         counts.polynomial_blocks += near as u64;
         counts.near_pairs += near as u64 * valid_lanes;
-        for at in pending.take() {
-            let (Some(x), Some(&m)) = (positions.get(at), masses.get(at)) else { continue };
-            let lanes = inside::<T, I, D, NB, P, G, C>(isa, kernel, laplacian, x, m, &mut groups);
-            if kernel.has_polynomials() {
-                counts.polynomial_blocks += 1;
-                for (lanes, valid) in lanes.iter().zip(&valid) {
-                    counts.near_pairs += u64::from((lanes & valid).count_ones());
-                }
-            } else {
-                exact.pairs::<NB>(shared, I::LANES, targets, x, m, lanes, counts);
-            }
-        }
+        let noted = (all, &mut pending, &valid);
+        settle::<T, I, D, NB, P, G, C>(isa, shared, kernel, targets, noted, &mut groups, exact, counts);
         // A compensated sum has nothing to gain from blocks.
         if !C {
             for (total, group) in total.iter_mut().zip(&mut groups) {
@@ -308,6 +313,33 @@ fn block_sum<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool,
     }
     exact.wild(shared, targets, counts);
     total
+}
+
+/// Adds the sources that were noted to the lanes inside the support.
+#[inline(always)]
+#[expect(clippy::too_many_arguments, reason = "a part of the loop above")]
+fn settle<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool, const G: bool, const C: bool>(
+    isa: I,
+    shared: &Shared<'_, T, D>,
+    kernel: &Softened<I::V>,
+    targets: &[[T; D]],
+    ((positions, masses), pending, valid): (List<'_, T, D>, &mut Pending, &[u32; NB]),
+    groups: &mut [Group<I::V, D>; NB],
+    exact: &mut Exacts<T, D>,
+    counts: &mut Counters,
+) {
+    for at in pending.take() {
+        let (Some(x), Some(&m)) = (positions.get(at), masses.get(at)) else { continue };
+        let lanes = inside::<T, I, D, NB, P, G, C>(isa, kernel, shared.wanted.laplacian, x, m, groups);
+        if kernel.has_polynomials() {
+            counts.polynomial_blocks += 1;
+            for (lanes, valid) in lanes.iter().zip(valid) {
+                counts.near_pairs += u64::from((lanes & valid).count_ones());
+            }
+        } else {
+            exact.pairs::<NB>(shared, I::LANES, targets, x, m, lanes, counts);
+        }
+    }
 }
 
 /// The bounds of targets in units.
@@ -437,46 +469,79 @@ impl<T: Real, const D: usize> Exacts<T, D> {
     }
 }
 
-/// Turns sums in units into results.
-struct Writer<'a, T: Real, const D: usize> {
-    potential: Option<core::slice::IterMut<'a, T>>,
-    gradient: Option<core::slice::IterMut<'a, [T; D]>>,
-    laplacian: Option<core::slice::IterMut<'a, T>>,
+/// The way from sums in units to results.
+pub(super) struct Scales<T> {
     coefficient: T,
     combination: Option<(T, T)>,
     /// coefficient / S_D, and the power of two that leads back to true units.
-    potential_scale: (T, i32),
-    gradient_scale: (T, i32),
-    laplacian_scale: (T, i32),
+    pub potential: (T, i32),
+    pub gradient: (T, i32),
+    pub laplacian: (T, i32),
 }
 
-impl<'a, T: Real, const D: usize> Writer<'a, T, D> {
+impl<T: Real> Scales<T> {
     #[inline(always)]
-    fn new(shared: &Shared<'_, T, D>, outputs: Outputs<'a, T, D>) -> Self {
+    pub fn new<const D: usize>(coefficient: T, units: Units<T>, options: &Options) -> Self {
         let measure = match D {
             1 => T::TWO,
             2 => T::TWO * T::PI,
             _ => T::from_f64(4.0) * T::PI,
         };
-        let coefficient = shared.kernel.coefficient;
         let factor = coefficient / measure;
-        let (mass, length) = (-shared.units.mass, shared.units.position);
+        let (mass, length) = (-units.mass, units.position);
         let d = D as i32;
-        let (a, b) = shared.options.combination;
+        let (a, b) = options.combination;
         Self {
-            potential: outputs.potential.map(|p| p.iter_mut()),
-            gradient: outputs.gradient.map(|g| g.iter_mut()),
-            laplacian: outputs.laplacian.map(|l| l.iter_mut()),
             coefficient,
             combination: ((a, b) != (1.0, 0.0)).then(|| (T::from_f64(a), T::from_f64(b))),
             // In 2D the lanes added up log r^2.
-            potential_scale: match D {
+            potential: match D {
                 2 => (T::HALF * factor, mass),
                 _ => (factor, mass + (d - 2) * length),
             },
             // d is source minus target.
-            gradient_scale: (-factor, mass + (d - 1) * length),
-            laplacian_scale: (factor, mass + d * length),
+            gradient: (-factor, mass + (d - 1) * length),
+            laplacian: (factor, mass + d * length),
+        }
+    }
+
+    /// A sum in units and one of the scaled path, in true units.
+    #[inline(always)]
+    fn total(&self, sum: T, (factor, exponent): (T, i32), exact: T) -> T {
+        (sum * factor).ldexp(exponent) + self.coefficient * exact
+    }
+
+    /// A sum that has no pair on the scaled path.
+    #[inline(always)]
+    pub fn value(&self, sum: T, scale: (T, i32)) -> T {
+        self.total(sum, scale, T::ZERO)
+    }
+
+    /// [`Options::combination`] of a gradient.
+    #[inline(always)]
+    pub fn combine<const D: usize>(&self, gradient: &mut [T; D]) {
+        if let (Some((a, b)), [x, y, ..]) = (self.combination, gradient.as_mut_slice()) {
+            (*x, *y) = (a * *x - b * *y, a * *y + b * *x);
+        }
+    }
+}
+
+/// Turns sums in units into results.
+struct Writer<'a, T: Real, const D: usize> {
+    potential: Option<core::slice::IterMut<'a, T>>,
+    gradient: Option<core::slice::IterMut<'a, [T; D]>>,
+    laplacian: Option<core::slice::IterMut<'a, T>>,
+    scales: Scales<T>,
+}
+
+impl<'a, T: Real, const D: usize> Writer<'a, T, D> {
+    #[inline(always)]
+    fn new(shared: &Shared<'_, T, D>, outputs: Outputs<'a, T, D>) -> Self {
+        Self {
+            potential: outputs.potential.map(|p| p.iter_mut()),
+            gradient: outputs.gradient.map(|g| g.iter_mut()),
+            laplacian: outputs.laplacian.map(|l| l.iter_mut()),
+            scales: Scales::new::<D>(shared.kernel.coefficient, shared.units, shared.options),
         }
     }
 
@@ -488,7 +553,7 @@ impl<'a, T: Real, const D: usize> Writer<'a, T, D> {
         groups: &[Group<I::V, D>; NB],
         exact: &mut Exacts<T, D>,
     ) {
-        let scaled = |x: T, (factor, exponent): (T, i32)| (x * factor).ldexp(exponent);
+        let scales = &self.scales;
         let mut left = n;
         for (group, exact) in groups.iter().zip(exact.of.chunks(I::LANES)) {
             let here = left.min(I::LANES);
@@ -496,8 +561,8 @@ impl<'a, T: Real, const D: usize> Writer<'a, T, D> {
             if let Some(to) = &mut self.potential {
                 let sums = isa.store(group.sums.potential);
                 for ((to, sum), exact) in to.by_ref().take(here).zip(sums).zip(exact) {
-                    let sum = if exact.alone { T::ZERO } else { scaled(sum, self.potential_scale) };
-                    *to = sum + self.coefficient * exact.potential;
+                    let sum = if exact.alone { T::ZERO } else { sum };
+                    *to = scales.total(sum, scales.potential, exact.potential);
                 }
             }
             if let Some(to) = &mut self.gradient {
@@ -505,18 +570,16 @@ impl<'a, T: Real, const D: usize> Writer<'a, T, D> {
                 for (lane, (to, exact)) in to.by_ref().take(here).zip(exact).enumerate() {
                     for ((to, sums), &exact_sum) in to.iter_mut().zip(&sums).zip(&exact.gradient) {
                         let sum = sums.get(lane).copied().filter(|_| !exact.alone).unwrap_or(T::ZERO);
-                        *to = scaled(sum, self.gradient_scale) + self.coefficient * exact_sum;
+                        *to = scales.total(sum, scales.gradient, exact_sum);
                     }
-                    if let (Some((a, b)), [x, y, ..]) = (self.combination, to.as_mut_slice()) {
-                        (*x, *y) = (a * *x - b * *y, a * *y + b * *x);
-                    }
+                    scales.combine(to);
                 }
             }
             if let Some(to) = &mut self.laplacian {
                 let sums = isa.store(group.sums.laplacian);
                 for ((to, sum), exact) in to.by_ref().take(here).zip(sums).zip(exact) {
-                    let sum = if exact.alone { T::ZERO } else { scaled(sum, self.laplacian_scale) };
-                    *to = sum + self.coefficient * exact.laplacian;
+                    let sum = if exact.alone { T::ZERO } else { sum };
+                    *to = scales.total(sum, scales.laplacian, exact.laplacian);
                 }
             }
         }

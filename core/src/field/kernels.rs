@@ -5,15 +5,20 @@ use crate::kernel::Kernel;
 use crate::mollifier::Blob;
 use crate::real::Real;
 
+/// Whether sums ask a kernel for nothing but its blob. The other questions would keep the accurate functions linked.
+const ASKED: bool = cfg!(any(feature = "kernels", not(feature = "small")));
+
+/// Without the feature `kernels` and with `small` every sum is Newtonian and asks for [`Interaction::newtonian`] alone: the
+/// questions about a distance answer NaN then. [`Kernel`]'s own functions are there in every build.
 impl<T: Real, const D: usize> Interaction<T, D> for Kernel<'_, T, D> {
     fn value(&self, r: T) -> T {
-        Kernel::value(self, r)
+        if ASKED { Kernel::value(self, r) } else { T::NAN }
     }
     fn gradient_factor(&self, r: T) -> T {
-        Kernel::gradient_factor(self, r)
+        if ASKED { Kernel::gradient_factor(self, r) } else { T::NAN }
     }
     fn laplacian(&self, r: T) -> T {
-        Kernel::laplacian(self, r)
+        if ASKED { Kernel::laplacian(self, r) } else { T::NAN }
     }
     fn newtonian(&self) -> Option<(T, &Blob<T, D>)> {
         self.is_newtonian().then(|| (self.newtonian_coefficient(), self.blob()))
@@ -22,7 +27,7 @@ impl<T: Real, const D: usize> Interaction<T, D> for Kernel<'_, T, D> {
         Some(self)
     }
     fn pair(&self, r: T, wanted: Wanted) -> [T; 3] {
-        Kernel::pair(self, r, wanted.into())
+        if ASKED { Kernel::pair(self, r, wanted.into()) } else { [T::NAN; 3] }
     }
     fn is_singular(&self) -> bool {
         Kernel::is_singular(self)

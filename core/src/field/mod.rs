@@ -14,6 +14,7 @@ mod packed;
 mod plan;
 mod radial;
 mod radix;
+mod single;
 mod skips;
 mod sorted;
 
@@ -203,6 +204,40 @@ pub fn evaluate<T: Real, const D: usize>(
     workspace: &mut [u8],
     run: &mut Run<'_>,
 ) -> Result<()> {
+    checked::<T, D, true>(plan, kernel, sources, targets, outputs, workspace, run)
+}
+
+/// As [`evaluate`], for solvers that want gradients and Laplacians by default options: with the feature `small`, where a
+/// method's choices stay linked if a caller might make them, the others are left out.
+pub(crate) fn flow<T: Real, const D: usize>(
+    plan: &Plan,
+    kernel: &dyn Interaction<T, D>,
+    sources: Sources<'_, T, D>,
+    targets: &[[T; D]],
+    outputs: Outputs<'_, T, D>,
+    workspace: &mut [u8],
+    run: &mut Run<'_>,
+) -> Result<()> {
+    if !cfg!(feature = "small") {
+        return evaluate(plan, kernel, sources, targets, outputs, workspace, run);
+    }
+    let Options { accumulation, combination: (a, b), .. } = *plan.options();
+    let turned = (a.to_bits(), b.to_bits()) != (1.0_f64.to_bits(), 0);
+    if outputs.potential.is_some() || turned || accumulation != Accumulation::Blocked {
+        return Err(Error::Unsupported);
+    }
+    checked::<T, D, false>(plan, kernel, sources, targets, outputs, workspace, run)
+}
+
+fn checked<T: Real, const D: usize, const FULL: bool>(
+    plan: &Plan,
+    kernel: &dyn Interaction<T, D>,
+    sources: Sources<'_, T, D>,
+    targets: &[[T; D]],
+    outputs: Outputs<'_, T, D>,
+    workspace: &mut [u8],
+    run: &mut Run<'_>,
+) -> Result<()> {
     if sources.positions.len() != plan.n_sources()
         || sources.masses.len() != plan.n_sources()
         || targets.len() != plan.n_targets()
@@ -224,13 +259,16 @@ pub fn evaluate<T: Real, const D: usize>(
     if workspace.len() < plan.workspace_bytes(run.executor.workers())? {
         return Err(Error::WorkspaceTooSmall);
     }
-    if plan.method() != Method::Direct {
+    if cfg!(not(feature = "small")) && plan.method() != Method::Direct {
         return skips::evaluate(plan, kernel, sources, targets, outputs, workspace, run);
     }
     match kernel.newtonian() {
         Some((coefficient, blob)) => {
             let kernel = direct::Newtonian { blob, coefficient };
             let call = direct::Call { kernel, options: plan.options(), sources, targets, outputs };
+            if !FULL {
+                return single::sums::<T, D, false>(call, workspace, run);
+            }
             direct::evaluate(call, workspace, run)
         }
         None if !cfg!(feature = "kernels") => Err(Error::Unsupported),

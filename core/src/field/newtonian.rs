@@ -23,7 +23,7 @@
 
 use super::packed::{Units, least_square_exponent, power_of_two};
 use crate::isa::{Isa, log, log_numerator};
-use crate::mollifier::{Blob, MAX_TERMS, Mollifier, Polynomials};
+use crate::mollifier::{Blob, MAX_TERMS, Mollifier, Polynomial};
 use crate::real::Real;
 
 /// Coefficients in powers of t, highest first.
@@ -48,7 +48,8 @@ impl<T: Real> Descending<T> {
 
 impl<V: Copy> Descending<V> {
     /// Horner's rule. A `TERMS` above 0 must be the number of terms, as [`Descending::terms`] says it.
-    #[inline(always)]
+    #[cfg_attr(feature = "small", inline(never))]
+    #[cfg_attr(not(feature = "small"), inline(always))]
     fn at<T: Real, I: Isa<T, V = V>, const N: usize, const TERMS: usize>(&self, isa: I, t: &[V; N]) -> [V; N] {
         let terms = if TERMS > 0 { TERMS } else { self.terms };
         let Some((&first, rest)) = self.coefficients.get(..terms).and_then(<[V]>::split_first) else {
@@ -79,11 +80,38 @@ impl<V: Copy> Inside<V> {
         }
         k
     }
+
+    /// 1 - r2 / delta^2.
+    #[inline(always)]
+    pub fn t<T: Real, I: Isa<T, V = V>>(&self, isa: I, r2: V) -> V {
+        isa.neg_mul_add(r2, self.per_square, isa.splat(T::ONE))
+    }
+
+    /// S_D g at one vector.
+    #[inline(always)]
+    pub fn gradient_of<T: Real, I: Isa<T, V = V>>(&self, isa: I, t: V) -> V {
+        let [g] = self.gradient.at::<T, I, 1, 0>(isa, &[t]);
+        g
+    }
+
+    /// [`Inside::potential`] at one vector.
+    #[inline(always)]
+    pub fn potential_of<T: Real, I: Isa<T, V = V>, const D: usize>(&self, isa: I, t: V, r2: V) -> V {
+        let [k] = self.potential::<T, I, D, 1>(isa, &[t], &[r2]);
+        k
+    }
+
+    /// S_D Laplacian K at one vector.
+    #[inline(always)]
+    pub fn density_of<T: Real, I: Isa<T, V = V>>(&self, isa: I, t: V) -> V {
+        let [b] = self.density.at::<T, I, 1, 0>(isa, &[t]);
+        b
+    }
 }
 
 /// The inside of the support, in units.
 #[derive(Clone, Copy, Debug)]
-struct Inside<C> {
+pub(super) struct Inside<C> {
     /// 1 / delta^2.
     per_square: C,
     gradient: Descending<C>,
@@ -105,12 +133,12 @@ pub(super) struct Softened<C> {
 }
 
 impl<T: Real> Softened<T> {
-    /// Prepares the numbers, in units of which delta is at most about 1.
-    pub fn new<const D: usize>(blob: &Blob<T, D>, units: Units<T>) -> Self {
+    /// Prepares the numbers, in units of which delta is at most about 1; without `P` not those of the potential.
+    pub fn new<const D: usize, const P: bool>(blob: &Blob<T, D>, units: Units<T>) -> Self {
         let least = power_of_two::<T>(-least_square_exponent::<T>());
         let delta = blob.delta() * power_of_two(units.position);
         let square = delta * delta;
-        let inside = blob.polynomials().filter(|_| square >= least).map(|p| Self::inside::<D>(&p, blob.delta(), delta));
+        let inside = if square >= least { Self::shape::<D, P>(blob, delta) } else { None };
         let edge = match blob.mollifier() {
             _ if inside.is_some() => square,
             Mollifier::Gaussian { .. } => {
@@ -122,11 +150,14 @@ impl<T: Real> Softened<T> {
         Self { edge, inside, log_exponent: T::from_i32(units.position.saturating_mul(-2)) }
     }
 
-    fn inside<const D: usize>(p: &Polynomials<T>, true_delta: T, delta: T) -> Inside<T> {
+    /// A compact mollifier inside its support.
+    fn shape<const D: usize, const P: bool>(blob: &Blob<T, D>, delta: T) -> Option<Inside<T>> {
         let per = T::ONE / delta;
         let scale = per.powi(D as u32);
-        let (gradient, density) = (p.gradient.coefficients(), p.density.coefficients());
+        let (gradient, density) = (blob.series(Polynomial::Gradient)?, blob.series(Polynomial::Density)?);
+        let (gradient, density) = (gradient.coefficients(), density.coefficients());
         let (potential, offset) = match D {
+            _ if !P => (Descending::new(&[], per), T::ZERO),
             1 => {
                 // R_j = sum over k >= j of g_k / (k + 1); c = 1 - R_0 / 2: every term is positive for orders 2 to 6.
                 let (mut rise, mut sum) = ([T::ZERO; MAX_TERMS], T::ZERO);
@@ -138,16 +169,19 @@ impl<T: Real> Softened<T> {
                 // s R(t) = (r2 / delta^2) R(t); the r2 is multiplied later.
                 (Descending::new(rise, T::HALF * per), delta * (T::ONE - T::HALF * sum))
             }
-            2 => (Descending::new(p.potential.coefficients(), T::TWO), T::TWO * true_delta.log()),
-            _ => (Descending::new(p.potential.coefficients(), per), T::ZERO),
+            2 => {
+                let series = blob.series(Polynomial::Potential)?;
+                (Descending::new(series.coefficients(), T::TWO), T::TWO * blob.delta().log())
+            }
+            _ => (Descending::new(blob.series(Polynomial::Potential)?.coefficients(), per), T::ZERO),
         };
-        Inside {
+        Some(Inside {
             per_square: per * per,
             gradient: Descending::new(gradient, scale),
             potential,
             offset,
             density: Descending::new(density, scale),
-        }
+        })
     }
 
     /// The same in every lane.
@@ -178,6 +212,12 @@ impl<V> Softened<V> {
     #[inline(always)]
     pub fn gradient_terms(&self) -> usize {
         self.inside.as_ref().map_or(0, |inside| inside.gradient.terms)
+    }
+
+    /// The inside of the support, if it is evaluated in lanes.
+    #[inline(always)]
+    pub fn inside(&self) -> Option<&Inside<V>> {
+        self.inside.as_ref()
     }
 
     /// Whether the inside of the support is evaluated in lanes.
@@ -260,7 +300,8 @@ impl Pending {
 pub(super) const BLOCK: usize = 256;
 
 /// Adds sources, but not where a lane is below the edge: such sources are noted in `pending`, at their place after `start`.
-/// Stops where every lane is inside the support, which [`near_run`] does without dividing. Returns how many it did.
+/// Stops where every lane is inside the support, which [`near_run`] does without dividing, and on machines that add in order
+/// behind a source that it noted. Returns how many it did.
 ///
 /// Targets and sums live in registers here: this loop is where a sum without near pairs spends its time.
 #[inline(always)]
@@ -286,11 +327,13 @@ pub(super) fn far_run<
     for (x, &m) in sources.0.iter().zip(sources.1) {
         let (mut d, mut r2) = distances(isa, x, &local);
         let mass = isa.splat(m);
+        let mut noted = false;
         if isa.any_below(&r2, kernel.edge) {
             if kernel.inside.is_some() && isa.all_below(&r2, kernel.edge) {
                 break;
             }
             pending.push(start + done);
+            noted = I::IN_ORDER;
             // Lanes below the edge add nothing: d = 0, and r2 = 1 is harmless. Only the potential, log or -1/r, has no zero there.
             let below = r2.map(|r2| isa.lt(r2, kernel.edge));
             for ((d, r2), &below) in d.iter_mut().zip(&mut r2).zip(&below) {
@@ -303,6 +346,9 @@ pub(super) fn far_run<
                     gather::<T, I, D, P, G, C>(isa, group, d, mass, isa.select(below, zero, k), g);
                 }
                 done += 1;
+                if noted {
+                    break;
+                }
                 continue;
             }
         }
@@ -313,6 +359,9 @@ pub(super) fn far_run<
             }
         }
         done += 1;
+        if noted {
+            break;
+        }
     }
     *groups = local;
     done
@@ -463,6 +512,17 @@ fn distances<T: Real, I: Isa<T>, const D: usize, const NB: usize>(
     (d, r2)
 }
 
+/// Source minus target and its square, for one vector of targets.
+#[inline(always)]
+pub(super) fn distance<T: Real, I: Isa<T>, const D: usize>(
+    isa: I,
+    source: &[T; D],
+    target: &[I::V; D],
+) -> ([I::V; D], I::V) {
+    let d = difference(isa, source.map(|c| isa.splat(c)), *target);
+    (d, square(isa, &d))
+}
+
 /// Source minus target.
 #[inline(always)]
 fn difference<T: Real, I: Isa<T>, const D: usize>(isa: I, source: [I::V; D], target: [I::V; D]) -> [I::V; D] {
@@ -480,7 +540,7 @@ fn square<T: Real, I: Isa<T>, const D: usize>(isa: I, d: &[I::V; D]) -> I::V {
 
 /// (S_D K, m S_D g) of the bare kernel; in 2D the first is log r2.
 #[inline(always)]
-fn outside<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool, const G: bool>(
+pub(super) fn outside<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool, const G: bool>(
     isa: I,
     kernel: &Softened<I::V>,
     mass: I::V,
@@ -564,7 +624,7 @@ fn gather<T: Real, I: Isa<T>, const D: usize, const P: bool, const G: bool, cons
 
 /// sum + a b; compensated, the addition's error (Knuth's two-sum) goes to `lost`.
 #[inline(always)]
-fn accumulate<T: Real, I: Isa<T>, const C: bool>(isa: I, sum: &mut I::V, lost: &mut I::V, a: I::V, b: I::V) {
+pub(super) fn accumulate<T: Real, I: Isa<T>, const C: bool>(isa: I, sum: &mut I::V, lost: &mut I::V, a: I::V, b: I::V) {
     if C {
         let term = isa.mul(a, b);
         let total = isa.add(*sum, term);

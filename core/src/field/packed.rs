@@ -58,6 +58,15 @@ impl<T: Real> Units<T> {
         (scaled, wild)
     }
 
+    /// A point in these units, wild coordinates being zero.
+    #[inline(always)]
+    pub fn tame_point<const D: usize>(&self, x: &[T; D]) -> [T; D] {
+        x.map(|x| {
+            let scaled = x * self.position_factor;
+            if scaled.abs() < self.least { T::ZERO } else { scaled }
+        })
+    }
+
     /// A mass in these units, and whether it is wild.
     #[inline(always)]
     fn mass(&self, m: T) -> (T, bool) {
@@ -140,6 +149,21 @@ impl<'w, T: Real, const D: usize> Packed<'w, T, D> {
         let tame = to_positions.get(..*tame).unwrap_or(&[]);
         for (bounds, block) in boxes.iter_mut().zip(tame.chunks(BLOCK)) {
             *bounds = bounds_of(block);
+        }
+    }
+
+    /// Takes the sources in, wild masses and coordinates being zero; no bounds are made.
+    pub fn fill_tame(&mut self, units: Units<T>, positions: &[[T; D]], masses: &[T]) {
+        let mut room = self.positions.iter_mut().zip(self.masses.iter_mut());
+        for (x, &m) in positions.iter().zip(masses) {
+            let (mass, light) = units.mass(m);
+            if light {
+                continue;
+            }
+            if let Some((to_x, to_m)) = room.next() {
+                (*to_x, *to_m) = (units.tame_point(x), mass);
+                self.tame += 1;
+            }
         }
     }
 

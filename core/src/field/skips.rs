@@ -69,6 +69,10 @@ pub(super) fn choose<T: Real, const D: usize>(
     wanted: Wanted,
     options: &Options,
 ) -> Result<Option<(Method, Reason)>> {
+    if cfg!(feature = "small") {
+        // Each method would stay linked for the sum that might choose it.
+        return if matches!(options.method, None | Some(Method::Direct)) { Ok(None) } else { Err(Error::Unsupported) };
+    }
     let found = kernel.sum().and_then(|kernel| skip(kernel, wanted)).map(|skip| skip.method());
     match (options.method, found) {
         (Some(forced @ (Method::Moments | Method::Sorted | Method::Neighbours | Method::Split)), found) => {

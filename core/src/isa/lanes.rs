@@ -15,6 +15,9 @@ pub trait Isa<T: Real>: Copy + Send + Sync {
     type M: Copy;
     /// Numbers in a vector.
     const LANES: usize;
+    /// Whether a lane's sum must not depend on its neighbours, the order of the additions included: then the bits do not
+    /// depend on the number of lanes.
+    const IN_ORDER: bool = false;
 
     /// Runs the algorithm with as many vectors of targets at a time as the machine's registers hold: two where it has 16
     /// (or none), four where it has 32.

@@ -28,7 +28,8 @@ pub(crate) fn log_numerator<T: Real, I: Isa<T>>(isa: I, x: I::V) -> (I::V, I::V)
 
 /// log((1 + z) 2^e), given s = z / (2 + z) to a few ulp: with an error of s of k u, to (k + 3) u, relative even around x = 1,
 /// where e = 0.
-#[inline(always)]
+#[cfg_attr(feature = "small", inline(never))]
+#[cfg_attr(not(feature = "small"), inline(always))]
 pub(crate) fn log<T: Real, I: Isa<T>>(isa: I, e: I::V, s: I::V) -> I::V {
     let w = isa.mul(s, s);
     let mut r = isa.splat(T::ZERO);

@@ -65,6 +65,7 @@ macro_rules! portable {
             type V = [$t; LANES];
             type M = [bool; LANES];
             const LANES: usize = LANES;
+            const IN_ORDER: bool = true;
             #[inline(always)]
             fn in_blocks<J: super::lanes::BlockJob<$t>>(self, job: J) -> J::Out {
                 job.run::<Self, BLOCK>(self)

@@ -1,11 +1,11 @@
 //! The prepared block in the caller's buffer: head, terms and parts as numbers, tables. No pointers: it may be copied,
 //! moved and saved, and opened by any machine of the same byte order.
 
-use super::Kernel;
 use super::fit::{Builder, Task, USER_OCTAVES, capacity};
 use super::law::{Law, MAX_TERMS, RadialKernel, Term};
 use super::part::{Outer, Part, RECORD};
 use super::profile::Profile;
+use super::{KEPT, Kernel, PARTS};
 use crate::error::{Error, Result};
 use crate::mollifier::{Blob, Mollifier};
 use crate::real::Real;
@@ -53,8 +53,18 @@ fn check<const D: usize>(terms: &[Term], supplied: bool, mollifier: Mollifier) -
     if count == 0 || count > MAX_TERMS {
         return Err(Error::KernelTerms);
     }
-    if !cfg!(feature = "kernels") && (supplied || terms.iter().any(|t| t.law.canonical(D).0 != Law::Newtonian)) {
-        return Err(Error::Unsupported);
+    if !cfg!(feature = "kernels") {
+        // One coefficient, as it was given: sums and multiples would be the only arithmetic in double.
+        return match terms {
+            [Term { law: Law::Newtonian, coefficient }] if !supplied => {
+                if coefficient.is_finite() {
+                    Ok(0)
+                } else {
+                    Err(Error::NotFinite)
+                }
+            }
+            _ => Err(Error::Unsupported),
+        };
     }
     let profile = if cfg!(feature = "kernels") { Profile::new(mollifier, D) } else { None };
     let mut tables = 0;
@@ -81,12 +91,13 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
         let part = Part { law: Law::Newtonian, radius: T::ZERO, panels: 0, first: 0, outer };
         let term = Term { law: Law::Newtonian, coefficient: 0.0 };
         Self {
+            #[cfg(feature = "kernels")]
             polynomials: blob.polynomials(),
             blob,
             newtonian: T::ZERO,
-            terms: [term; MAX_TERMS],
+            terms: [term; KEPT],
             count: 0,
-            parts: [part; MAX_TERMS],
+            parts: [part; PARTS],
             used: 0,
             tables: &[],
             fit_error: 0.0,
@@ -151,44 +162,49 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
             return Err(Error::WorkspaceTooSmall);
         }
         let (head, records, tables) = lay::<T>(&mut Carve::new(memory)?, size)?;
-        let profile = if cfg!(feature = "kernels") { Profile::new(mollifier, D) } else { None };
         let delta = delta.to_f64();
-        let mut builder = Builder::new(tables);
-        let (mut newtonian, mut used) = (0.0, 0_usize);
         let (start, rest) = records.split_at_mut_checked(START).ok_or(Error::WorkspaceTooSmall)?;
         let (term_records, part_records) =
             rest.split_at_mut_checked(MAX_TERMS * TERM).ok_or(Error::WorkspaceTooSmall)?;
-        let mut part_slots = part_records.as_chunks_mut::<RECORD>().0.iter_mut();
-        let mut store = |part: Part<T>| -> Result<()> {
-            *part_slots.next().ok_or(Error::KernelTerms)? = part.to_record();
-            used += 1;
-            Ok(())
-        };
         for (term, slot) in terms.iter().zip(term_records.as_chunks_mut::<TERM>().0) {
             let (kind, parameter) = term.law.to_numbers();
             *slot = [kind, parameter, term.coefficient];
-            let (law, factor) = term.law.canonical(D);
-            let coefficient = factor * term.coefficient;
-            if law == Law::Newtonian {
-                newtonian += coefficient;
-            } else if cfg!(feature = "kernels") {
-                let task = Task { dimension: D, profile: profile.as_ref(), delta, coefficient };
-                store(task.prepare::<T, D>(law, &mut builder)?)?;
-            }
         }
-        if let Some(s) = supplied.filter(|_| cfg!(feature = "kernels")) {
-            let task = Task { dimension: D, profile: profile.as_ref(), delta, coefficient: s.coefficient };
-            store(task.supplied(s.kernel, s.reach, &mut builder)?)?;
-        }
+        let (mut newtonian, mut used, mut error) = (0.0, 0_usize, 0.0);
         if cfg!(feature = "kernels") {
+            let profile = Profile::new(mollifier, D);
+            let mut builder = Builder::new(tables);
+            let mut part_slots = part_records.as_chunks_mut::<RECORD>().0.iter_mut();
+            let mut store = |part: Part<T>| -> Result<()> {
+                *part_slots.next().ok_or(Error::KernelTerms)? = part.to_record();
+                used += 1;
+                Ok(())
+            };
+            for term in terms {
+                let (law, factor) = term.law.canonical(D);
+                let coefficient = factor * term.coefficient;
+                if law == Law::Newtonian {
+                    newtonian += coefficient;
+                } else {
+                    let task = Task { dimension: D, profile: profile.as_ref(), delta, coefficient };
+                    store(task.prepare::<T, D>(law, &mut builder)?)?;
+                }
+            }
+            if let Some(s) = supplied {
+                let task = Task { dimension: D, profile: profile.as_ref(), delta, coefficient: s.coefficient };
+                store(task.supplied(s.kernel, s.reach, &mut builder)?)?;
+            }
             builder.finish(D, delta)?;
+            error = builder.error;
+        } else if let [only] = terms {
+            newtonian = only.coefficient;
         }
         let (kind, order, exponent) = match mollifier {
             Mollifier::None => (0.0, 0, 0),
             Mollifier::Compact { order, exponent } => (1.0, order, exponent),
             Mollifier::Gaussian { order } => (2.0, order, 0),
         };
-        let values = [kind, f64::from(order), f64::from(exponent), delta, newtonian, builder.error];
+        let values = [kind, f64::from(order), f64::from(exponent), delta, newtonian, error];
         start.iter_mut().zip(values).for_each(|(slot, v)| *slot = v);
         let values = [
             MAGIC,
@@ -261,6 +277,9 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
         kernel.tables = tables;
         kernel.count = usize::try_from(count).unwrap_or(0).min(MAX_TERMS);
         kernel.used = usize::try_from(used).unwrap_or(0).min(MAX_TERMS);
+        if !cfg!(feature = "kernels") {
+            return if kernel.used == 0 { Ok(kernel) } else { Err(Error::Unsupported) };
+        }
         for (slot, &[kind, parameter, coefficient]) in kernel.terms.iter_mut().zip(terms.as_chunks::<TERM>().0) {
             *slot = Term { law: Law::from_numbers(kind, parameter), coefficient };
         }

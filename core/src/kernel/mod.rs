@@ -33,19 +33,26 @@ pub(crate) use far::{Far, Near, POWERS};
 pub use law::{Law, MAX_TERMS, RadialKernel, Term};
 
 use crate::error::Result;
-use crate::mollifier::{Blob, Mollifier, Polynomials};
+#[cfg(feature = "kernels")]
+use crate::mollifier::Polynomials;
+use crate::mollifier::{Blob, Mollifier};
 use crate::real::Real;
 use part::Part;
+
+/// Terms that a kernel holds, and parts of those that are not Newtonian.
+const KEPT: usize = if cfg!(feature = "kernels") { MAX_TERMS } else { 1 };
+const PARTS: usize = if cfg!(feature = "kernels") { MAX_TERMS } else { 0 };
 
 /// A prepared sum of kernels K_delta. It borrows its tables; a sum of Newtonian terms has none.
 #[derive(Clone, Copy, Debug)]
 pub struct Kernel<'k, T: Real, const D: usize> {
     blob: Blob<T, D>,
+    #[cfg(feature = "kernels")]
     polynomials: Option<Polynomials<T>>,
     newtonian: T,
-    terms: [Term; MAX_TERMS],
+    terms: [Term; KEPT],
     count: usize,
-    parts: [Part<T>; MAX_TERMS],
+    parts: [Part<T>; PARTS],
     used: usize,
     tables: &'k [T],
     fit_error: f64,
@@ -173,7 +180,11 @@ impl<T: Real, const D: usize> Kernel<'_, T, D> {
         if c == T::ZERO || (r == T::ZERO && self.is_singular()) {
             return [u, g, l];
         }
-        match &self.polynomials {
+        #[cfg(feature = "kernels")]
+        let polynomials = &self.polynomials;
+        #[cfg(not(feature = "kernels"))]
+        let polynomials = &self.blob.polynomials();
+        match polynomials {
             Some(p) if r < p.delta => {
                 let t = (p.delta - r) / p.delta * (T::ONE + r / p.delta);
                 if wanted[0] {

@@ -127,35 +127,60 @@ pub(super) const fn gradient(dimension: u32, exponent: u32, half_order: u32, k: 
 
 /// `g_(M+1)` to `g_(M+K-1)` of every mollifier of order 2K > 2 in one dimension: each the exact sum of three f32, at
 /// [`top`]. A dimension takes 648 bytes, all that is stored of its coefficients, and is linked only where it is used.
-type Tops = [[f32; 3]; 54];
+///
+/// The third parts stand apart: single precision, which holds sums of two, doesn't need them.
+struct Tops {
+    pairs: [[f32; 2]; 54],
+    thirds: [f32; 54],
+}
 
-static TOPS_1: Tops = tops(1);
-static TOPS_2: Tops = tops(2);
-static TOPS_3: Tops = tops(3);
+const TOPS: [Tops; 3] = [tops(1), tops(2), tops(3)];
+static PAIRS_1: [[f32; 2]; 54] = TOPS[0].pairs;
+static PAIRS_2: [[f32; 2]; 54] = TOPS[1].pairs;
+static PAIRS_3: [[f32; 2]; 54] = TOPS[2].pairs;
+static THIRDS_1: [f32; 54] = TOPS[0].thirds;
+static THIRDS_2: [f32; 54] = TOPS[1].thirds;
+static THIRDS_3: [f32; 54] = TOPS[2].thirds;
 
 /// Where a mollifier's first entry stands: behind those of lower orders and exponents.
 const fn top(exponent: usize, half_order: usize) -> usize {
     9 * ((half_order - 1) * (half_order - 2) / 2) + (exponent - 1) * (half_order - 1)
 }
 
-/// The entries of one mollifier, highest parts first; none for order 2.
+/// The entries of one mollifier: the two higher parts of each; none for order 2.
 #[inline(always)]
-pub(super) fn gradient_tops<const D: usize>(exponent: usize, half_order: usize) -> &'static [[f32; 3]] {
-    let tops = match D {
-        1 => &TOPS_1,
-        2 => &TOPS_2,
-        _ => &TOPS_3,
+pub(super) fn gradient_tops<const D: usize>(exponent: usize, half_order: usize) -> &'static [[f32; 2]] {
+    let pairs = match D {
+        1 => &PAIRS_1,
+        2 => &PAIRS_2,
+        _ => &PAIRS_3,
     };
+    entries(pairs, exponent, half_order)
+}
+
+/// The lowest parts of the same entries.
+#[inline(always)]
+pub(super) fn gradient_thirds<const D: usize>(exponent: usize, half_order: usize) -> &'static [f32] {
+    let thirds = match D {
+        1 => &THIRDS_1,
+        2 => &THIRDS_2,
+        _ => &THIRDS_3,
+    };
+    entries(thirds, exponent, half_order)
+}
+
+#[inline(always)]
+fn entries<C>(all: &[C], exponent: usize, half_order: usize) -> &[C] {
     if !(2..=4).contains(&half_order) || !(1..=9).contains(&exponent) {
         return &[];
     }
     let start = top(exponent, half_order);
-    tops.get(start..start + half_order - 1).unwrap_or(&[])
+    all.get(start..start + half_order - 1).unwrap_or(&[])
 }
 
 #[expect(clippy::indexing_slicing, reason = "runs in the compiler, where an index out of range is an error")]
 const fn tops(dimension: u32) -> Tops {
-    let mut tops = [[0.0; 3]; 54];
+    let mut tops = Tops { pairs: [[0.0; 2]; 54], thirds: [0.0; 54] };
     let mut half_order = 2;
     while half_order <= 4 {
         let mut exponent = 1;
@@ -163,7 +188,10 @@ const fn tops(dimension: u32) -> Tops {
             let mut i = 1;
             while i < half_order {
                 let value = gradient(dimension, exponent, half_order, exponent + i).exact_f64();
-                tops[top(exponent as usize, half_order as usize) + i as usize - 1] = three_parts(value);
+                let at = top(exponent as usize, half_order as usize) + i as usize - 1;
+                let [first, second, third] = three_parts(value);
+                tops.pairs[at] = [first, second];
+                tops.thirds[at] = third;
                 i += 1;
             }
             exponent += 1;
@@ -179,5 +207,6 @@ const fn three_parts(value: f64) -> [f32; 3] {
     let second = (value - first as f64) as f32;
     let third = (value - first as f64 - second as f64) as f32;
     assert!(first as f64 + second as f64 + third as f64 == value, "more than three parts");
+    assert!(second + third == second, "the third part matters in single precision");
     [first, second, third]
 }

@@ -43,6 +43,7 @@ mod tests;
 pub use blob::Blob;
 pub use law::{MAX_EXPONENT, MAX_ORDER, MAX_TERMS};
 pub use richardson::Richardson;
+pub(crate) use series::Polynomial;
 pub use series::{Polynomials, Series};
 
 use crate::error::{Error, Result};

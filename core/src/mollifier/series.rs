@@ -1,7 +1,7 @@
 //! The coefficients of compact mollifiers in powers of t = 1 - (r/delta)^2, prepared in a scalar type.
 
 use super::distance::{Distance, sphere};
-use super::law::{MAX_TERMS, gradient_tops};
+use super::law::{MAX_TERMS, gradient_thirds, gradient_tops};
 use super::scaled::Scaled;
 use crate::real::{DoubleWord, Real};
 
@@ -57,7 +57,7 @@ impl<T: Real> Series<T> {
 
 /// The polynomials in t that describe a compact mollifier and its field.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Polynomial {
+pub(crate) enum Polynomial {
     /// b.
     Density,
     /// B'/r: -2 b'.
@@ -91,9 +91,12 @@ impl<T: Real> Exact<T> {
             gradient.set(k, taylor);
             taylor = taylor * small(D + 2 * k) / small(2 * (k + 1));
         }
-        for (i, &[first, second, third]) in gradient_tops::<D>(m, half_order).iter().enumerate() {
-            // In f32 the third part is below the last digit of the second; in f64 all three make one number.
-            let rest = T::from_f32(second) + T::from_f32(third);
+        for (i, &[first, second]) in gradient_tops::<D>(m, half_order).iter().enumerate() {
+            let mut rest = T::from_f32(second);
+            if T::DIGITS > 24 {
+                // All three parts make one number; in f32 the third is below the last digit of the second.
+                rest += gradient_thirds::<D>(m, half_order).get(i).map_or(T::ZERO, |&third| T::from_f32(third));
+            }
             gradient.set(m + 1 + i, DoubleWord::sum(T::from_f32(first), rest));
         }
         Self { dimension: D, exponent: m, gradient }
@@ -122,6 +125,15 @@ impl<T: Real> Exact<T> {
             // At the edge: 2 - N
             Polynomial::Potential => (T::TWO - small(self.dimension)).into(),
         }
+    }
+
+    /// The coefficients, rounded.
+    pub fn plain(&self, of: Polynomial) -> Series<T> {
+        let mut series = Series::empty(T::ZERO);
+        for k in 0..self.terms(of) {
+            series.set(k, self.coefficient(of, k).hi);
+        }
+        series
     }
 
     /// How many coefficients there are, zeros at the start counted.
@@ -185,13 +197,7 @@ pub struct Polynomials<T> {
 
 impl<T: Real> Polynomials<T> {
     pub(super) fn new(dimension: usize, exact: &Exact<T>, delta: T) -> Self {
-        let plain = |of: Polynomial| {
-            let mut series = Series::empty(T::ZERO);
-            for k in 0..exact.terms(of) {
-                series.set(k, exact.coefficient(of, k).hi);
-            }
-            series
-        };
+        let plain = |of: Polynomial| exact.plain(of);
         let length = Distance::new(delta);
         let scale = Scaled::from(T::ONE).over(sphere(dimension).times(length.power(dimension as u32)));
         let square = length.squared();

@@ -107,7 +107,7 @@ pub fn frozen<T: Real>(
 type Body<'a, T> = dyn Fn(Moving<'_, T>, &mut [[T; 2]], &mut [[T; 2]]) -> Result<u32> + Sync + 'a;
 
 /// Runs the body over all tiles, through the executor where the machine has atomics.
-#[cfg(target_has_atomic = "ptr")]
+#[cfg(all(target_has_atomic = "ptr", not(feature = "small")))]
 fn tiles<T: Real>(
     moving: &Moving<'_, T>,
     positions: &mut [[T; 2]],
@@ -126,7 +126,7 @@ fn tiles<T: Real>(
     })
 }
 
-#[cfg(not(target_has_atomic = "ptr"))]
+#[cfg(not(all(target_has_atomic = "ptr", not(feature = "small"))))]
 fn tiles<T: Real>(
     moving: &Moving<'_, T>,
     positions: &mut [[T; 2]],

@@ -22,7 +22,7 @@ pub enum Attraction<'a, 'g, T: Real> {
     /// anew. A mollified kernel bounds the speed.
     Sum(&'a dyn Interaction<T, 2>, field::Options),
     /// A mesh's field, solved once a step, in which every particle takes its own sub-steps, whose expected jumps stay below the
-    /// mesh width. In a box with no-flux walls particles are reflected. The grid is written over.
+    /// mesh width. In a box with no-flux walls particles are reflected. The grid is written over. Not with the feature `small`.
     Mesh(&'a mut Grid<'g, T>),
 }
 
@@ -207,7 +207,9 @@ pub fn step<T: Real>(
 
     // (2): motion, into the workspace.
     let mut limited = *options;
-    if let Attraction::Mesh(grid) = &attraction {
+    if cfg!(not(feature = "small"))
+        && let Attraction::Mesh(grid) = &attraction
+    {
         let [h, k] = grid.mesh().spacing();
         limited.control.width = limited.control.width.min(h).min(k);
     }
@@ -228,7 +230,8 @@ pub fn step<T: Real>(
     let buffers = Buffers { gradient: arrays.gradient, stages: &mut arrays.stages, field: arrays.field };
     let force = if attracted && n > 0 { &mut attraction } else { &mut Attraction::None };
     travel(&moving, moved, force, generator, buffers, run, report)?;
-    if let Attraction::Mesh(grid) = &attraction
+    if cfg!(not(feature = "small"))
+        && let Attraction::Mesh(grid) = &attraction
         && grid.equation().walls == Walls::NoFlux
     {
         // Sub-steps beyond a wall were made in the mirrored field: folding the end is reflecting the path.
@@ -276,6 +279,8 @@ fn travel<T: Real>(
     let mut fields = 0;
     let (made, draws) = match (fixed, force) {
         (false, Attraction::None) => (motion::frozen(moving, None, generator, moved, executor)?, 1),
+        // Where flash is dear, one choice is left, or the mesh would be linked for it.
+        (_, Attraction::Mesh(_)) if cfg!(feature = "small") => return Err(Error::Unsupported),
         (false, Attraction::Mesh(grid)) => {
             stop(run)?;
             grid.deposit(moving.positions, moving.masses, executor)?;
@@ -294,7 +299,7 @@ fn travel<T: Real>(
                 stop(run)?;
                 fields += 1;
                 match (&mut *force, &plan) {
-                    (Attraction::Mesh(grid), _) => {
+                    (Attraction::Mesh(grid), _) if cfg!(not(feature = "small")) => {
                         grid.deposit(points, moving.masses, executor)?;
                         grid.solve(executor)?;
                         grid.interpolate(points, slopes, executor)
@@ -302,7 +307,7 @@ fn travel<T: Real>(
                     (Attraction::Sum(kernel, _), Some(plan)) => {
                         let outputs = Outputs { gradient: Some(slopes), ..Outputs::default() };
                         let sources = Sources { positions: points, masses: moving.masses };
-                        field::evaluate(plan, *kernel, sources, points, outputs, buffers.field, run)
+                        field::flow(plan, *kernel, sources, points, outputs, buffers.field, run)
                     }
                     _ => Err(Error::Unsupported),
                 }

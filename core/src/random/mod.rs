@@ -56,7 +56,7 @@ pub fn normals_of_labels<T: Real>(
     if labels.len() != out.len() {
         return Err(crate::Error::LengthMismatch);
     }
-    if let Some(philox) = generator.counter_based() {
+    if let Some(philox) = generator.counter_based().filter(|_| cfg!(not(feature = "small"))) {
         philox.normals(labels, step, substep, out);
         return Ok(());
     }

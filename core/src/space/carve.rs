@@ -37,9 +37,9 @@ pub trait Space<'w> {
     fn array<T: Plain>(&mut self, n: usize) -> Result<&'w mut [T]>;
 }
 
-/// Bytes that `n` elements occupy, rounded up to whole lines of [`ALIGN`] bytes.
-fn padded_bytes<T>(n: usize) -> Result<usize> {
-    let bytes = size_of::<T>().checked_mul(n).ok_or(Error::TooLarge)?;
+/// Bytes that `n` elements of so many bytes occupy, rounded up to whole lines of [`ALIGN`] bytes.
+fn padded_bytes(each: usize, n: usize) -> Result<usize> {
+    let bytes = each.checked_mul(n).ok_or(Error::TooLarge)?;
     let padded = bytes.checked_next_multiple_of(ALIGN).ok_or(Error::TooLarge)?;
     // Allocations above isize::MAX do not exist; refusing them here keeps later pointer arithmetic sound.
     if padded > isize::MAX as usize { Err(Error::TooLarge) } else { Ok(padded) }
@@ -71,7 +71,7 @@ impl Measure {
 
 impl<'w> Space<'w> for Measure {
     fn array<T: Plain>(&mut self, n: usize) -> Result<&'w mut [T]> {
-        self.bytes = self.bytes.checked_add(padded_bytes::<T>(n)?).ok_or(Error::TooLarge)?;
+        self.bytes = self.bytes.checked_add(padded_bytes(size_of::<T>(), n)?).ok_or(Error::TooLarge)?;
         if self.bytes > isize::MAX as usize {
             return Err(Error::TooLarge);
         }
@@ -132,7 +132,7 @@ impl<'w> Space<'w> for Carve<'w> {
     #[expect(unsafe_code, reason = "turns a checked part of the buffer into an array")]
     fn array<T: Plain>(&mut self, n: usize) -> Result<&'w mut [T]> {
         const { assert!(align_of::<T>() <= ALIGN) }
-        let bytes = padded_bytes::<T>(n)?;
+        let bytes = padded_bytes(size_of::<T>(), n)?;
         if bytes > self.left {
             return Err(Error::WorkspaceTooSmall);
         }
@@ -178,7 +178,7 @@ impl<'w> View<'w> {
     #[expect(unsafe_code, reason = "turns a checked part of the buffer into an array")]
     pub fn array<T: Plain>(&mut self, n: usize) -> Result<&'w [T]> {
         const { assert!(align_of::<T>() <= ALIGN) }
-        let bytes = padded_bytes::<T>(n)?;
+        let bytes = padded_bytes(size_of::<T>(), n)?;
         let (mine, rest) = self.rest.split_at_checked(bytes).ok_or(Error::WorkspaceTooSmall)?;
         self.rest = rest;
         if mine.is_empty() {

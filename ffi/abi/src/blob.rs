@@ -89,10 +89,11 @@ pub unsafe extern "C" fn mollis_blob_options_init(options: *mut mollis_blob_opti
 fn read_options(options: *const mollis_blob_options) -> Result<mollis_blob_options> {
     // SAFETY: the callers' contract.
     let options = unsafe { options::read(options) }?;
-    if options.tolerance.is_nan() || options.tolerance.is_infinite() {
+    if !options.tolerance.is_finite() {
         return Err(Error::NotFinite);
     }
-    if options.tolerance < 0.0 { Err(Error::OutOfDomain) } else { Ok(options) }
+    // By its bits, as a comparison of doubles is a function where there are none: negative and not -0.
+    if options.tolerance.to_bits() > (-0.0_f64).to_bits() { Err(Error::OutOfDomain) } else { Ok(options) }
 }
 
 fn field_options(options: &mollis_blob_options) -> field::Options {
@@ -250,6 +251,7 @@ where
 ///
 /// # Safety
 /// The contract of this header.
+#[cfg(all(feature = "dimensions", feature = "double"))]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_blob1_workspace_bytes(
     kernel: *const c_void,
@@ -268,6 +270,7 @@ pub unsafe extern "C" fn mollis_blob1_workspace_bytes(
 ///
 /// # Safety
 /// The contract of this header.
+#[cfg(all(feature = "dimensions", feature = "double"))]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_blob1_step(
     kernel: *const c_void,
@@ -318,6 +321,7 @@ pub unsafe extern "C" fn mollis_blob1_step(
 ///
 /// # Safety
 /// The contract of this header.
+#[cfg(feature = "dimensions")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_blob1_workspace_bytes_f32(
     kernel: *const c_void,
@@ -336,6 +340,7 @@ pub unsafe extern "C" fn mollis_blob1_workspace_bytes_f32(
 ///
 /// # Safety
 /// The contract of this header.
+#[cfg(feature = "dimensions")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_blob1_step_f32(
     kernel: *const c_void,
@@ -390,6 +395,7 @@ pub unsafe extern "C" fn mollis_blob1_step_f32(
 ///
 /// # Safety
 /// The contract of this header.
+#[cfg(feature = "double")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_blob2_workspace_bytes(
     kernel: *const c_void,
@@ -428,6 +434,7 @@ pub unsafe extern "C" fn mollis_blob2_workspace_bytes(
 ///
 /// # Safety
 /// The contract of this header.
+#[cfg(feature = "double")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_blob2_step(
     kernel: *const c_void,
@@ -546,6 +553,7 @@ pub unsafe extern "C" fn mollis_blob2_step_f32(
 ///
 /// # Safety
 /// The contract of this header.
+#[cfg(all(feature = "dimensions", feature = "double"))]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_blob3_workspace_bytes(
     kernel: *const c_void,
@@ -564,6 +572,7 @@ pub unsafe extern "C" fn mollis_blob3_workspace_bytes(
 ///
 /// # Safety
 /// The contract of this header.
+#[cfg(all(feature = "dimensions", feature = "double"))]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_blob3_step(
     kernel: *const c_void,
@@ -614,6 +623,7 @@ pub unsafe extern "C" fn mollis_blob3_step(
 ///
 /// # Safety
 /// The contract of this header.
+#[cfg(feature = "dimensions")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_blob3_workspace_bytes_f32(
     kernel: *const c_void,
@@ -632,6 +642,7 @@ pub unsafe extern "C" fn mollis_blob3_workspace_bytes_f32(
 ///
 /// # Safety
 /// The contract of this header.
+#[cfg(feature = "dimensions")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_blob3_step_f32(
     kernel: *const c_void,

@@ -12,19 +12,25 @@ pub(crate) struct Range {
 
 impl Range {
     fn of<T>(pointer: *const T, n: usize) -> Result<Self> {
-        let bytes = size_of::<T>().checked_mul(n).filter(|&b| b <= isize::MAX as usize).ok_or(Error::TooLarge)?;
+        Self::check(pointer.addr(), size_of::<T>(), align_of::<T>(), n)
+    }
+
+    /// One function for all types: `n` elements of `each` bytes, aligned to `align`, at `start`.
+    fn check(start: usize, each: usize, align: usize, n: usize) -> Result<Self> {
+        let bytes = each.checked_mul(n).filter(|&b| b <= isize::MAX as usize).ok_or(Error::TooLarge)?;
         if bytes == 0 {
             return Ok(Self { start: 0, bytes: 0 });
         }
-        if pointer.is_null() {
+        if start == 0 {
             return Err(Error::NullPointer);
         }
-        if !pointer.addr().is_multiple_of(align_of::<T>()) {
+        // A power of two, so no division.
+        if start & (align - 1) != 0 {
             return Err(Error::Misaligned);
         }
         // A range that would pass the end of the address space is no buffer.
-        pointer.addr().checked_add(bytes).ok_or(Error::TooLarge)?;
-        Ok(Self { start: pointer.addr(), bytes })
+        start.checked_add(bytes).ok_or(Error::TooLarge)?;
+        Ok(Self { start, bytes })
     }
 
     fn overlaps(self, other: Self) -> bool {

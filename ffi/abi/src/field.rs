@@ -297,6 +297,7 @@ unsafe fn evaluate<T: Real, const D: usize>(
 ///
 /// # Safety
 /// The contract of this header.
+#[cfg(all(feature = "dimensions", feature = "double"))]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_field1_workspace_bytes(
     kernel: *const c_void,
@@ -320,6 +321,7 @@ pub unsafe extern "C" fn mollis_field1_workspace_bytes(
 ///
 /// # Safety
 /// The contract of this header.
+#[cfg(all(feature = "dimensions", feature = "double"))]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_field1_text(
     kernel: *const c_void,
@@ -381,6 +383,7 @@ pub unsafe extern "C" fn mollis_field1_eval(
 ///
 /// # Safety
 /// The contract of this header.
+#[cfg(feature = "dimensions")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_field1_workspace_bytes_f32(
     kernel: *const c_void,
@@ -403,6 +406,7 @@ pub unsafe extern "C" fn mollis_field1_workspace_bytes_f32(
 ///
 /// # Safety
 /// The contract of this header.
+#[cfg(feature = "dimensions")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_field1_text_f32(
     kernel: *const c_void,
@@ -455,6 +459,7 @@ pub unsafe extern "C" fn mollis_field1_eval_f32(
 ///
 /// # Safety
 /// The contract of this header.
+#[cfg(feature = "double")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_field2_workspace_bytes(
     kernel: *const c_void,
@@ -477,6 +482,7 @@ pub unsafe extern "C" fn mollis_field2_workspace_bytes(
 ///
 /// # Safety
 /// The contract of this header.
+#[cfg(feature = "double")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_field2_text(
     kernel: *const c_void,
@@ -603,6 +609,7 @@ pub unsafe extern "C" fn mollis_field2_eval_f32(
 ///
 /// # Safety
 /// The contract of this header.
+#[cfg(all(feature = "dimensions", feature = "double"))]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_field3_workspace_bytes(
     kernel: *const c_void,
@@ -625,6 +632,7 @@ pub unsafe extern "C" fn mollis_field3_workspace_bytes(
 ///
 /// # Safety
 /// The contract of this header.
+#[cfg(all(feature = "dimensions", feature = "double"))]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_field3_text(
     kernel: *const c_void,
@@ -677,6 +685,7 @@ pub unsafe extern "C" fn mollis_field3_eval(
 ///
 /// # Safety
 /// The contract of this header.
+#[cfg(feature = "dimensions")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_field3_workspace_bytes_f32(
     kernel: *const c_void,
@@ -699,6 +708,7 @@ pub unsafe extern "C" fn mollis_field3_workspace_bytes_f32(
 ///
 /// # Safety
 /// The contract of this header.
+#[cfg(feature = "dimensions")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_field3_text_f32(
     kernel: *const c_void,

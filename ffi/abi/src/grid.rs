@@ -97,6 +97,7 @@ unsafe fn workspace_bytes<T: Real>(
 ///
 /// Refused: MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_NOT_FINITE, MOLLIS_ERR_OUT_OF_DOMAIN (an empty rectangle, fewer than 2 cells),
 /// MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_UNKNOWN_VALUE (walls), MOLLIS_ERR_KERNEL_PARAMETER (screening), MOLLIS_ERR_OPTIONS_SIZE.
+#[cfg(feature = "double")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_grid2_workspace_bytes(
     mesh: *const mollis_mesh2,
@@ -229,6 +230,7 @@ unsafe fn eval<T: Real>(
 ///
 /// Refused, with nothing written: the errors of mollis_grid2_workspace_bytes, MOLLIS_ERR_WORKSPACE_TOO_SMALL, MOLLIS_ERR_MISALIGNED,
 /// MOLLIS_ERR_OVERLAP, MOLLIS_ERR_NOT_FINITE. MOLLIS_ERR_STOPPED, MOLLIS_ERR_EXECUTOR: outputs are then undefined.
+#[cfg(feature = "double")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_grid2_eval(
     mesh: *const mollis_mesh2,

@@ -219,6 +219,7 @@ unsafe fn eval<T: Real, const D: usize>(
 /// Refused: MOLLIS_ERR_KERNEL_TERMS (none or too many), MOLLIS_ERR_KERNEL_PARAMETER, MOLLIS_ERR_NOT_FINITE,
 /// MOLLIS_ERR_UNKNOWN_VALUE, MOLLIS_ERR_ORDER, MOLLIS_ERR_EXPONENT, MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_MISALIGNED,
 /// MOLLIS_ERR_OVERLAP.
+#[cfg(feature = "double")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_kernel2_workspace_bytes(
     terms: *const mollis_kernel_term,
@@ -241,6 +242,7 @@ pub unsafe extern "C" fn mollis_kernel2_workspace_bytes(
 /// a screening length), MOLLIS_ERR_OUT_OF_DOMAIN (the own kernel's reach; or a coefficient leaves the scalar's range),
 /// MOLLIS_ERR_NOT_FINITE (the own kernel returned such a value), or the status that the own kernel returned. After
 /// MOLLIS_ERR_NOT_FINITE of an own kernel and the last two the block is not prepared; else it is as it was.
+#[cfg(feature = "double")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_kernel2_prepare(
     kernel: *mut c_void,
@@ -264,6 +266,7 @@ pub unsafe extern "C" fn mollis_kernel2_prepare(
 /// Refused, with every output as it was: MOLLIS_ERR_NOT_PREPARED, MOLLIS_ERR_WRONG_VERSION, MOLLIS_ERR_WRONG_SCALAR,
 /// MOLLIS_ERR_WRONG_BYTE_ORDER, MOLLIS_ERR_WORKSPACE_TOO_SMALL, MOLLIS_ERR_NOT_FINITE (some r), MOLLIS_ERR_NULL_POINTER,
 /// MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_OVERLAP.
+#[cfg(feature = "double")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_kernel2_eval(
     kernel: *const c_void,
@@ -322,6 +325,7 @@ pub unsafe extern "C" fn mollis_kernel2_eval_f32(
 }
 
 /// As `mollis_kernel2_workspace_bytes`, in one dimension.
+#[cfg(all(feature = "dimensions", feature = "double"))]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_kernel1_workspace_bytes(
     terms: *const mollis_kernel_term,
@@ -335,6 +339,7 @@ pub unsafe extern "C" fn mollis_kernel1_workspace_bytes(
 }
 
 /// As `mollis_kernel2_prepare`, in one dimension.
+#[cfg(all(feature = "dimensions", feature = "double"))]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_kernel1_prepare(
     kernel: *mut c_void,
@@ -350,6 +355,7 @@ pub unsafe extern "C" fn mollis_kernel1_prepare(
 }
 
 /// As `mollis_kernel2_eval`, in one dimension.
+#[cfg(all(feature = "dimensions", feature = "double"))]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_kernel1_eval(
     kernel: *const c_void,
@@ -365,6 +371,7 @@ pub unsafe extern "C" fn mollis_kernel1_eval(
 }
 
 /// As `mollis_kernel2_workspace_bytes`, in one dimension and single precision.
+#[cfg(feature = "dimensions")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_kernel1_workspace_bytes_f32(
     terms: *const mollis_kernel_term,
@@ -378,6 +385,7 @@ pub unsafe extern "C" fn mollis_kernel1_workspace_bytes_f32(
 }
 
 /// As `mollis_kernel2_prepare`, in one dimension and single precision.
+#[cfg(feature = "dimensions")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_kernel1_prepare_f32(
     kernel: *mut c_void,
@@ -393,6 +401,7 @@ pub unsafe extern "C" fn mollis_kernel1_prepare_f32(
 }
 
 /// As `mollis_kernel2_eval`, in one dimension and single precision.
+#[cfg(feature = "dimensions")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_kernel1_eval_f32(
     kernel: *const c_void,
@@ -408,6 +417,7 @@ pub unsafe extern "C" fn mollis_kernel1_eval_f32(
 }
 
 /// As `mollis_kernel2_workspace_bytes`, in three dimensions.
+#[cfg(all(feature = "dimensions", feature = "double"))]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_kernel3_workspace_bytes(
     terms: *const mollis_kernel_term,
@@ -421,6 +431,7 @@ pub unsafe extern "C" fn mollis_kernel3_workspace_bytes(
 }
 
 /// As `mollis_kernel2_prepare`, in three dimensions.
+#[cfg(all(feature = "dimensions", feature = "double"))]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_kernel3_prepare(
     kernel: *mut c_void,
@@ -436,6 +447,7 @@ pub unsafe extern "C" fn mollis_kernel3_prepare(
 }
 
 /// As `mollis_kernel2_eval`, in three dimensions.
+#[cfg(all(feature = "dimensions", feature = "double"))]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_kernel3_eval(
     kernel: *const c_void,
@@ -451,6 +463,7 @@ pub unsafe extern "C" fn mollis_kernel3_eval(
 }
 
 /// As `mollis_kernel2_workspace_bytes`, in three dimensions and single precision.
+#[cfg(feature = "dimensions")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_kernel3_workspace_bytes_f32(
     terms: *const mollis_kernel_term,
@@ -464,6 +477,7 @@ pub unsafe extern "C" fn mollis_kernel3_workspace_bytes_f32(
 }
 
 /// As `mollis_kernel2_prepare`, in three dimensions and single precision.
+#[cfg(feature = "dimensions")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_kernel3_prepare_f32(
     kernel: *mut c_void,
@@ -479,6 +493,7 @@ pub unsafe extern "C" fn mollis_kernel3_prepare_f32(
 }
 
 /// As `mollis_kernel2_eval`, in three dimensions and single precision.
+#[cfg(feature = "dimensions")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_kernel3_eval_f32(
     kernel: *const c_void,

@@ -101,6 +101,7 @@ where
 /// makes of words 0 and 1 of mollis_philox_eval, many particles at a time. The bits are the same on every machine.
 ///
 /// Refused: MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_OVERLAP.
+#[cfg(feature = "double")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_philox2_eval(
     seed: u64,
@@ -141,6 +142,7 @@ unsafe fn normals<T: Real>(n: usize, words: *const u64, out: *mut T) -> Result<(
 /// words, n + 1 if n is odd. The bits are the same on every machine; |out| <= 8.58.
 ///
 /// Refused: MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_OVERLAP.
+#[cfg(feature = "double")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_normal_eval(n: usize, words: *const u64, out: *mut f64) -> mollis_status {
     // SAFETY: the caller promises the crate's contract.

@@ -157,6 +157,8 @@ impl HostRun {
         }
         let executor = if run.executor.is_null() {
             None
+        } else if cfg!(feature = "small") {
+            return Err(Error::Unsupported);
         } else {
             if !run.executor.is_aligned() {
                 return Err(Error::Misaligned);

@@ -58,6 +58,7 @@ unsafe fn combination<T: Real, const D: usize>(
 ///
 /// Refused as there; also MOLLIS_ERR_LENGTH_MISMATCH (no radius or more than 4), MOLLIS_ERR_OUT_OF_DOMAIN (a radius outside (0, 1] or
 /// two equal ones), MOLLIS_ERR_UNSUPPORTED (no mollifier).
+#[cfg(feature = "double")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_richardson2_eval(
     mollifier: mollis_mollifier,
@@ -122,6 +123,7 @@ pub unsafe extern "C" fn mollis_richardson2_eval_f32(
 }
 
 /// As mollis_richardson2_eval, in one dimension.
+#[cfg(all(feature = "dimensions", feature = "double"))]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_richardson1_eval(
     mollifier: mollis_mollifier,
@@ -154,6 +156,7 @@ pub unsafe extern "C" fn mollis_richardson1_eval(
 }
 
 /// As mollis_richardson2_eval, in one dimension, single precision.
+#[cfg(feature = "dimensions")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_richardson1_eval_f32(
     mollifier: mollis_mollifier,
@@ -186,6 +189,7 @@ pub unsafe extern "C" fn mollis_richardson1_eval_f32(
 }
 
 /// As mollis_richardson2_eval, in three dimensions.
+#[cfg(all(feature = "dimensions", feature = "double"))]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_richardson3_eval(
     mollifier: mollis_mollifier,
@@ -218,6 +222,7 @@ pub unsafe extern "C" fn mollis_richardson3_eval(
 }
 
 /// As mollis_richardson2_eval, in three dimensions, single precision.
+#[cfg(feature = "dimensions")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_richardson3_eval_f32(
     mollifier: mollis_mollifier,

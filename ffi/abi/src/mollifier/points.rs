@@ -67,6 +67,7 @@ unsafe fn field<T: Real, const D: usize>(
 /// density of its maximum, the potential in 2D of 1 + |log delta|. Without a mollifier everything is 0 at x = 0.
 ///
 /// Refused as mollis_mollifier2_eval does; MOLLIS_ERR_NOT_FINITE for any coordinate.
+#[cfg(feature = "double")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_mollifier_field2_eval(
     mollifier: mollis_mollifier,
@@ -99,6 +100,7 @@ pub unsafe extern "C" fn mollis_mollifier_field2_eval_f32(
 }
 
 /// As mollis_mollifier_field2_eval, in one dimension: x[n][1].
+#[cfg(all(feature = "dimensions", feature = "double"))]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_mollifier_field1_eval(
     mollifier: mollis_mollifier,
@@ -115,6 +117,7 @@ pub unsafe extern "C" fn mollis_mollifier_field1_eval(
 }
 
 /// As mollis_mollifier_field2_eval, in one dimension, single precision: x[n][1].
+#[cfg(feature = "dimensions")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_mollifier_field1_eval_f32(
     mollifier: mollis_mollifier,
@@ -131,6 +134,7 @@ pub unsafe extern "C" fn mollis_mollifier_field1_eval_f32(
 }
 
 /// As mollis_mollifier_field2_eval, in three dimensions: x[n][3].
+#[cfg(all(feature = "dimensions", feature = "double"))]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_mollifier_field3_eval(
     mollifier: mollis_mollifier,
@@ -147,6 +151,7 @@ pub unsafe extern "C" fn mollis_mollifier_field3_eval(
 }
 
 /// As mollis_mollifier_field2_eval, in three dimensions, single precision: x[n][3].
+#[cfg(feature = "dimensions")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_mollifier_field3_eval_f32(
     mollifier: mollis_mollifier,

@@ -103,6 +103,7 @@ unsafe fn moment<T: Real, const D: usize>(mollifier: mollis_mollifier, delta: T,
 /// Refused, with every output as it was: MOLLIS_ERR_DELTA, MOLLIS_ERR_ORDER, MOLLIS_ERR_EXPONENT, MOLLIS_ERR_UNKNOWN_VALUE,
 /// MOLLIS_ERR_NOT_FINITE (some r), MOLLIS_ERR_NULL_POINTER (r, with n > 0), MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_TOO_LARGE,
 /// MOLLIS_ERR_OVERLAP.
+#[cfg(feature = "double")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_mollifier2_eval(
     mollifier: mollis_mollifier,
@@ -155,6 +156,7 @@ pub unsafe extern "C" fn mollis_mollifier2_eval_f32(
 }
 
 /// As mollis_mollifier2_eval, in one dimension: K = |x|/2.
+#[cfg(all(feature = "dimensions", feature = "double"))]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_mollifier1_eval(
     mollifier: mollis_mollifier,
@@ -181,6 +183,7 @@ pub unsafe extern "C" fn mollis_mollifier1_eval(
 }
 
 /// As mollis_mollifier2_eval, in one dimension, single precision: K = |x|/2.
+#[cfg(feature = "dimensions")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_mollifier1_eval_f32(
     mollifier: mollis_mollifier,
@@ -207,6 +210,7 @@ pub unsafe extern "C" fn mollis_mollifier1_eval_f32(
 }
 
 /// As mollis_mollifier2_eval, in three dimensions: K = -1/(4 pi |x|).
+#[cfg(all(feature = "dimensions", feature = "double"))]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_mollifier3_eval(
     mollifier: mollis_mollifier,
@@ -233,6 +237,7 @@ pub unsafe extern "C" fn mollis_mollifier3_eval(
 }
 
 /// As mollis_mollifier2_eval, in three dimensions, single precision: K = -1/(4 pi |x|).
+#[cfg(feature = "dimensions")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_mollifier3_eval_f32(
     mollifier: mollis_mollifier,
@@ -262,6 +267,7 @@ pub unsafe extern "C" fn mollis_mollifier3_eval_f32(
 /// to x, written to values[n]. 0 left and 1 right of a compact support; without a mollifier the step, 1/2 at 0.
 ///
 /// Refused as mollis_mollifier1_eval does; values must not be null for n > 0.
+#[cfg(all(feature = "dimensions", feature = "double"))]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_heaviside1_eval(
     mollifier: mollis_mollifier,
@@ -275,6 +281,7 @@ pub unsafe extern "C" fn mollis_heaviside1_eval(
 }
 
 /// As mollis_heaviside1_eval, in single precision.
+#[cfg(feature = "dimensions")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_heaviside1_eval_f32(
     mollifier: mollis_mollifier,
@@ -292,6 +299,7 @@ pub unsafe extern "C" fn mollis_heaviside1_eval_f32(
 ///
 /// Refused: MOLLIS_ERR_OUT_OF_DOMAIN (k > 64), MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_DELTA, MOLLIS_ERR_ORDER, MOLLIS_ERR_EXPONENT,
 /// MOLLIS_ERR_UNKNOWN_VALUE.
+#[cfg(feature = "double")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_moment2_eval(
     mollifier: mollis_mollifier,
@@ -316,6 +324,7 @@ pub unsafe extern "C" fn mollis_moment2_eval_f32(
 }
 
 /// As mollis_moment2_eval, in one dimension.
+#[cfg(all(feature = "dimensions", feature = "double"))]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_moment1_eval(
     mollifier: mollis_mollifier,
@@ -328,6 +337,7 @@ pub unsafe extern "C" fn mollis_moment1_eval(
 }
 
 /// As mollis_moment2_eval, in one dimension, single precision.
+#[cfg(feature = "dimensions")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_moment1_eval_f32(
     mollifier: mollis_mollifier,
@@ -340,6 +350,7 @@ pub unsafe extern "C" fn mollis_moment1_eval_f32(
 }
 
 /// As mollis_moment2_eval, in three dimensions.
+#[cfg(all(feature = "dimensions", feature = "double"))]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_moment3_eval(
     mollifier: mollis_mollifier,
@@ -352,6 +363,7 @@ pub unsafe extern "C" fn mollis_moment3_eval(
 }
 
 /// As mollis_moment2_eval, in three dimensions, single precision.
+#[cfg(feature = "dimensions")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_moment3_eval_f32(
     mollifier: mollis_mollifier,

@@ -49,6 +49,7 @@ impl<T: Real> Chosen<'_, T> {
             let given = *attraction;
             match given.kind {
                 MOLLIS_PKS_ATTRACTION_NONE => Ok(Self::None),
+                MOLLIS_PKS_ATTRACTION_MESH if cfg!(feature = "small") => Err(Error::Unsupported),
                 MOLLIS_PKS_ATTRACTION_MESH => {
                     Ok(Self::Mesh(mollis_mesh2::read(given.mesh)?, equation(&structures::read(given.grid)?)?))
                 }
@@ -73,7 +74,7 @@ impl<T: Real> Chosen<'_, T> {
         let own = pks::workspace_bytes(room, self.summed(), options, workers)?;
         let own = own.checked_next_multiple_of(ALIGN).ok_or(Error::TooLarge)?;
         let grid = match self {
-            Self::Mesh(mesh, equation) => Grid::workspace_bytes(mesh, equation, workers)?,
+            Self::Mesh(mesh, equation) if cfg!(not(feature = "small")) => Grid::workspace_bytes(mesh, equation, workers)?,
             _ => 0,
         };
         own.checked_add(grid).ok_or(Error::TooLarge)?;
@@ -103,6 +104,7 @@ unsafe fn size<T: Real>(
 /// Refused: MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_OPTIONS_SIZE, MOLLIS_ERR_UNKNOWN_VALUE, MOLLIS_ERR_NOT_FINITE,
 /// MOLLIS_ERR_OUT_OF_DOMAIN (a negative noise, separation or probability not between 0 and 1, an empty mesh),
 /// MOLLIS_ERR_TOO_LARGE, and those of an unprepared kernel.
+#[cfg(feature = "double")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_pks_workspace_bytes(
     room: usize,
@@ -167,7 +169,7 @@ unsafe fn step<T: Real>(
     let (options, chosen, run) =
         unsafe { (structures::read(options)?, Chosen::<T>::read(attraction)?, HostRun::read(run)?) };
     let mut options = core_options::<T>(&options)?;
-    if let (Chosen::Mesh(mesh, _), None) = (&chosen, options.search.domain) {
+    if let (Chosen::Mesh(mesh, _), None, true) = (&chosen, options.search.domain, cfg!(not(feature = "small"))) {
         options.search.domain = Some([mesh.lower(), mesh.upper()]);
     }
     let (positions, masses) = (Output::new(positions, room)?, Output::new(masses, room)?);
@@ -231,7 +233,7 @@ unsafe fn step<T: Real>(
     let (mut written, mut labels_written, mut done) = (given.written, given.labels_written, Report::default());
     let result = run.enter(|run| {
         let mut grid = match &chosen {
-            Chosen::Mesh(mesh, equation) => Some(Grid::prepare(rest, *mesh, *equation, run.executor.workers())?),
+            Chosen::Mesh(mesh, equation) if cfg!(not(feature = "small")) => Some(Grid::prepare(rest, *mesh, *equation, run.executor.workers())?),
             _ => None,
         };
         for _ in 0..steps {
@@ -296,6 +298,7 @@ unsafe fn step<T: Real>(
 /// MOLLIS_ERR_TOO_MANY_SUBSTEPS, MOLLIS_ERR_BECAME_NOT_FINITE, MOLLIS_ERR_STOPPED, the generator's or executor's own. Refused with nothing
 /// written: MOLLIS_ERR_NOT_FINITE, MOLLIS_ERR_MASS, MOLLIS_ERR_TIME_STEP, MOLLIS_ERR_OUT_OF_DOMAIN, MOLLIS_ERR_LENGTH_MISMATCH (count > room),
 /// MOLLIS_ERR_OVERLAP, MOLLIS_ERR_WORKSPACE_TOO_SMALL, MOLLIS_ERR_NOT_PREPARED (pending merges that the workspace does not hold).
+#[cfg(feature = "double")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_pks_step(
     options: *const mollis_pks_options,

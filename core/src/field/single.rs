@@ -1,0 +1,257 @@
+//! One target and one source at a time: the direct sum for machines whose flash is dear (feature `small`).
+//!
+//! The same operations in the same order as [`super::direct`] at level portable, so the same bits (test
+//! `bits_are_those_of_the_lanes`), in a fraction of the code: what is wanted is asked in the loop, not compiled in variants.
+//! There is no executor, as the C functions refuse it, and there is no scaled path: a coordinate or mass below 2^-100 (f64: 2^-900) of the largest counts as zero, pairs without a
+//! mollifier closer than 2^-28 (2^-60) of the largest coordinate count as coincident, and a delta below that is refused.
+
+use super::direct::{Call, Scales};
+use super::newtonian::{BLOCK, Softened, Sums, accumulate, outside};
+use super::packed::Packed;
+use super::{Accumulation, Options, Run};
+use crate::error::{Error, Result};
+use crate::isa::{Isa, Job, Level};
+use crate::mollifier::Mollifier;
+use crate::real::Real;
+use crate::space::Carve;
+
+/// Targets between two questions whether to stop.
+const TASK: usize = 128;
+
+/// Overwrites the outputs.
+///
+/// Not `FULL`: no potential is wanted, the options are the defaults. What the others need is then not linked.
+pub(super) fn sums<T: Real, const D: usize, const FULL: bool>(
+    call: Call<'_, T, D>,
+    workspace: &mut [u8],
+    run: &mut Run<'_>,
+) -> Result<()> {
+    Level::Portable.run(Sum::<T, D, FULL> { call, workspace, run })
+}
+
+const PLAIN: Options =
+    Options { accumulation: Accumulation::Blocked, combination: (1.0, 0.0), tolerance: 0.0, method: None };
+
+struct Sum<'a, 'r, T: Real, const D: usize, const FULL: bool> {
+    call: Call<'a, T, D>,
+    workspace: &'a mut [u8],
+    run: &'a mut Run<'r>,
+}
+
+impl<T: Real, const D: usize, const FULL: bool> Job<T> for Sum<'_, '_, T, D, FULL> {
+    type Out = Result<()>;
+
+    #[inline(always)]
+    fn run<I: Isa<T>>(self, isa: I) -> Result<()> {
+        let Self { call, workspace, run } = self;
+        let units = call.units();
+        let Call { kernel, options, sources, targets, outputs } = call;
+        let mut packed = Packed::<T, D>::lay(&mut Carve::reopen(workspace)?, sources.positions.len())?;
+        packed.fill_tame(units, sources.positions, sources.masses);
+        let softened = Softened::new::<D, FULL>(kernel.blob, units).lanes(isa);
+        if kernel.blob.mollifier() != Mollifier::None && !softened.has_polynomials() {
+            return Err(Error::Unsupported);
+        }
+        let scales = Scales::new::<D>(kernel.coefficient, units, if FULL { options } else { &PLAIN });
+        let compensated = FULL && options.accumulation == Accumulation::Compensated;
+        let wanted = outputs.wanted();
+        // Compensated sums always carry both, whatever is wanted: the gradient's division is then the logarithm's.
+        let (potential, gradient) = (FULL && wanted.potential || compensated, wanted.gradient || compensated);
+        let pair = Pair { kernel: &softened, potential, gradient, laplacian: wanted.laplacian, compensated };
+        let mut slots = (
+            outputs.potential.filter(|_| FULL).map(|p| p.iter_mut()),
+            outputs.gradient.map(|g| g.iter_mut()),
+            outputs.laplacian.map(|l| l.iter_mut()),
+        );
+        for (i, target) in targets.iter().enumerate() {
+            if i % TASK == 0 && run.should_stop.is_some_and(|stop| stop()) {
+                return Err(Error::Stopped);
+            }
+            let x = units.tame_point(target).map(|x| isa.splat(x));
+            let zero = Sums::zero(isa);
+            let (mut total, mut lost) = (zero, zero);
+            let (positions, masses) = packed.tame();
+            for (positions, masses) in positions.chunks(BLOCK).zip(masses.chunks(BLOCK)) {
+                let mut sums = if compensated { total } else { zero };
+                for (source, &mass) in positions.iter().zip(masses) {
+                    pair.add::<T, I, D, FULL>(isa, &x, source, mass, &mut sums, &mut lost);
+                }
+                if compensated {
+                    total = sums;
+                } else {
+                    total.add(isa, &sums);
+                }
+            }
+            total.add(isa, &lost);
+            let value = |sum: I::V| isa.store(sum).first().copied().unwrap_or(T::ZERO);
+            if let Some(to) = slots.0.as_mut().and_then(Iterator::next) {
+                *to = scales.value(value(total.potential), scales.potential);
+            }
+            if let Some(to) = slots.1.as_mut().and_then(Iterator::next) {
+                *to = total.gradient.map(|g| scales.value(value(g), scales.gradient));
+                if FULL {
+                    scales.combine(to);
+                }
+            }
+            if let Some(to) = slots.2.as_mut().and_then(Iterator::next) {
+                *to = scales.value(value(total.laplacian), scales.laplacian);
+            }
+        }
+        if let Some(counters) = run.counters.as_deref_mut() {
+            let pairs = (packed.len() as u64).saturating_mul(targets.len() as u64);
+            let massless = sources.masses.len().saturating_sub(packed.len()) as u64;
+            counters.pairs = counters.pairs.saturating_add(pairs);
+            counters.massless_sources = counters.massless_sources.saturating_add(massless);
+        }
+        Ok(())
+    }
+}
+
+/// What every pair has in common.
+struct Pair<'a, V> {
+    kernel: &'a Softened<V>,
+    potential: bool,
+    gradient: bool,
+    laplacian: bool,
+    compensated: bool,
+}
+
+impl<V: Copy> Pair<'_, V> {
+    #[inline(always)]
+    fn add<T: Real, I: Isa<T, V = V>, const D: usize, const FULL: bool>(
+        &self,
+        isa: I,
+        x: &[V; D],
+        source: &[T; D],
+        mass: T,
+        sums: &mut Sums<V, D>,
+        lost: &mut Sums<V, D>,
+    ) {
+        let (kernel, mass, zero) = (self.kernel, isa.splat(mass), isa.splat(T::ZERO));
+        let (d, r2) = super::newtonian::distance(isa, source, x);
+        let (mut k, mut g, mut b) = (zero, zero, zero);
+        if isa.any(isa.lt(r2, *kernel.edge())) {
+            let Some(inside) = kernel.inside() else { return };
+            let t = inside.t(isa, r2);
+            if self.gradient {
+                g = isa.mul(mass, inside.gradient_of(isa, t));
+            }
+            if FULL && self.potential {
+                k = inside.potential_of::<T, I, D>(isa, t, r2);
+            }
+            if self.laplacian {
+                b = inside.density_of(isa, t);
+            }
+        } else {
+            let (d, r2) = ([d], [r2]);
+            [(k, g)] = match (FULL && self.potential, self.gradient) {
+                (true, true) => outside::<T, I, D, 1, true, true>(isa, kernel, mass, &d, &r2),
+                (true, false) => outside::<T, I, D, 1, true, false>(isa, kernel, mass, &d, &r2),
+                (false, true) => outside::<T, I, D, 1, false, true>(isa, kernel, mass, &d, &r2),
+                (false, false) => return,
+            };
+        }
+        let add = |sum: &mut V, lost: &mut V, x: V, y: V| {
+            if FULL && self.compensated {
+                accumulate::<T, I, true>(isa, sum, lost, x, y);
+            } else {
+                accumulate::<T, I, false>(isa, sum, lost, x, y);
+            }
+        };
+        // What is not wanted adds zeros, which costs less flash than asking.
+        if FULL {
+            add(&mut sums.potential, &mut lost.potential, mass, k);
+        }
+        add(&mut sums.laplacian, &mut lost.laplacian, mass, b);
+        for ((sum, lost), d) in sums.gradient.iter_mut().zip(&mut lost.gradient).zip(d) {
+            add(sum, lost, g, d);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Outputs, Sources, direct, direct::Newtonian};
+    use super::*;
+    use crate::mollifier::Blob;
+    use crate::parallel::Serial;
+    use std::{vec, vec::Vec};
+
+    /// All outputs of one sum, as bits.
+    fn bits<T: Real, const D: usize>(
+        blob: &Blob<T, D>,
+        points: &[[T; D]],
+        masses: &[T],
+        which: [bool; 3],
+        options: &Options,
+        single: bool,
+    ) -> Vec<u64> {
+        let n = points.len();
+        let (mut u, mut g, mut l) = (vec![T::NAN; n], vec![[T::NAN; D]; n], vec![T::NAN; n]);
+        let outputs = Outputs {
+            potential: which[0].then_some(&mut *u),
+            gradient: which[1].then_some(&mut *g),
+            laplacian: which[2].then_some(&mut *l),
+        };
+        let kernel = Newtonian { blob, coefficient: -T::from_f64(1.7) };
+        let call = Call { kernel, options, sources: Sources { positions: points, masses }, targets: points, outputs };
+        let bytes = direct::workspace_bytes::<T, D>(n).unwrap();
+        let mut memory = vec![0xA5_u8; bytes + 64];
+        let start = memory.as_ptr().align_offset(64);
+        let workspace = &mut memory[start..start + bytes];
+        let mut run = Run { level: Level::Portable, executor: &Serial, should_stop: None, counters: None };
+        let plain = !which[0] && *options == Options::default();
+        let sum = match (single, plain) {
+            (false, _) => direct::evaluate,
+            (true, false) => sums::<T, D, true>,
+            (true, true) => sums::<T, D, false>,
+        };
+        sum(call, workspace, &mut run).unwrap();
+        u.iter().chain(g.as_flattened()).chain(&l).map(|v| v.bits()).collect()
+    }
+
+    fn compare<T: Real, const D: usize>() {
+        let mut seed = 7_u64;
+        let mut random = || {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            T::from_f64((seed >> 11) as f64 / (1_u64 << 53) as f64 - 0.5)
+        };
+        let compact = |order, exponent, delta| Blob::new(Mollifier::Compact { order, exponent }, T::from_f64(delta));
+        let blobs = [
+            Blob::new(Mollifier::None, T::ZERO),
+            compact(2, 4, 0.2),
+            compact(4, 5, 0.7),
+            compact(6, 1, 30.0),
+            compact(2, 1, 1e-3),
+        ];
+        for n in [0, 1, 7, 9, 64, 257, 530] {
+            let mut points: Vec<[T; D]> = (0..n).map(|_| core::array::from_fn(|_| random())).collect();
+            let masses: Vec<T> = (0..n).map(|i| if i % 5 == 3 { T::ZERO } else { random() }).collect();
+            if n > 8 {
+                // A coincident pair, and a point with zeros.
+                points[4] = points[2];
+                points[7] = [T::ZERO; D];
+            }
+            for blob in &blobs {
+                let blob = blob.as_ref().unwrap();
+                for which in 1..8 {
+                    let which = [which & 1 != 0, which & 2 != 0, which & 4 != 0];
+                    for accumulation in [Accumulation::Blocked, Accumulation::Compensated] {
+                        let combination = if D == 2 && which[2] { (0.3, -1.1) } else { (1.0, 0.0) };
+                        let options = Options { accumulation, combination, ..Options::default() };
+                        let [a, b] = [false, true].map(|one| bits(blob, &points, &masses, which, &options, one));
+                        assert!(a == b, "D = {D}, n = {n}, {:?}, {which:?}, {accumulation:?}", blob.mollifier());
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn bits_are_those_of_the_lanes() {
+        compare::<f32, 1>();
+        compare::<f32, 2>();
+        compare::<f32, 3>();
+        compare::<f64, 2>();
+    }
+}
