@@ -85,12 +85,25 @@
 #define MOLLIS_WORKSPACE_PADDED(bytes) (((bytes) + MOLLIS_WORKSPACE_ALIGN - 1) / MOLLIS_WORKSPACE_ALIGN * MOLLIS_WORKSPACE_ALIGN)
 /** For static buffers: what `mollis_kernel2_workspace_bytes_f32` answers for one Newtonian term. */
 #define MOLLIS_KERNEL2_NEWTONIAN_BYTES_F32 1088
+/** For static buffers: a field sum over n sources in the plane, a part of the workspaces below. */
+#define MOLLIS_SUM2_WORKSPACE_BYTES_F32(n) \
+  (MOLLIS_WORKSPACE_PADDED(8 * (n)) + MOLLIS_WORKSPACE_PADDED(4 * (n)) + \
+   MOLLIS_WORKSPACE_PADDED(16 * (((n) + 255) / 256)))
 /**
  * For static buffers: what `mollis_blob2_workspace_bytes_f32` answers for n particles with densities, no tracers, a
  * Newtonian kernel and default options.
  */
 #define MOLLIS_BLOB2_WORKSPACE_BYTES_F32(n) \
-  (4 * MOLLIS_WORKSPACE_PADDED(12 * (n)) + MOLLIS_WORKSPACE_PADDED(8 * (n)) + MOLLIS_WORKSPACE_PADDED(4 * (n)))
+  (4 * MOLLIS_WORKSPACE_PADDED(12 * (n)) + MOLLIS_SUM2_WORKSPACE_BYTES_F32(n))
+/**
+ * For static buffers: what `mollis_pks_workspace_bytes_f32` answers for n particles, a Newtonian kernel's sum as attraction
+ * and default options.
+ */
+#define MOLLIS_PKS_WORKSPACE_BYTES_F32(n) \
+  (MOLLIS_WORKSPACE_PADDED(16 * ((n) / 2)) + 2 * MOLLIS_WORKSPACE_PADDED(8 * ((n) / 2)) + \
+   MOLLIS_WORKSPACE_PADDED(20 * ((n) / 2)) + 4 * MOLLIS_WORKSPACE_PADDED(8 * (n)) + 2 * MOLLIS_WORKSPACE_PADDED(n) + \
+   MOLLIS_WORKSPACE_PADDED(4 * (((n) + 255) / 256)) + MOLLIS_WORKSPACE_PADDED(48) + \
+   ((n) > 512 ? MOLLIS_WORKSPACE_PADDED(8 * (n)) + 8192 : 0) + MOLLIS_SUM2_WORKSPACE_BYTES_F32(n))
 
 
 /**

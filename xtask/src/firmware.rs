@@ -42,17 +42,18 @@ const MACHINES: [Machine; 2] = [
 ];
 
 /// A program, and the flash in bytes it may take on the Cortex-M4F, startup included.
-const PROGRAMS: &[(&str, u64)] = &[("mollifier", 6 * 1024)];
+const PROGRAMS: &[(&str, u64)] = &[("mollifier", 6 * 1024), ("blob", 12 * 1024), ("pks", 24 * 1024)];
 /// The deepest stack any may use, in bytes.
 const STACK: u64 = 2048;
 /// What firmware takes of the library.
 const FEATURES: &str = "small";
 
-/// Builds, runs, compares and measures all programs on all machines; returns how many.
+/// Builds, runs, compares and measures all programs on all machines, and compares sizes; returns how many checks.
 pub fn run() -> Result<usize> {
     tools::need(&[("gcc", "gcc")])?;
     let host = symbols::build()?.join("libmollis.a");
     let (mut rows, mut faults) = (Vec::new(), Vec::new());
+    sizes_agree(&host)?;
     for machine in &MACHINES {
         tools::need(machine.needs)?;
         let library = library(machine.target)?;
@@ -104,7 +105,7 @@ pub fn run() -> Result<usize> {
         println!("{program:<10} {machine:<10} {lines:>6} {same:>5} {flash:>6} {ram:>6} {stack:>6}  {counts}");
     }
     ensure!(faults.is_empty(), "{}", faults.join("\n"));
-    Ok(rows.len())
+    Ok(rows.len() + 1)
 }
 
 /// An instruction is a nanosecond of virtual time, so the machines' own clocks count instructions.
@@ -150,6 +151,16 @@ fn library(target: &str) -> Result<PathBuf> {
     }
     shell::run(&mut cargo).with_context(|| format!("cannot build for {target}"))?;
     Ok(folder.join(target).join("embedded/libmollis.a"))
+}
+
+/// The header's macros for static buffers against the size queries.
+fn sizes_agree(library: &Path) -> Result<()> {
+    let image = shell::scratch("firmware")?.join("sizes");
+    let mut gcc = shell::program("gcc");
+    gcc.args(["-std=c11", "-Wall", "-Wextra", "-Werror", "-O1", "-Iinclude"]).args(sources(&["sizes"]));
+    shell::run(gcc.arg(library).arg("-o").arg(&image))?;
+    print!("{}", output(&mut shell::program(image)).context("a macro for static buffers differs from its size query")?);
+    Ok(())
 }
 
 /// What the program prints on this machine.

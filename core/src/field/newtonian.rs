@@ -40,6 +40,14 @@ impl<T: Real> Descending<T> {
         Self { coefficients, terms: ascending.len().min(MAX_TERMS + 1) }
     }
 
+    /// Horner's rule for one number, rounded as at level portable.
+    fn value(&self, t: T) -> T {
+        let Some((&first, rest)) = self.coefficients.get(..self.terms).and_then(<[T]>::split_first) else {
+            return T::ZERO;
+        };
+        rest.iter().fold(first, |sum, &c| sum * t + c)
+    }
+
     #[inline(always)]
     fn lanes<I: Isa<T>>(&self, isa: I) -> Descending<I::V> {
         Descending { coefficients: self.coefficients.map(|c| isa.splat(c)), terms: self.terms }
@@ -48,8 +56,7 @@ impl<T: Real> Descending<T> {
 
 impl<V: Copy> Descending<V> {
     /// Horner's rule. A `TERMS` above 0 must be the number of terms, as [`Descending::terms`] says it.
-    #[cfg_attr(feature = "small", inline(never))]
-    #[cfg_attr(not(feature = "small"), inline(always))]
+    #[inline(always)]
     fn at<T: Real, I: Isa<T, V = V>, const N: usize, const TERMS: usize>(&self, isa: I, t: &[V; N]) -> [V; N] {
         let terms = if TERMS > 0 { TERMS } else { self.terms };
         let Some((&first, rest)) = self.coefficients.get(..terms).and_then(<[V]>::split_first) else {
@@ -80,32 +87,32 @@ impl<V: Copy> Inside<V> {
         }
         k
     }
+}
 
+impl<T: Real> Inside<T> {
     /// 1 - r2 / delta^2.
     #[inline(always)]
-    pub fn t<T: Real, I: Isa<T, V = V>>(&self, isa: I, r2: V) -> V {
-        isa.neg_mul_add(r2, self.per_square, isa.splat(T::ONE))
+    pub fn t(&self, r2: T) -> T {
+        T::ONE - r2 * self.per_square
     }
 
-    /// S_D g at one vector.
+    /// S_D g at one place.
     #[inline(always)]
-    pub fn gradient_of<T: Real, I: Isa<T, V = V>>(&self, isa: I, t: V) -> V {
-        let [g] = self.gradient.at::<T, I, 1, 0>(isa, &[t]);
-        g
+    pub fn gradient_at(&self, t: T) -> T {
+        self.gradient.value(t)
     }
 
-    /// [`Inside::potential`] at one vector.
+    /// S_D K at one place, twice that in 2D.
     #[inline(always)]
-    pub fn potential_of<T: Real, I: Isa<T, V = V>, const D: usize>(&self, isa: I, t: V, r2: V) -> V {
-        let [k] = self.potential::<T, I, D, 1>(isa, &[t], &[r2]);
-        k
+    pub fn potential_at<const D: usize>(&self, t: T, r2: T) -> T {
+        let k = self.potential.value(t);
+        if D == 1 { k * r2 + self.offset } else { k + self.offset }
     }
 
-    /// S_D Laplacian K at one vector.
+    /// S_D Laplacian K at one place.
     #[inline(always)]
-    pub fn density_of<T: Real, I: Isa<T, V = V>>(&self, isa: I, t: V) -> V {
-        let [b] = self.density.at::<T, I, 1, 0>(isa, &[t]);
-        b
+    pub fn density_at(&self, t: T) -> T {
+        self.density.value(t)
     }
 }
 
@@ -212,6 +219,12 @@ impl<V> Softened<V> {
     #[inline(always)]
     pub fn gradient_terms(&self) -> usize {
         self.inside.as_ref().map_or(0, |inside| inside.gradient.terms)
+    }
+
+    /// Added to the exponent of r2, so that its logarithm is that of true units.
+    #[inline(always)]
+    pub fn log_exponent(&self) -> &V {
+        &self.log_exponent
     }
 
     /// The inside of the support, if it is evaluated in lanes.
@@ -341,7 +354,7 @@ pub(super) fn far_run<
                 *r2 = isa.select(below, one, *r2);
             }
             if P && D > 1 {
-                let far = outside::<T, I, D, NB, P, G>(isa, kernel, mass, &d, &r2);
+                let far = outside::<T, I, D, NB, P, G>(isa, kernel.log_exponent, mass, &d, &r2);
                 for (((group, d), (k, g)), &below) in local.iter_mut().zip(&d).zip(far).zip(&below) {
                     gather::<T, I, D, P, G, C>(isa, group, d, mass, isa.select(below, zero, k), g);
                 }
@@ -353,7 +366,7 @@ pub(super) fn far_run<
             }
         }
         if P || G {
-            let far = outside::<T, I, D, NB, P, G>(isa, kernel, mass, &d, &r2);
+            let far = outside::<T, I, D, NB, P, G>(isa, kernel.log_exponent, mass, &d, &r2);
             for ((group, d), (k, g)) in local.iter_mut().zip(&d).zip(far) {
                 gather::<T, I, D, P, G, C>(isa, group, d, mass, k, g);
             }
@@ -542,7 +555,7 @@ fn square<T: Real, I: Isa<T>, const D: usize>(isa: I, d: &[I::V; D]) -> I::V {
 #[inline(always)]
 pub(super) fn outside<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool, const G: bool>(
     isa: I,
-    kernel: &Softened<I::V>,
+    log_exponent: I::V,
     mass: I::V,
     d: &[[I::V; D]; NB],
     r2: &[I::V; NB],
@@ -575,7 +588,7 @@ pub(super) fn outside<T: Real, I: Isa<T>, const D: usize, const NB: usize, const
                 } else {
                     isa.div(z, sum)
                 };
-                result.0 = log(isa, isa.add(e, kernel.log_exponent), s);
+                result.0 = log(isa, isa.add(e, log_exponent), s);
             }
         }
         2 => {

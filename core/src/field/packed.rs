@@ -36,10 +36,11 @@ pub(super) const fn least_square_exponent<T: Real>() -> i32 {
 }
 
 impl<T: Real> Units<T> {
+    #[allow(clippy::manual_clamp, reason = "where it is not inlined, clamp's check of its bounds is a way to panic")]
     /// Units in which the largest magnitudes are between 1/2 and 1 (0 has no magnitude: unit 1).
     pub fn new(largest_length: T, largest_mass: T) -> Self {
         let limit = T::MAX_EXPONENT - 2;
-        let unit = |largest: T| largest.frexp().1.saturating_neg().clamp(-limit, limit);
+        let unit = |largest: T| largest.frexp().1.saturating_neg().max(-limit).min(limit);
         let (position, mass) = (unit(largest_length), unit(largest_mass));
         Self {
             position,
@@ -124,7 +125,7 @@ impl<'w, T: Real, const D: usize> Packed<'w, T, D> {
         Ok(Self {
             positions: space.array(n)?,
             masses: space.array(n)?,
-            boxes: space.array(n.div_ceil(BLOCK))?,
+            boxes: space.array(n / BLOCK + usize::from(!n.is_multiple_of(BLOCK)))?,
             tame: 0,
             wild: 0,
         })

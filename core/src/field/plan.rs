@@ -155,12 +155,13 @@ impl Plan {
         self.reason
     }
 
+    #[allow(clippy::manual_clamp, reason = "where it is not inlined, clamp's check of its bounds is a way to panic")]
     /// Bytes that [`super::evaluate`] needs for an executor of so many workers.
     ///
     /// # Errors
     /// [`crate::Error::TooLarge`].
     pub fn workspace_bytes(&self, workers: usize) -> Result<usize> {
-        let workers = self.bytes_per_worker.checked_mul(workers.clamp(1, MAX_WORKERS)).ok_or(Error::TooLarge)?;
+        let workers = self.bytes_per_worker.checked_mul(workers.max(1).min(MAX_WORKERS)).ok_or(Error::TooLarge)?;
         self.bytes.checked_add(workers).ok_or(Error::TooLarge)
     }
 

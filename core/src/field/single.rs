@@ -6,7 +6,7 @@
 //! mollifier closer than 2^-28 (2^-60) of the largest coordinate count as coincident, and a delta below that is refused.
 
 use super::direct::{Call, Scales};
-use super::newtonian::{BLOCK, Softened, Sums, accumulate, outside};
+use super::newtonian::{BLOCK, Softened, Sums, accumulate, distance, outside};
 use super::packed::Packed;
 use super::{Accumulation, Options, Run};
 use crate::error::{Error, Result};
@@ -48,7 +48,7 @@ impl<T: Real, const D: usize, const FULL: bool> Job<T> for Sum<'_, '_, T, D, FUL
         let Call { kernel, options, sources, targets, outputs } = call;
         let mut packed = Packed::<T, D>::lay(&mut Carve::reopen(workspace)?, sources.positions.len())?;
         packed.fill_tame(units, sources.positions, sources.masses);
-        let softened = Softened::new::<D, FULL>(kernel.blob, units).lanes(isa);
+        let softened = Softened::new::<D, FULL>(kernel.blob, units);
         if kernel.blob.mollifier() != Mollifier::None && !softened.has_polynomials() {
             return Err(Error::Unsupported);
         }
@@ -71,19 +71,18 @@ impl<T: Real, const D: usize, const FULL: bool> Job<T> for Sum<'_, '_, T, D, FUL
             let zero = Sums::zero(isa);
             let (mut total, mut lost) = (zero, zero);
             let (positions, masses) = packed.tame();
-            for (positions, masses) in positions.chunks(BLOCK).zip(masses.chunks(BLOCK)) {
-                let mut sums = if compensated { total } else { zero };
-                for (source, &mass) in positions.iter().zip(masses) {
-                    pair.add::<T, I, D, FULL>(isa, &x, source, mass, &mut sums, &mut lost);
-                }
-                if compensated {
-                    total = sums;
-                } else {
+            let mut sums = zero;
+            for (k, (source, &mass)) in positions.iter().zip(masses).enumerate() {
+                // A compensated sum has nothing to gain from blocks.
+                if k % BLOCK == 0 && !compensated {
                     total.add(isa, &sums);
+                    sums = zero;
                 }
+                pair.add::<I, D, FULL>(isa, &x, source, mass, &mut sums, &mut lost);
             }
+            total.add(isa, &sums);
             total.add(isa, &lost);
-            let value = |sum: I::V| isa.store(sum).first().copied().unwrap_or(T::ZERO);
+            let value = |sum: I::V| lane(isa, sum);
             if let Some(to) = slots.0.as_mut().and_then(Iterator::next) {
                 *to = scales.value(value(total.potential), scales.potential);
             }
@@ -107,51 +106,59 @@ impl<T: Real, const D: usize, const FULL: bool> Job<T> for Sum<'_, '_, T, D, FUL
     }
 }
 
+/// The number in the first lane.
+#[inline(always)]
+fn lane<T: Real, I: Isa<T>>(isa: I, vector: I::V) -> T {
+    isa.store(vector).first().copied().unwrap_or(T::ZERO)
+}
+
 /// What every pair has in common.
-struct Pair<'a, V> {
-    kernel: &'a Softened<V>,
+struct Pair<'a, T> {
+    kernel: &'a Softened<T>,
     potential: bool,
     gradient: bool,
     laplacian: bool,
     compensated: bool,
 }
 
-impl<V: Copy> Pair<'_, V> {
+impl<T: Real> Pair<'_, T> {
     #[inline(always)]
-    fn add<T: Real, I: Isa<T, V = V>, const D: usize, const FULL: bool>(
+    fn add<I: Isa<T>, const D: usize, const FULL: bool>(
         &self,
         isa: I,
-        x: &[V; D],
+        x: &[I::V; D],
         source: &[T; D],
         mass: T,
-        sums: &mut Sums<V, D>,
-        lost: &mut Sums<V, D>,
+        sums: &mut Sums<I::V, D>,
+        lost: &mut Sums<I::V, D>,
     ) {
-        let (kernel, mass, zero) = (self.kernel, isa.splat(mass), isa.splat(T::ZERO));
-        let (d, r2) = super::newtonian::distance(isa, source, x);
+        let zero = isa.splat(T::ZERO);
+        let (d, r2) = distance(isa, source, x);
         let (mut k, mut g, mut b) = (zero, zero, zero);
-        if isa.any(isa.lt(r2, *kernel.edge())) {
-            let Some(inside) = kernel.inside() else { return };
-            let t = inside.t(isa, r2);
+        let square = lane(isa, r2);
+        if square < *self.kernel.edge() {
+            let Some(inside) = self.kernel.inside() else { return };
+            let t = inside.t(square);
             if self.gradient {
-                g = isa.mul(mass, inside.gradient_of(isa, t));
+                g = isa.splat(mass * inside.gradient_at(t));
             }
             if FULL && self.potential {
-                k = inside.potential_of::<T, I, D>(isa, t, r2);
+                k = isa.splat(inside.potential_at::<D>(t, square));
             }
             if self.laplacian {
-                b = inside.density_of(isa, t);
+                b = isa.splat(inside.density_at(t));
             }
         } else {
-            let (d, r2) = ([d], [r2]);
+            let (e, mass, d, r2) = (isa.splat(*self.kernel.log_exponent()), isa.splat(mass), [d], [r2]);
             [(k, g)] = match (FULL && self.potential, self.gradient) {
-                (true, true) => outside::<T, I, D, 1, true, true>(isa, kernel, mass, &d, &r2),
-                (true, false) => outside::<T, I, D, 1, true, false>(isa, kernel, mass, &d, &r2),
-                (false, true) => outside::<T, I, D, 1, false, true>(isa, kernel, mass, &d, &r2),
+                (true, true) => outside::<T, I, D, 1, true, true>(isa, e, mass, &d, &r2),
+                (true, false) => outside::<T, I, D, 1, true, false>(isa, e, mass, &d, &r2),
+                (false, true) => outside::<T, I, D, 1, false, true>(isa, e, mass, &d, &r2),
                 (false, false) => return,
             };
         }
-        let add = |sum: &mut V, lost: &mut V, x: V, y: V| {
+        let mass = isa.splat(mass);
+        let add = |sum: &mut I::V, lost: &mut I::V, x: I::V, y: I::V| {
             if FULL && self.compensated {
                 accumulate::<T, I, true>(isa, sum, lost, x, y);
             } else {

@@ -251,7 +251,8 @@ impl<T: Real> Mesh<T> {
         let (side, free) = if search.shifted {
             // R2 sequence (Roberts): fractions of step times the powers of the plastic number's inverse.
             let fraction = |multiplier: u64| {
-                T::from_f64((step.wrapping_mul(multiplier) >> 11) as f64 * (1.0 / 9_007_199_254_740_992.0))
+                // 53 bits; the scaling is exact.
+                T::from_f64((step.wrapping_mul(multiplier) >> 11) as f64).ldexp(-53)
             };
             // 0.75487766624669276, 0.56984029099805327 in units of 2^-64.
             (T::TWO * cell * cells, [fraction(0xC13F_A9A9_02A6_328F), fraction(0x91E1_0DA5_C79E_7B1D)])
@@ -313,6 +314,7 @@ fn interleave(x: u32, y: u32) -> u32 {
 ///
 /// `step` chooses the mesh's shift. Deterministic: it depends on positions, masses and the arguments alone. `sorted` is for the
 /// search alone and garbage afterwards.
+#[cfg_attr(feature = "small", inline(never))]
 pub fn find<T: Real>(
     search: &Search<T>,
     criterion: &Criterion<T>,

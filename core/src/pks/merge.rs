@@ -36,6 +36,7 @@ impl<'w, T: Real> Queue<'w, T> {
     }
 
     /// Decides every cluster that the search found: the increments are those of the particles' motion from `positions`.
+    #[cfg_attr(feature = "small", inline(never))]
     pub fn decide(
         &mut self,
         criterion: &Criterion<T>,

@@ -47,6 +47,11 @@ pub struct Moved<'a, T> {
     pub substeps: &'a mut [u32],
 }
 
+/// Tiles of `n` particles.
+pub const fn tiles_of(n: usize) -> usize {
+    n / TILE + !n.is_multiple_of(TILE) as usize
+}
+
 /// The piece of `slice` that belongs to a tile; empty beyond the end.
 fn piece<X>(slice: &[X], tile: usize) -> &[X] {
     let from = tile.saturating_mul(TILE).min(slice.len());
@@ -82,7 +87,7 @@ pub fn frozen<T: Real>(
 ) -> Result<u64> {
     let Moved { positions, increments, substeps } = moved;
     let philox = generator.counter_based();
-    if philox.is_some() || moving.options.noise == T::ZERO {
+    if cfg!(not(feature = "small")) && (philox.is_some() || moving.options.noise == T::ZERO) {
         // Without noise nothing is drawn, so any generator will do.
         let philox = philox.unwrap_or(Philox::new(0));
         tiles(moving, positions, increments, substeps, executor, &|part, positions, increments| {
@@ -117,7 +122,7 @@ fn tiles<T: Real>(
     body: &Body<'_, T>,
 ) -> Result<()> {
     use crate::space::{Chunks, each_piece};
-    let tasks = positions.len().div_ceil(TILE);
+    let tasks = tiles_of(positions.len());
     let outputs = (Chunks::new(positions, TILE), Chunks::new(increments, TILE), Chunks::new(substeps, 1));
     each_piece(executor, tasks, &outputs, &(), &|k, (positions, increments, substeps), ()| {
         let made = body(moving.tile(k), positions, increments)?;
@@ -310,11 +315,18 @@ fn jump<T: Real>(
     // A smaller tile: this path is the firmware's, whose stack is short.
     const FEW: usize = 32;
     let (twice, root) = (T::TWO * noise * s, s.sqrt());
-    let mut recorded = moving.recorded.chunks(FEW);
-    let chunks = positions.chunks_mut(FEW).zip(increments.chunks_mut(FEW));
-    for ((positions, increments), (masses, labels)) in
-        chunks.zip(moving.masses.chunks(FEW).zip(moving.labels.chunks(FEW)))
-    {
+    let mut from = 0;
+    while from < moving.labels.len() {
+        let to = from.saturating_add(FEW).min(moving.labels.len());
+        let part = from..to;
+        from = to;
+        let (Some(masses), Some(labels)) = (moving.masses.get(part.clone()), moving.labels.get(part.clone())) else {
+            return Err(Error::LengthMismatch);
+        };
+        let (Some(positions), Some(increments)) = (positions.get_mut(part.clone()), increments.get_mut(part.clone()))
+        else {
+            return Err(Error::LengthMismatch);
+        };
         let mut normals = [[T::ZERO; 2]; FEW];
         let Some(normals) = normals.get_mut(..labels.len()) else { return Err(Error::TooLarge) };
         normals_of_labels(generator, labels, moving.step, substep, normals)?;
@@ -322,7 +334,8 @@ fn jump<T: Real>(
             let spread = (twice / m).sqrt();
             *x = [x[0] + spread * z[0], x[1] + spread * z[1]];
         }
-        for ((&recorded, z), to) in recorded.next().unwrap_or(&[]).iter().zip(normals.iter()).zip(increments) {
+        let recorded = moving.recorded.get(part).unwrap_or(&[]);
+        for ((&recorded, z), to) in recorded.iter().zip(normals.iter()).zip(increments) {
             if recorded != 0 {
                 *to = [to[0] + root * z[0], to[1] + root * z[1]];
             }

@@ -3,7 +3,7 @@
 use super::clusters;
 use super::collision::{Criterion, Merging};
 use super::merge::{Queue, compact};
-use super::motion::{self, Moved, Moving, TILE};
+use super::motion::{self, Moved, Moving};
 use super::state::{Counters, Events, Options, Report, Scheme, State};
 use super::theory::Law;
 use crate::error::{Error, Result};
@@ -16,7 +16,7 @@ use crate::space::{Carve, Measure, Space};
 
 /// Where the particles' attraction comes from.
 pub enum Attraction<'a, 'g, T: Real> {
-    /// Nowhere: no field is computed, whatever chi is.
+    /// Nowhere: no field is computed, whatever chi is. Not with the feature `small`, nor is chi = 0.
     None,
     /// The sum over all particles of a kernel, K = V: exact, without a mesh; all particles share their sub-steps, and each sub-step sums
     /// anew. A mollified kernel bounds the speed.
@@ -84,7 +84,7 @@ fn lay<'w, T: Real>(
         recorded: space.array(clustered)?,
         moved: space.array(n)?,
         increments: space.array(n)?,
-        substeps: space.array(n.div_ceil(TILE))?,
+        substeps: space.array(motion::tiles_of(n))?,
         gradient: space.array(if summed.is_some() && !fixed { n } else { 0 })?,
         stages: rk4::Scratch::lay(space, if fixed { n.checked_mul(2).ok_or(Error::TooLarge)? } else { 0 })?,
         field: space.array(field)?,
@@ -225,7 +225,7 @@ pub fn step<T: Real>(
     let moved = Moved {
         positions: arrays.moved.get_mut(..n).ok_or(Error::LengthMismatch)?,
         increments: arrays.increments.get_mut(..n).ok_or(Error::LengthMismatch)?,
-        substeps: arrays.substeps.get_mut(..n.div_ceil(TILE)).ok_or(Error::LengthMismatch)?,
+        substeps: arrays.substeps.get_mut(..motion::tiles_of(n)).ok_or(Error::LengthMismatch)?,
     };
     let buffers = Buffers { gradient: arrays.gradient, stages: &mut arrays.stages, field: arrays.field };
     let force = if attracted && n > 0 { &mut attraction } else { &mut Attraction::None };
@@ -261,6 +261,7 @@ struct Buffers<'s, 'w, T> {
     field: &'s mut [u8],
 }
 
+#[cfg_attr(feature = "small", inline(never))]
 /// Moves all particles: chooses the way, sums or solves the field, counts.
 fn travel<T: Real>(
     moving: &Moving<'_, T>,
@@ -278,9 +279,11 @@ fn travel<T: Real>(
     let stop = |run: &Run<'_>| if run.should_stop.is_some_and(|stop| stop()) { Err(Error::Stopped) } else { Ok(()) };
     let mut fields = 0;
     let (made, draws) = match (fixed, force) {
+        // Where flash and stack are dear, one way is left: common sub-steps in a summed field.
+        (true, _) | (_, Attraction::None | Attraction::Mesh(_)) if cfg!(feature = "small") => {
+            return Err(Error::Unsupported);
+        }
         (false, Attraction::None) => (motion::frozen(moving, None, generator, moved, executor)?, 1),
-        // Where flash is dear, one choice is left, or the mesh would be linked for it.
-        (_, Attraction::Mesh(_)) if cfg!(feature = "small") => return Err(Error::Unsupported),
         (false, Attraction::Mesh(grid)) => {
             stop(run)?;
             grid.deposit(moving.positions, moving.masses, executor)?;
@@ -313,7 +316,7 @@ fn travel<T: Real>(
                 }
             };
             let all = n as u64;
-            if fixed {
+            if fixed && cfg!(not(feature = "small")) {
                 let stages = &mut buffers.stages.first(2 * n)?;
                 let sum: Option<&mut motion::Sum<'_, T>> = if none { None } else { Some(&mut sum) };
                 (all * motion::strang(moving, sum, generator, moved, stages)?, 2)
