@@ -40,6 +40,16 @@ impl<T: Real> Descending<T> {
         Self { coefficients, terms: ascending.len().min(MAX_TERMS + 1) }
     }
 
+    /// The coefficients of a polynomial of the blob, without an array in between: stacks may be short.
+    fn of<const D: usize>(blob: &Blob<T, D>, polynomial: Polynomial, scale: T) -> Option<Self> {
+        let terms = blob.terms(polynomial)?.min(MAX_TERMS);
+        let mut result = Self { coefficients: [T::ZERO; MAX_TERMS + 1], terms };
+        for (to, k) in result.coefficients.iter_mut().zip((0..terms).rev()) {
+            *to = blob.coefficient(polynomial, k) * scale;
+        }
+        Some(result)
+    }
+
     /// Horner's rule for one number, rounded as at level portable.
     fn value(&self, t: T) -> T {
         let Some((&first, rest)) = self.coefficients.get(..self.terms).and_then(<[T]>::split_first) else {
@@ -141,6 +151,7 @@ pub(super) struct Softened<C> {
 
 impl<T: Real> Softened<T> {
     /// Prepares the numbers, in units of which delta is at most about 1; without `P` not those of the potential.
+    #[cfg_attr(feature = "small", inline(never))]
     pub fn new<const D: usize, const P: bool>(blob: &Blob<T, D>, units: Units<T>) -> Self {
         let least = power_of_two::<T>(-least_square_exponent::<T>());
         let delta = blob.delta() * power_of_two(units.position);
@@ -161,12 +172,12 @@ impl<T: Real> Softened<T> {
     fn shape<const D: usize, const P: bool>(blob: &Blob<T, D>, delta: T) -> Option<Inside<T>> {
         let per = T::ONE / delta;
         let scale = per.powi(D as u32);
-        let (gradient, density) = (blob.series(Polynomial::Gradient)?, blob.series(Polynomial::Density)?);
-        let (gradient, density) = (gradient.coefficients(), density.coefficients());
         let (potential, offset) = match D {
             _ if !P => (Descending::new(&[], per), T::ZERO),
             1 => {
                 // R_j = sum over k >= j of g_k / (k + 1); c = 1 - R_0 / 2: every term is positive for orders 2 to 6.
+                let gradient = blob.series(Polynomial::Gradient)?;
+                let gradient = gradient.coefficients();
                 let (mut rise, mut sum) = ([T::ZERO; MAX_TERMS], T::ZERO);
                 for ((k, &g), r) in gradient.iter().enumerate().rev().zip(rise.iter_mut().rev()) {
                     sum += g / T::from_usize(k + 1);
@@ -176,18 +187,15 @@ impl<T: Real> Softened<T> {
                 // s R(t) = (r2 / delta^2) R(t); the r2 is multiplied later.
                 (Descending::new(rise, T::HALF * per), delta * (T::ONE - T::HALF * sum))
             }
-            2 => {
-                let series = blob.series(Polynomial::Potential)?;
-                (Descending::new(series.coefficients(), T::TWO), T::TWO * blob.delta().log())
-            }
-            _ => (Descending::new(blob.series(Polynomial::Potential)?.coefficients(), per), T::ZERO),
+            2 => (Descending::of(blob, Polynomial::Potential, T::TWO)?, T::TWO * blob.delta().log()),
+            _ => (Descending::of(blob, Polynomial::Potential, per)?, T::ZERO),
         };
         Some(Inside {
             per_square: per * per,
-            gradient: Descending::new(gradient, scale),
+            gradient: Descending::of(blob, Polynomial::Gradient, scale)?,
             potential,
             offset,
-            density: Descending::new(density, scale),
+            density: Descending::of(blob, Polynomial::Density, scale)?,
         })
     }
 

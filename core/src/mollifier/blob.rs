@@ -84,6 +84,22 @@ impl<T: Real, const D: usize> Blob<T, D> {
         }
     }
 
+    /// How many coefficients a polynomial in t has; none but for compact mollifiers.
+    pub(crate) fn terms(&self, of: Polynomial) -> Option<usize> {
+        match &self.shape {
+            Shape::Compact(shape) => Some(shape.series.terms(of)),
+            Shape::None | Shape::Gaussian(_) => None,
+        }
+    }
+
+    /// One of these coefficients, rounded.
+    pub(crate) fn coefficient(&self, of: Polynomial, k: usize) -> T {
+        match &self.shape {
+            Shape::Compact(shape) => shape.series.coefficient(of, k).hi,
+            Shape::None | Shape::Gaussian(_) => T::ZERO,
+        }
+    }
+
     /// B(r) = psi_delta(r), the mollifier itself.
     #[must_use]
     pub fn density(&self, r: T) -> T {

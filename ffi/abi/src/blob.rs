@@ -195,7 +195,9 @@ where
         )?;
         let options = read_options(self.options)?;
         // SAFETY: the contract of the extern functions.
-        let (host, kernel) = unsafe { (HostRun::read(self.run)?, Kernel::<T, D>::open(kernel.slice())?) };
+        let (host, kernel) = unsafe { (HostRun::read(self.run)?, Kernel::<T, D>::open(kernel.slice())) };
+        // Looked at where it is: moving it out would take its size of the stack once more.
+        let kernel = kernel.as_ref().map_err(|&error| error)?;
         // With no tracers the particles alone decide whether densities are advanced.
         if tracers > 0 && density.is_some() != tracer_density.is_some() {
             return Err(Error::LengthMismatch);
@@ -206,7 +208,8 @@ where
             divergence: divergence.is_some(),
             energy: options.watch_energy != 0,
         };
-        let plan = blob::plan(&kernel, n, tracers, wanted, &field_options(&options))?;
+        let plan = blob::plan(kernel, n, tracers, wanted, &field_options(&options));
+        let plan = plan.as_ref().map_err(|&error| error)?;
         // SAFETY: the contract of the extern functions; all ranges are disjoint.
         let state = unsafe {
             State {
@@ -235,7 +238,7 @@ where
         };
         let advance = Advance { dt: T::from_f64(self.dt), steps: self.steps, after_step: Some(&mut after_step) };
         let mut said = Report::default();
-        let result = host.enter(|run| blob::step(&plan, &kernel, state, advance, scratch, run, &mut said));
+        let result = host.enter(|run| blob::step(plan, kernel, state, advance, scratch, run, &mut said));
         if report.is_some() {
             let (energy_first, energy_last) = said.energy.unwrap_or((f64::NAN, f64::NAN));
             let first_bad = said.first_bad.map_or(MOLLIS_BLOB_NONE_BAD, |k| k as u64);
