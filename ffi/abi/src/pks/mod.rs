@@ -74,7 +74,9 @@ impl<T: Real> Chosen<'_, T> {
         let own = pks::workspace_bytes(room, self.summed(), options, workers)?;
         let own = own.checked_next_multiple_of(ALIGN).ok_or(Error::TooLarge)?;
         let grid = match self {
-            Self::Mesh(mesh, equation) if cfg!(not(feature = "small")) => Grid::workspace_bytes(mesh, equation, workers)?,
+            Self::Mesh(mesh, equation) if cfg!(not(feature = "small")) => {
+                Grid::workspace_bytes(mesh, equation, workers)?
+            }
             _ => 0,
         };
         own.checked_add(grid).ok_or(Error::TooLarge)?;
@@ -233,7 +235,9 @@ unsafe fn step<T: Real>(
     let (mut written, mut labels_written, mut done) = (given.written, given.labels_written, Report::default());
     let result = run.enter(|run| {
         let mut grid = match &chosen {
-            Chosen::Mesh(mesh, equation) if cfg!(not(feature = "small")) => Some(Grid::prepare(rest, *mesh, *equation, run.executor.workers())?),
+            Chosen::Mesh(mesh, equation) if cfg!(not(feature = "small")) => {
+                Some(Grid::prepare(rest, *mesh, *equation, run.executor.workers())?)
+            }
             _ => None,
         };
         for _ in 0..steps {
