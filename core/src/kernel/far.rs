@@ -108,7 +108,7 @@ pub(crate) struct Near<T> {
 impl<T: Real, const D: usize> Kernel<'_, T, D> {
     /// The polynomials, if that is what all terms are: those of [`Kernel::far`], under a compact mollifier.
     pub(crate) fn near(&self) -> Option<Near<T>> {
-        let p = self.polynomials.as_ref()?;
+        let p = self.blob.polynomials()?;
         let mut near = Near {
             edge: [[T::ZERO; EDGE]; 3],
             edge_terms: 0,
