@@ -54,7 +54,7 @@ fn time<const D: usize>(law: Law, mollifier: Mollifier, delta: f64) -> f64 {
     let bytes = plan.workspace_bytes(1).expect("a size");
     let mut workspace = vec![0_u8; bytes + 64];
     let start = workspace.as_ptr().align_offset(64);
-    let mut gradient = vec![[0.0; D]; N];
+    let mut gradient = vec![[0.0; D]; positions.len()];
     let best = (0..5).map(|_| {
         let outputs = Outputs { gradient: Some(&mut gradient[..]), ..Outputs::default() };
         let sources = Sources { positions: &positions, masses: &masses };

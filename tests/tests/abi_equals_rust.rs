@@ -1,6 +1,10 @@
 //! Every dimension and scalar of the C ABI computes what the Rust functions compute, bit for bit: the shims are written out
 //! one by one, so each is called here. What a field sum refuses, and that it then writes nothing, stands at the end.
 #![expect(unsafe_code, reason = "calls the C ABI as a C program does")]
+#![expect(
+    clippy::undocumented_unsafe_blocks,
+    reason = "each call passes buffers of the stated sizes that live through it"
+)]
 
 use std::ffi::{CStr, c_void};
 use std::mem::MaybeUninit;

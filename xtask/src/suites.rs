@@ -29,13 +29,14 @@ const SUITES: &[Suite] = &[
     ("features", "each combination of features builds", || checked(features::run())),
     ("symbols", "nothing but memory functions is needed", || checked(symbols::run())),
     ("languages", "the header and programs in C, C++ and Fortran", || counted(languages())),
-    ("firmware", "bare machines give the host's bits, within their budget", || counted(firmware::run())),
+    ("firmware", "bare machines give the host's bits, and hold no panic", || counted(firmware::run(false))),
+    ("budget", "firmware keeps to the flash and stack it may take", || counted(firmware::run(true))),
     ("valgrind", "the C programs touch no memory that is not theirs", || counted(examples::all(true))),
 ];
 
 /// Suites that have not passed yet, or not since the last large change. Without names they are left out, and said to be;
 /// `cargo xtask test NAME` runs them. The list must shrink to nothing before a release.
-const UNSETTLED: &[&str] = &["coverage", "firmware"];
+const UNSETTLED: &[&str] = &["budget"];
 
 /// Runs the suites named, or all that are settled.
 pub fn run(names: &[String]) -> Result<()> {

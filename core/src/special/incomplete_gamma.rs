@@ -124,7 +124,7 @@ fn scale<T: Real>(a: T) -> T {
         let (mut f, mut product) = (a, T::ONE);
         while f > T::ONE {
             product *= f;
-            f = f - T::ONE;
+            f -= T::ONE;
         }
         return (a * a.log() - a).exp() * (T::ONE + f * gamma_rise(f)) / product;
     }
