@@ -384,9 +384,11 @@ mod tests {
 
         // Only what is wanted, by single precision: the total alone needs no field.
         let (x32, m32) = (x.map(|x| x.map(|v| v as f32)), m.map(|m| m as f32));
-        let mut total32 = [0.0_f32; 3];
+        let (mut total32, mut bytes32) = ([0.0_f32; 3], 0);
         // SAFETY: live arrays of these lengths.
         let status = unsafe {
+            assert_eq!(mollis_grid2_workspace_bytes_f32(&raw const mesh, null(), null(), &raw mut bytes32), 0);
+            assert!(bytes32 > 0 && bytes32 < bytes);
             mollis_grid2_eval_f32(
                 &raw const mesh,
                 null(),
@@ -402,7 +404,7 @@ mod tests {
                 &raw mut total32,
                 null_mut(),
                 memory,
-                bytes,
+                bytes32,
                 null(),
             )
         };
