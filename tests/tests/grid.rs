@@ -58,6 +58,21 @@ impl Executor for Threads {
     }
 }
 
+/// Gives all tasks of a call to one worker, and those of the next call to the next: whatever a worker's scratch held from
+/// another phase, or from none, must not matter.
+struct Turns(usize, AtomicUsize);
+
+impl Executor for Turns {
+    fn workers(&self) -> usize {
+        self.0
+    }
+    fn run(&self, tasks: usize, task: &(dyn Fn(usize) + Sync)) -> Result<()> {
+        let worker = self.1.fetch_add(1, Ordering::Relaxed) % self.0;
+        (0..tasks).for_each(|_| task(worker));
+        Ok(())
+    }
+}
+
 fn cloud(n: usize, case: &twin::Case, margin: f64, seed: u64) -> (Vec<[f64; 2]>, Vec<f64>) {
     let mut next = random(seed);
     let mut at = |k: usize| {
@@ -239,6 +254,9 @@ fn any_order_any_number_of_threads_any_split_the_same_bits() {
     assert!(want.1 > 0);
     for threads in [1, 2, 3, 7] {
         assert!(run(&x, &m, &Threads(threads)) == want, "{threads} threads");
+    }
+    for workers in [2, 3, 7] {
+        assert!(run(&x, &m, &Turns(workers, AtomicUsize::new(0))) == want, "{workers} workers in turn");
     }
     let (backwards_x, backwards_m): (Vec<_>, Vec<_>) =
         (x.iter().rev().copied().collect(), m.iter().rev().copied().collect());

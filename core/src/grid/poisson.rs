@@ -340,9 +340,13 @@ impl<T: Real> Plain for Lines<'_, T> {
         if phase == Phase::Forward {
             data.load(first, a);
         } else {
-            for (r, row) in rows.chunks(pitch.max(1)).enumerate() {
-                for (element, &value) in a.iter_mut().zip(row).take(n + 1) {
-                    put(element, r, value);
+            // Two rows share a complex transform, so what stands in for a missing one must not be what the buffer held.
+            let mut given = rows.chunks(pitch.max(1));
+            for r in 0..ROWS {
+                let elements = a.iter_mut().take(n + 1);
+                match given.next() {
+                    Some(row) => elements.zip(row).for_each(|(element, &value)| put(element, r, value)),
+                    None => elements.for_each(|element| put(element, r, T::ZERO)),
                 }
             }
         }
