@@ -11,7 +11,7 @@ use mollis_core::parallel::{Executor, Serial};
 use mollis_core::real::Real;
 
 use crate::peers::Peer;
-use crate::scene::Scene;
+use crate::scene::{Scene, aligned};
 
 #[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
 enum MethodName {
@@ -187,8 +187,7 @@ impl Field {
         let executor: &dyn Executor = pool.as_ref().map_or(&Serial, |p| p);
         let bytes = plan.workspace_bytes(executor.workers())?;
         let mut memory = vec![0_u8; bytes + 64];
-        let start = memory.as_ptr().align_offset(64);
-        let workspace = &mut memory[start..start + bytes];
+        let workspace = aligned(&mut memory);
         let (mut potential, mut gradient) = (vec![T::ZERO; n_targets], vec![[T::ZERO; D]; n_targets]);
         let mut laplacian = vec![T::ZERO; n_targets];
         let mut counters = Counters::default();

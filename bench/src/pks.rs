@@ -17,6 +17,7 @@ use mollis_core::random::Philox;
 use mollis_core::space::{Chunks, each_piece};
 
 use crate::field::{cpu_time, minimum, wall_time};
+use crate::scene::aligned;
 
 /// Particles that are gathered, given noise and moved together: their numbers stay in the nearest cache.
 const TASK: usize = 1024;
@@ -70,13 +71,6 @@ struct Peer {
     with_quadtree_ratio: f64,
     with_kdtree_ns: f64,
     with_kdtree_ratio: f64,
-}
-
-/// A block of the workspace's alignment.
-fn aligned(memory: &mut [u8]) -> &mut [u8] {
-    let start = memory.as_ptr().align_offset(64);
-    let end = memory.len() - 64 + start;
-    &mut memory[start..end]
 }
 
 impl Pks {
@@ -140,8 +134,7 @@ impl Pks {
         let mesh = Mesh::new([-1.5, -1.5], [1.5, 1.5], [self.grid; 2])?;
         let bytes = Grid::workspace_bytes(&mesh, &Equation::POISSON, executor.workers())?;
         let mut memory = vec![0_u8; bytes + 64];
-        let start = memory.as_ptr().align_offset(64);
-        let mut grid = Grid::prepare(&mut memory[start..start + bytes], mesh, Equation::POISSON, executor.workers())?;
+        let mut grid = Grid::prepare(aligned(&mut memory), mesh, Equation::POISSON, executor.workers())?;
         // Masses change when particles merge, not in a sub-step.
         let scale = MassScale::of(&masses)?;
         let clock = if self.threads > 1 { wall_time } else { cpu_time };

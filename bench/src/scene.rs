@@ -26,3 +26,10 @@ impl<const D: usize> Scene<D> {
         Self { positions, masses: (0..n).map(|_| next() - 0.5).collect(), delta }
     }
 }
+
+/// What of the memory starts and ends so that a workspace may: 64 bytes fewer.
+pub fn aligned(memory: &mut [u8]) -> &mut [u8] {
+    let start = memory.as_ptr().align_offset(64);
+    let end = memory.len() - 64 + start;
+    &mut memory[start..end]
+}

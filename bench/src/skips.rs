@@ -2,32 +2,14 @@
 //!
 //! Prints the best of several runs on one core, and what was asked for; ends with an error where a limit is missed.
 
-use std::time::Instant;
-
 use mollis_core::field::{Options, Outputs, Run, Sources, Wanted, evaluate, plan};
 use mollis_core::kernel::{Kernel, Law, Term};
 use mollis_core::mollifier::Mollifier;
 
+use crate::field::cpu_time;
+use crate::scene::aligned;
+
 const N: usize = 1_000_000;
-
-/// Processor time where the system tells it (so that other jobs on the machine do not count), else time of day.
-struct Clock(Option<f64>, Instant);
-
-impl Clock {
-    fn processor() -> Option<f64> {
-        let text = std::fs::read_to_string("/proc/thread-self/schedstat").ok()?;
-        Some(text.split_whitespace().next()?.parse::<f64>().ok()? * 1e-9)
-    }
-    fn start() -> Self {
-        Self(Self::processor(), Instant::now())
-    }
-    fn seconds(&self) -> f64 {
-        match (self.0, Self::processor()) {
-            (Some(start), Some(end)) => end - start,
-            _ => self.1.elapsed().as_secs_f64(),
-        }
-    }
-}
 
 fn numbers(n: usize) -> Vec<f64> {
     let mut state = 1_u64;
@@ -46,22 +28,19 @@ fn time<const D: usize>(law: Law, mollifier: Mollifier, delta: f64) -> f64 {
     let masses = vec![1.0 / N as f64; N];
     let bytes = Kernel::<f64, D>::workspace_bytes(&terms, mollifier).expect("a good kernel");
     let mut block = vec![0_u8; bytes + 64];
-    let start = block.as_ptr().align_offset(64);
-    let kernel =
-        Kernel::<f64, D>::prepare(&mut block[start..start + bytes], &terms, mollifier, delta).expect("prepared");
+    let kernel = Kernel::<f64, D>::prepare(aligned(&mut block), &terms, mollifier, delta).expect("prepared");
     let wanted = Wanted { gradient: true, ..Wanted::default() };
     let plan = plan(&kernel, N, N, wanted, &Options::default()).expect("a plan");
     let bytes = plan.workspace_bytes(1).expect("a size");
     let mut workspace = vec![0_u8; bytes + 64];
-    let start = workspace.as_ptr().align_offset(64);
+    let memory = aligned(&mut workspace);
     let mut gradient = vec![[0.0; D]; positions.len()];
     let best = (0..5).map(|_| {
         let outputs = Outputs { gradient: Some(&mut gradient[..]), ..Outputs::default() };
         let sources = Sources { positions: &positions, masses: &masses };
-        let clock = Clock::start();
-        let memory = &mut workspace[start..start + bytes];
+        let begin = cpu_time();
         evaluate(&plan, &kernel, sources, &positions, outputs, memory, &mut Run::default()).expect("a sum");
-        clock.seconds()
+        (cpu_time() - begin).as_secs_f64()
     });
     let best = best.fold(f64::INFINITY, f64::min);
     println!("{D}D {law:?} {mollifier:?}: {:?}, {best:.4} s for {N} particles", plan.method());

@@ -9,6 +9,7 @@ use clap::{Parser, Subcommand};
 
 mod converge;
 mod initial;
+mod memory;
 mod output;
 mod pks_check;
 mod plot;

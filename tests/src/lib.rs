@@ -1,1 +1,41 @@
 //! Helpers that several tests share.
+
+use std::ffi::c_void;
+
+use mollis_core::space::ALIGN;
+
+/// Dirty bytes that start at a multiple of [`ALIGN`], in a little more memory, which is dirty too.
+#[derive(Debug)]
+pub struct Aligned {
+    memory: Vec<u8>,
+    start: usize,
+    len: usize,
+}
+
+impl Aligned {
+    const DIRT: u8 = 0xA5;
+
+    /// This many bytes.
+    #[must_use]
+    pub fn new(len: usize) -> Self {
+        let memory = vec![Self::DIRT; len + ALIGN];
+        let start = memory.as_ptr().align_offset(ALIGN);
+        Self { memory, start, len }
+    }
+
+    /// The bytes.
+    pub fn bytes(&mut self) -> &mut [u8] {
+        &mut self.memory[self.start..self.start + self.len]
+    }
+
+    /// The bytes as C takes them.
+    pub fn pointer(&mut self) -> *mut c_void {
+        self.bytes().as_mut_ptr().cast()
+    }
+
+    /// Whether nothing was written, inside or beside.
+    #[must_use]
+    pub fn is_untouched(&self) -> bool {
+        self.memory.iter().all(|&byte| byte == Self::DIRT)
+    }
+}

@@ -7,29 +7,16 @@ use mollis_abi::*;
 use mollis_core::blob::{self, Lattice};
 use mollis_core::kernel::{Kernel, Law, Term};
 use mollis_core::mollifier::Mollifier;
-use mollis_core::space::ALIGN;
 use mollis_core::{Error, Real};
+use mollis_tests::Aligned;
 
 const OK: i32 = 0;
 const COMPACT: Mollifier = Mollifier::Compact { order: 4, exponent: 4 };
 
-struct Block(Vec<u8>, usize, usize);
-
-impl Block {
-    fn new(bytes: usize) -> Self {
-        let memory = vec![0xA5_u8; bytes + ALIGN];
-        let start = memory.as_ptr().align_offset(ALIGN);
-        Self(memory, start, bytes)
-    }
-    fn get(&mut self) -> &mut [u8] {
-        &mut self.0[self.1..self.1 + self.2]
-    }
-}
-
-fn kernel_block<T: Real, const D: usize>(mollifier: Mollifier) -> Block {
+fn kernel_block<T: Real, const D: usize>(mollifier: Mollifier) -> Aligned {
     let terms = [Term { law: Law::Power { exponent: 1.5 }, coefficient: -1.0 }];
-    let mut block = Block::new(Kernel::<T, D>::workspace_bytes(&terms, mollifier).unwrap());
-    Kernel::<T, D>::prepare(block.get(), &terms, mollifier, T::from_f64(0.3)).unwrap();
+    let mut block = Aligned::new(Kernel::<T, D>::workspace_bytes(&terms, mollifier).unwrap());
+    Kernel::<T, D>::prepare(block.bytes(), &terms, mollifier, T::from_f64(0.3)).unwrap();
     block
 }
 
@@ -62,10 +49,10 @@ macro_rules! check {
                 assert_eq!((out, centre), ([0.0; 3], [0.0; $d]));
 
                 let mut block = kernel_block::<$t, $d>(COMPACT);
-                let bytes = block.2;
-                let kernel = Kernel::<$t, $d>::open(block.get()).unwrap();
+                let bytes = block.bytes().len();
+                let kernel = Kernel::<$t, $d>::open(block.bytes()).unwrap();
                 let want = (blob::stable_step(&kernel, &x, &m), blob::stable_step_anywhere(&kernel, 2.0, 3.0));
-                let kp = block.get().as_ptr().cast();
+                let kp = block.bytes().as_ptr().cast();
                 assert_eq!(($step(kp, bytes, n, mp, xp, a), Ok(out[0])), (OK, want.0));
                 assert_eq!(($anywhere(kp, bytes, 2.0, 3.0, a), Ok(out[0])), (OK, want.1));
                 out = untouched;
@@ -80,7 +67,7 @@ macro_rules! check {
                 assert_eq!(out, untouched);
                 // without a mollifier |x|^1.5 has no bounded Hessian, coincident particles no step
                 let mut singular = kernel_block::<$t, $d>(Mollifier::None);
-                let (sp, bytes) = (singular.get().as_ptr().cast(), singular.2);
+                let (sp, bytes) = (singular.bytes().as_ptr().cast(), singular.bytes().len());
                 assert_eq!($step(sp, bytes, n, mp, xp, a), OK);
 
                 assert_eq!($overlap(n, 0.4, mp, rp, a), OK);
@@ -106,9 +93,9 @@ macro_rules! check {
                 assert_eq!($size(&raw const points, 4, &raw mut bytes), OK);
                 assert_eq!(Ok(bytes), lattice.workspace_bytes());
                 let values: Vec<$t> = (0..3_usize.pow($d)).map(|k| 0.2 * k as $t - 0.7).collect();
-                let mut memory = Block::new(bytes);
-                let want = lattice.dual_norm(&values, memory.get());
-                let (vp, wp) = (values.as_ptr(), memory.get().as_mut_ptr().cast());
+                let mut memory = Aligned::new(bytes);
+                let want = lattice.dual_norm(&values, memory.bytes());
+                let (vp, wp) = (values.as_ptr(), memory.bytes().as_mut_ptr().cast());
                 let pp = &raw const points;
                 assert_eq!(($dual(pp, 0.5, 4, vp, a, wp, bytes), Ok(out[0])), (OK, want));
                 out = untouched;
@@ -119,7 +106,7 @@ macro_rules! check {
                 assert_eq!($dual(&raw const huge, 0.5, 4, vp, a, wp, bytes), Error::TooLarge as i32);
                 assert_eq!($size(null(), 4, &raw mut bytes), Error::NullPointer as i32);
                 assert_eq!($size(&raw const huge, 4, &raw mut bytes), Error::TooLarge as i32);
-                assert_eq!((out, bytes), (untouched, memory.2));
+                assert_eq!((out, bytes), (untouched, memory.bytes().len()));
             }
         }
     };

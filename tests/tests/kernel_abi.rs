@@ -5,30 +5,14 @@ use std::ffi::c_void;
 use std::ptr::{null, null_mut};
 
 use mollis_abi::*;
+use mollis_core::Error;
 use mollis_core::kernel::{Kernel, Law, Term};
 use mollis_core::mollifier::Mollifier;
-use mollis_core::space::ALIGN;
-use mollis_core::{Error, Real};
+use mollis_tests::Aligned;
 
 const OK: i32 = 0;
 const NONE: mollis_mollifier = mollis_mollifier { kind: MOLLIS_MOLLIFIER_NONE, order: 0, exponent: 0 };
 const COMPACT: mollis_mollifier = mollis_mollifier { kind: MOLLIS_MOLLIFIER_COMPACT, order: 4, exponent: 4 };
-
-struct Block(Vec<u8>, usize, usize);
-
-impl Block {
-    fn new(bytes: usize) -> Self {
-        let memory = vec![0xA5_u8; bytes + ALIGN];
-        let start = memory.as_ptr().align_offset(ALIGN);
-        Self(memory, start, bytes)
-    }
-    fn get(&mut self) -> *mut c_void {
-        self.0[self.1..].as_mut_ptr().cast()
-    }
-    fn untouched(&self) -> bool {
-        self.0.iter().all(|&b| b == 0xA5)
-    }
-}
 
 fn term(kind: i32, coefficient: f64, parameter: f64) -> mollis_kernel_term {
     mollis_kernel_term { kind, reserved: 0, coefficient, parameter: [parameter, f64::NAN] }
@@ -41,8 +25,8 @@ fn codes(
     mollifier: mollis_mollifier,
     delta: f64,
 ) -> [[i32; 2]; 6] {
-    let (mut block, mut bytes) = (Block::new(1 << 20), 77_usize);
-    let (p, n, b, size) = (terms.as_ptr(), terms.len(), block.get(), 1 << 20);
+    let (mut block, mut bytes) = (Aligned::new(1 << 20), 77_usize);
+    let (p, n, b, size) = (terms.as_ptr(), terms.len(), block.pointer(), 1 << 20);
     let bp = &raw mut bytes;
     // SAFETY: live arrays of the stated lengths.
     let got = unsafe {
@@ -74,7 +58,7 @@ fn codes(
         ]
     };
     if got.iter().flatten().all(|&code| code != OK) {
-        assert!(bytes == 77 && block.untouched());
+        assert!(bytes == 77 && block.is_untouched());
     }
     got
 }
@@ -164,33 +148,40 @@ fn a_bad_kernel_of_the_host_is_refused() {
         for spoil in (0..3).flat_map(|k| [f64::NAN, f64::INFINITY].map(|v| (k, v))) {
             let mut context = Own { calls: 0, spoil: Some(spoil), refuse_at: 0 };
             let kernel = radial(&mut context);
-            let (mut block, mut bytes) = (Block::new(1 << 20), 0);
+            let (mut block, mut bytes) = (Aligned::new(1 << 20), 0);
             // SAFETY: live locals.
             unsafe {
                 assert_eq!(mollis_kernel2_workspace_bytes(null(), 0, &raw const kernel, mollifier, &raw mut bytes), OK);
-                let code = mollis_kernel2_prepare(block.get(), bytes, null(), 0, &raw const kernel, mollifier, 0.1);
+                let code = mollis_kernel2_prepare(block.pointer(), bytes, null(), 0, &raw const kernel, mollifier, 0.1);
                 assert_eq!(code, Error::NotFinite as i32, "{spoil:?}");
                 // what it left is no kernel
                 let (r, mut value) = (1.0, 7.0);
-                let code =
-                    mollis_kernel2_eval(block.get(), bytes, 1, &raw const r, &raw mut value, null_mut(), null_mut());
+                let code = mollis_kernel2_eval(
+                    block.pointer(),
+                    bytes,
+                    1,
+                    &raw const r,
+                    &raw mut value,
+                    null_mut(),
+                    null_mut(),
+                );
                 assert_eq!((code, value), (Error::NotPrepared as i32, 7.0));
             }
         }
         // its own status comes back, and it is not called again
         let mut context = Own { calls: 0, spoil: None, refuse_at: 25 };
         let kernel = radial(&mut context);
-        let mut block = Block::new(1 << 20);
+        let mut block = Aligned::new(1 << 20);
         // SAFETY: live locals.
         let code =
-            unsafe { mollis_kernel2_prepare(block.get(), 1 << 20, null(), 0, &raw const kernel, mollifier, 0.1) };
+            unsafe { mollis_kernel2_prepare(block.pointer(), 1 << 20, null(), 0, &raw const kernel, mollifier, 0.1) };
         assert_eq!((code, context.calls), (4242, 25));
     }
     let mut context = Own { calls: 0, spoil: None, refuse_at: 0 };
     let good = radial(&mut context);
     let eight = [term(MOLLIS_KERNEL_POWER, 1.0, 3.0); 8];
     assert_eq!(codes(&eight, &raw const good, COMPACT, 0.1), [[Error::KernelTerms as i32; 2]; 6]);
-    let mut block = Block::new(1 << 20);
+    let mut block = Aligned::new(1 << 20);
     for (kernel, error) in [
         (mollis_radial_kernel { evaluate: None, ..good }, Error::NullPointer),
         (mollis_radial_kernel { coefficient: f64::NAN, ..good }, Error::NotFinite),
@@ -198,7 +189,8 @@ fn a_bad_kernel_of_the_host_is_refused() {
         (mollis_radial_kernel { reach: f64::NAN, ..good }, Error::NotFinite),
     ] {
         // SAFETY: live locals.
-        let code = unsafe { mollis_kernel2_prepare(block.get(), 1 << 20, null(), 0, &raw const kernel, COMPACT, 0.1) };
+        let code =
+            unsafe { mollis_kernel2_prepare(block.pointer(), 1 << 20, null(), 0, &raw const kernel, COMPACT, 0.1) };
         assert_eq!(code, error as i32);
     }
 }
@@ -211,23 +203,22 @@ fn a_host_kernel_equals_the_known_one() {
     let known_terms =
         [Term { law: Law::Power { exponent: 1.5 }, coefficient: 1.0 }, Term { law: Law::Newtonian, coefficient: -0.5 }];
     for (given, mollifier) in [(NONE, Mollifier::None), (COMPACT, Mollifier::Compact { order: 4, exponent: 4 })] {
-        let mut memory = Block::new(Kernel::<f64, 2>::workspace_bytes(&known_terms, mollifier).unwrap());
-        let (start, size) = (memory.1, memory.2);
-        let known =
-            Kernel::<f64, 2>::prepare(&mut memory.0[start..start + size], &known_terms, mollifier, delta).unwrap();
+        let mut memory = Aligned::new(Kernel::<f64, 2>::workspace_bytes(&known_terms, mollifier).unwrap());
+        let known = Kernel::<f64, 2>::prepare(memory.bytes(), &known_terms, mollifier, delta).unwrap();
         let mut context = Own { calls: 0, spoil: None, refuse_at: 0 };
         let kernel = radial(&mut context);
         let terms = [term(MOLLIS_KERNEL_NEWTONIAN, -0.5, 0.0)];
-        let (mut block, mut bytes) = (Block::new(1 << 20), 0);
+        let (mut block, mut bytes) = (Aligned::new(1 << 20), 0);
         let r: Vec<f64> = (1..=300).map(|k| 0.0123 * f64::from(k)).collect();
         let mut got = [vec![0.0; 300], vec![0.0; 300], vec![0.0; 300]];
         let [u, g, l] = got.each_mut().map(|v| v.as_mut_ptr());
         // SAFETY: live arrays of the stated lengths.
         unsafe {
             assert_eq!(mollis_kernel2_workspace_bytes(terms.as_ptr(), 1, &raw const kernel, given, &raw mut bytes), OK);
-            let code = mollis_kernel2_prepare(block.get(), bytes, terms.as_ptr(), 1, &raw const kernel, given, delta);
+            let code =
+                mollis_kernel2_prepare(block.pointer(), bytes, terms.as_ptr(), 1, &raw const kernel, given, delta);
             assert_eq!(code, OK);
-            assert_eq!(mollis_kernel2_eval(block.get(), bytes, 300, r.as_ptr(), u, g, l), OK);
+            assert_eq!(mollis_kernel2_eval(block.pointer(), bytes, 300, r.as_ptr(), u, g, l), OK);
         }
         let scale = known.at(delta).map(f64::abs);
         for (k, &r) in r.iter().enumerate().filter(|(_, r)| **r < 3.5) {
@@ -240,90 +231,46 @@ fn a_host_kernel_equals_the_known_one() {
 }
 
 /// A value that becomes infinite stops a run, with the state of the last completed step: what a run of just those steps gives.
-fn blow_up<T: Real + std::fmt::Debug>() -> (i32, u64) {
-    let terms = [term(MOLLIS_KERNEL_POWER, 1.0, 6.0)];
-    let (mut block, mut bytes) = (Block::new(1 << 16), 0);
-    let single = size_of::<T>() == 4;
-    let start: Vec<[T; 2]> = (0..6).map(|k| [T::from_f64(f64::from(k)), T::from_f64(f64::from(k * k % 5))]).collect();
-    let masses = [T::ONE; 6];
-    let mut states = Vec::new();
-    let mut last = (OK, 0);
-    let mut steps = 50_usize;
-    for _ in 0..2 {
-        let mut x = start.clone();
-        let mut report = mollis_blob_report { steps: 0, first_bad: 0, energy_first: 0.0, energy_last: 0.0 };
-        let (mut scratch, mut scratch_bytes) = (Block::new(1 << 20), 0_usize);
-        let (k, s) = (block.get(), &raw mut scratch_bytes);
-        // SAFETY: live arrays; `T` is the scalar of the function called.
-        let code = unsafe {
-            if single {
-                assert_eq!(mollis_kernel2_workspace_bytes_f32(terms.as_ptr(), 1, null(), COMPACT, &raw mut bytes), OK);
-                assert_eq!(mollis_kernel2_prepare_f32(k, bytes, terms.as_ptr(), 1, null(), COMPACT, 0.5), OK);
-                assert_eq!(mollis_blob2_workspace_bytes_f32(k, bytes, 6, 0, 0, null(), null(), s), OK);
-                mollis_blob2_step_f32(
-                    k,
-                    bytes,
-                    6,
-                    masses.as_ptr().cast(),
-                    x.as_mut_ptr().cast(),
-                    null_mut(),
-                    null_mut(),
-                    null_mut(),
-                    0,
-                    null_mut(),
-                    null_mut(),
-                    null_mut(),
-                    0.5,
-                    steps,
-                    null(),
-                    null(),
-                    &raw mut report,
-                    scratch.get(),
-                    scratch_bytes,
-                )
-            } else {
-                assert_eq!(mollis_kernel2_workspace_bytes(terms.as_ptr(), 1, null(), COMPACT, &raw mut bytes), OK);
-                assert_eq!(mollis_kernel2_prepare(k, bytes, terms.as_ptr(), 1, null(), COMPACT, 0.5), OK);
-                assert_eq!(mollis_blob2_workspace_bytes(k, bytes, 6, 0, 0, null(), null(), s), OK);
-                mollis_blob2_step(
-                    k,
-                    bytes,
-                    6,
-                    masses.as_ptr().cast(),
-                    x.as_mut_ptr().cast(),
-                    null_mut(),
-                    null_mut(),
-                    null_mut(),
-                    0,
-                    null_mut(),
-                    null_mut(),
-                    null_mut(),
-                    0.5,
-                    steps,
-                    null(),
-                    null(),
-                    &raw mut report,
-                    scratch.get(),
-                    scratch_bytes,
-                )
-            }
+/// Its status, and how many steps it completed.
+macro_rules! blow_up {
+    ($t:ty; $size:ident $prepare:ident $scratch:ident $step:ident) => {{
+        let terms = [term(MOLLIS_KERNEL_POWER, 1.0, 6.0)];
+        let start: Vec<[$t; 2]> = (0..6_u8).map(|k| [<$t>::from(k), <$t>::from(k * k % 5)]).collect();
+        let masses = [1.0 as $t; 6];
+        let run = |steps: usize| {
+            let mut x = start.clone();
+            let mut report = mollis_blob_report { steps: 0, first_bad: 0, energy_first: 0.0, energy_last: 0.0 };
+            let (mut block, mut bytes) = (Aligned::new(1 << 16), 0);
+            let (mut memory, mut memory_bytes) = (Aligned::new(1 << 20), 0);
+            let (kernel, none) = (block.pointer(), null_mut::<$t>());
+            // SAFETY: live arrays of the stated lengths.
+            let code = unsafe {
+                assert_eq!($size(terms.as_ptr(), 1, null(), COMPACT, &raw mut bytes), OK);
+                assert_eq!($prepare(kernel, bytes, terms.as_ptr(), 1, null(), COMPACT, 0.5), OK);
+                assert_eq!($scratch(kernel, bytes, 6, 0, 0, null(), null(), &raw mut memory_bytes), OK);
+                let (m, x, points) = (masses.as_ptr(), x.as_mut_ptr(), null_mut());
+                let (space, report) = (memory.pointer(), &raw mut report);
+                #[rustfmt::skip]
+                let code = $step(kernel, bytes, 6, m, x, none, null_mut(), none, 0, points, none, null_mut(), 0.5, steps,
+                    null(), null(), report, space, memory_bytes);
+                code
+            };
+            assert!(x.iter().flatten().all(|c| c.is_finite()));
+            (code, report.steps, x)
         };
-        if states.is_empty() {
-            last = (code, report.steps);
-            steps = report.steps as usize;
-        } else {
-            assert_eq!((code, report.steps), (OK, steps as u64));
-        }
-        assert!(x.iter().flatten().all(|c| c.is_finite()));
-        states.push(x);
-    }
-    assert_eq!(states[0], states[1]);
-    last
+        let (code, steps, state) = run(50);
+        assert_eq!(run(steps as usize), (OK, steps, state));
+        (code, steps)
+    }};
 }
 
 #[test]
 fn a_run_that_blows_up_keeps_its_last_good_state() {
-    for (code, steps) in [blow_up::<f64>(), blow_up::<f32>()] {
+    let double = blow_up!(f64; mollis_kernel2_workspace_bytes mollis_kernel2_prepare mollis_blob2_workspace_bytes
+        mollis_blob2_step);
+    let single = blow_up!(f32; mollis_kernel2_workspace_bytes_f32 mollis_kernel2_prepare_f32
+        mollis_blob2_workspace_bytes_f32 mollis_blob2_step_f32);
+    for (code, steps) in [double, single] {
         assert_eq!(code, Error::BecameNotFinite as i32);
         assert!(steps < 50);
     }

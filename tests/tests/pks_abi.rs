@@ -19,6 +19,7 @@ use mollis_core::pks::{self, Attraction, CollisionLaw, Counters, Event, Events, 
 use mollis_core::random::{Generator, Philox};
 use mollis_core::space::ALIGN;
 use mollis_core::{Error, Real, Result};
+use mollis_tests::Aligned;
 
 /// SplitMix64, as a host's stream in C and in Rust.
 struct Split(u64);
@@ -48,25 +49,6 @@ unsafe extern "C" fn split(state: *mut c_void, out: *mut u64, n: usize) -> i32 {
     let (state, out) = unsafe { (&mut *state.cast::<Split>(), std::slice::from_raw_parts_mut(out, n)) };
     out.iter_mut().for_each(|word| *word = state.next());
     0
-}
-
-/// Dirty bytes at a multiple of 64.
-struct Block {
-    memory: Vec<u8>,
-    start: usize,
-    bytes: usize,
-}
-
-impl Block {
-    fn new(bytes: usize) -> Self {
-        let memory = vec![0xC5; bytes + ALIGN];
-        let start = memory.as_ptr().align_offset(ALIGN);
-        Self { memory, start, bytes }
-    }
-
-    fn get(&mut self) -> &mut [u8] {
-        &mut self.memory[self.start..self.start + self.bytes]
-    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -163,16 +145,16 @@ macro_rules! scalar {
                 Kernel::prepare(memory, &terms, mollifier, DELTA as $t).unwrap()
             }
 
-            fn kernel_block() -> Block {
+            fn kernel_block() -> Aligned {
                 let terms = [Term { law: Law::Newtonian, coefficient: 1.0 }];
                 let mollifier = Mollifier::Compact { order: 2, exponent: 4 };
-                Block::new(Kernel::<$t, 2>::workspace_bytes(&terms, mollifier).unwrap())
+                Aligned::new(Kernel::<$t, 2>::workspace_bytes(&terms, mollifier).unwrap())
             }
 
             pub fn in_c(scene: &Scene) -> (Outcome, usize) {
                 let (mut positions, mut masses, mut labels, mut species) = start::<$t>();
                 let mut block = kernel_block();
-                kernel(block.get());
+                kernel(block.bytes());
                 let mut grid = std::mem::MaybeUninit::<mollis_grid2_options>::uninit();
                 // SAFETY: a live structure of this size, which the call fills.
                 let mut grid = unsafe {
@@ -190,8 +172,8 @@ macro_rules! scalar {
                     reserved: 0,
                     mesh: &raw const mesh,
                     grid: if scene.force == Force::Box { &raw const grid } else { null() },
-                    kernel: block.get().as_ptr().cast(),
-                    kernel_bytes: block.bytes,
+                    kernel: block.pointer().cast_const(),
+                    kernel_bytes: block.bytes().len(),
                     tolerance: 0.0,
                 };
                 let mut counters = mollis_pks_counters { time: 0.0, step: 0, count: N as u64, pending: 0 };
@@ -221,7 +203,7 @@ macro_rules! scalar {
                 let status = unsafe {
                     let options = &raw const scene.options;
                     assert_eq!($bytes(N, options, &raw const attraction, null(), &raw mut bytes), 0);
-                    let mut workspace = Block::new(bytes);
+                    let mut workspace = Aligned::new(bytes);
                     $step(
                         options,
                         &raw const attraction,
@@ -237,7 +219,7 @@ macro_rules! scalar {
                         scene.steps,
                         &raw mut events,
                         &raw mut report,
-                        workspace.get().as_mut_ptr().cast(),
+                        workspace.pointer(),
                         bytes,
                         null(),
                     )
@@ -272,18 +254,18 @@ macro_rules! scalar {
                 let (mut positions, mut masses, mut labels, mut species) = start::<$t>();
                 let options = rust::<$t>(&scene.options, scene.force);
                 let mut block = kernel_block();
-                let kernel = kernel(block.get());
+                let kernel = kernel(block.bytes());
                 let mesh = Mesh::new(MESH.lower.map(|v| v as $t), MESH.upper.map(|v| v as $t), MESH.cells).unwrap();
                 let equation = match scene.force {
                     Force::Box => Equation { screening: WALLS as $t, walls: Walls::NoFlux },
                     _ => Equation::POISSON,
                 };
-                let mut grid_block = Block::new(Grid::workspace_bytes(&mesh, &equation, 1).unwrap());
-                let mut grid = Grid::prepare(grid_block.get(), mesh, equation, 1).unwrap();
+                let mut grid_block = Aligned::new(Grid::workspace_bytes(&mesh, &equation, 1).unwrap());
+                let mut grid = Grid::prepare(grid_block.bytes(), mesh, equation, 1).unwrap();
                 let summed: pks::Summed<'_, $t> =
                     (scene.force == Force::Sum).then_some((&kernel as _, field::Options::default()));
                 let own = pks::workspace_bytes(N, summed, &options, 1).unwrap();
-                let mut workspace = Block::new(own);
+                let mut workspace = Aligned::new(own);
                 let (mut philox, mut stream) = (Philox::new(7), Split(5));
                 let mut counters = Counters { count: N as u64, ..Counters::default() };
                 let (mut log, mut absorbed) = (vec![Event::default(); N], vec![0_u64; N]);
@@ -311,7 +293,7 @@ macro_rules! scalar {
                             written: &mut written,
                             labels_written: &mut labels_written,
                         },
-                        workspace.get(),
+                        workspace.bytes(),
                         pks::Setting { options: &options, attraction, run: &mut Run::default(), report: &mut report },
                     );
                     if let Err(error) = done {
@@ -343,7 +325,7 @@ macro_rules! scalar {
                     ],
                 };
                 let meshed = matches!(scene.force, Force::Free | Force::Box);
-                (outcome, own.next_multiple_of(ALIGN) + if meshed { grid_block.bytes } else { 0 })
+                (outcome, own.next_multiple_of(ALIGN) + if meshed { grid_block.bytes().len() } else { 0 })
             }
         }
     };
@@ -539,7 +521,7 @@ fn refused_calls_have_their_codes_and_write_nothing() {
         };
         let mut report =
             mollis_pks_report { substeps: 1, normals: 2, fields: 3, searches: 4, clusters: 5, merges: 6, absorbed: 7 };
-        let mut workspace = Block::new(bytes);
+        let mut workspace = Aligned::new(bytes);
         let mut call = Call {
             options: &raw const good_options,
             attraction: &raw const attraction,
@@ -553,7 +535,7 @@ fn refused_calls_have_their_codes_and_write_nothing() {
             dt: 1e-3,
             events: &raw mut events,
             report: &raw mut report,
-            workspace: workspace.get().as_mut_ptr().cast(),
+            workspace: workspace.pointer(),
             bytes,
             run: null(),
         };

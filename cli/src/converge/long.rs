@@ -27,7 +27,7 @@ pub fn contraction() -> Result<bool> {
     for mollifier in [Mollifier::None, PSI4, Mollifier::Compact { order: 2, exponent: 4 }] {
         for steps in [10, 20, 40, 80] {
             let mut memory = kernel_memory::<f64, 2>(&terms, mollifier)?;
-            let kernel = Kernel::prepare(memory.get(), &terms, mollifier, 0.3)?;
+            let kernel = Kernel::prepare(memory.slice(), &terms, mollifier, 0.3)?;
             let mut cloud = bump::<f64>(0.1)?;
             let before = cloud.radii()?;
             let dt = 2.0 / f64::from(steps);
@@ -78,7 +78,7 @@ pub fn ring() -> Result<bool> {
     for delta in [0.3, 0.2, 0.1, 0.05, 0.0] {
         let mollifier = if delta > 0.0 { PSI4 } else { Mollifier::None };
         let mut memory = kernel_memory::<f64, 2>(&terms, mollifier)?;
-        let kernel = Kernel::prepare(memory.get(), &terms, mollifier, delta)?;
+        let kernel = Kernel::prepare(memory.slice(), &terms, mollifier, delta)?;
         let mut cloud = bump::<f64>(0.2)?;
         perturb(&mut cloud);
         settle(&mut cloud, &kernel, 100.0, 0.1)?;
@@ -125,7 +125,7 @@ pub fn clusters() -> Result<bool> {
     for delta in [0.0, 0.05, 0.32] {
         let mollifier = if delta > 0.0 { PSI4 } else { Mollifier::None };
         let mut memory = kernel_memory::<f64, 2>(&terms, mollifier)?;
-        let kernel = Kernel::prepare(memory.get(), &terms, mollifier, delta)?;
+        let kernel = Kernel::prepare(memory.slice(), &terms, mollifier, delta)?;
         let mut cloud = bump::<f64>(0.15)?;
         perturb(&mut cloud);
         settle(&mut cloud, &kernel, 150.0, 0.1)?;
@@ -150,7 +150,7 @@ pub fn radial() -> Result<bool> {
     for h in [0.2, 0.1414, 0.1, 0.0707] {
         let delta = 0.5 * f64::powf(h, 0.9);
         let mut memory = kernel_memory::<f64, 2>(&terms, PSI4)?;
-        let kernel = Kernel::prepare(memory.get(), &terms, PSI4, delta)?;
+        let kernel = Kernel::prepare(memory.slice(), &terms, PSI4, delta)?;
         let mut cloud = bump::<f64>(h)?;
         cloud.advance(&kernel, 0.05, 400, true, false).0?;
         let second = moments(&cloud.x, &cloud.m)?.second;
@@ -187,7 +187,7 @@ fn drift<T: Real>(name: &str) -> Result<bool> {
     let terms = [power(1.0, 4.0), power(-1.0, 1.5)];
     let mollifier = Mollifier::Compact { order: 4, exponent: 9 };
     let mut memory = kernel_memory::<T, 2>(&terms, mollifier)?;
-    let kernel = Kernel::<T, 2>::prepare(memory.get(), &terms, mollifier, T::from_f64(0.2))?;
+    let kernel = Kernel::<T, 2>::prepare(memory.slice(), &terms, mollifier, T::from_f64(0.2))?;
     let mut cloud = bump::<T>(0.3)?;
     // Off the lattice's symmetry, so that sums do not cancel by it.
     for (k, x) in cloud.x.iter_mut().enumerate() {

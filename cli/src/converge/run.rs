@@ -5,29 +5,9 @@ use mollis_core::blob::{self, Advance, Report, State, Trajectories, Wanted};
 use mollis_core::field::{Options, Run};
 use mollis_core::kernel::{Kernel, Law, Term};
 use mollis_core::mollifier::Mollifier;
-use mollis_core::space::ALIGN;
 use mollis_core::{Error, Real};
 
-/// Memory aligned as the library asks.
-pub struct Memory {
-    bytes: Vec<u8>,
-    start: usize,
-    length: usize,
-}
-
-impl Memory {
-    /// `length` bytes.
-    pub fn new(length: usize) -> Self {
-        let bytes = vec![0; length + ALIGN];
-        let start = bytes.as_ptr().align_offset(ALIGN);
-        Self { bytes, start, length }
-    }
-
-    /// The bytes.
-    pub fn get(&mut self) -> &mut [u8] {
-        &mut self.bytes[self.start..self.start + self.length]
-    }
-}
+use crate::memory::Memory;
 
 /// Memory for a kernel sum.
 pub fn kernel_memory<T: Real, const D: usize>(terms: &[Term], mollifier: Mollifier) -> Result<Memory> {
@@ -96,7 +76,7 @@ impl<T: Real, const D: usize> Cloud<T, D> {
             };
             let state = State { masses: &self.m, particles, tracers: Trajectories::none() };
             let advance = Advance { dt: T::from_f64(dt), steps, after_step: None };
-            blob::step(&plan, kernel, state, advance, memory.get(), &mut Run::default(), &mut report)
+            blob::step(&plan, kernel, state, advance, memory.slice(), &mut Run::default(), &mut report)
         };
         let result = attempt();
         (result, report)

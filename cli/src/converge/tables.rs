@@ -7,7 +7,8 @@ use mollis_core::kernel::{Kernel, Law};
 use mollis_core::mollifier::Mollifier;
 
 use super::cubic;
-use super::run::{Cloud, Memory, kernel_memory, power, term};
+use super::run::{Cloud, kernel_memory, power, term};
+use crate::memory::Memory;
 
 /// Deviation from an independent implementation's numbers above which a study is not as expected.
 const ALLOWED: f64 = 0.05;
@@ -145,7 +146,7 @@ fn dual_norm<const D: usize>(x: &[[f64; D]], values: &[f64], h: f64) -> Result<f
     }
     // Four length units of zeros: e^-8 of the norm's part that reaches the rim is cut off.
     let lattice = Lattice { points: [side; D], spacing: h, margin: (4.0 / h) as usize };
-    Ok(lattice.dual_norm(&grid, Memory::new(lattice.workspace_bytes()?).get())?)
+    Ok(lattice.dual_norm(&grid, Memory::new(lattice.workspace_bytes()?).slice())?)
 }
 
 /// Figure 1.
@@ -220,7 +221,7 @@ pub fn cubic() -> Result<bool> {
             let delta = h.powf(0.9);
             let terms = [power(1.0, 3.0)];
             let mut memory = kernel_memory::<f64, 1>(&terms, mollifier)?;
-            let kernel = Kernel::prepare(memory.get(), &terms, mollifier, delta)?;
+            let kernel = Kernel::prepare(memory.slice(), &terms, mollifier, delta)?;
             let mut cloud = start.clone();
             cloud.advance(&kernel, TIME / 200.0, 200, true, false).0?;
             let at: Vec<f64> = start.x.iter().map(|x| x[0]).collect();
@@ -306,7 +307,7 @@ pub fn overlap() -> Result<bool> {
     // The Newtonian kernel as a term of a sum is the same kernel.
     let terms = [term(-1.0, Law::Newtonian)];
     let mut memory = kernel_memory::<f64, 1>(&terms, PSI4)?;
-    let kernel = Kernel::<f64, 1>::prepare(memory.get(), &terms, PSI4, 0.1)?;
+    let kernel = Kernel::<f64, 1>::prepare(memory.slice(), &terms, PSI4, 0.1)?;
     good &= kernel.is_newtonian();
     Ok(good)
 }

@@ -1,7 +1,7 @@
 //! Two particles: the time of their collision against the exact law `tau = M Y_0 / (4 mu~ U)`, U ~ Gamma(|nu|, 1).
 
 use super::Args;
-use super::system::Memory;
+use crate::memory::Memory;
 use mollis_core::euler_maruyama::Control;
 use mollis_core::field::{self, Interaction, Run};
 use mollis_core::pks::{
@@ -41,7 +41,7 @@ fn times(nu: f64, law: CollisionLaw, n: usize, seed: u64, horizon: f64, smallest
     let attraction = Attraction::Sum(&Log, field::Options::default());
     let bytes = workspace_bytes(2, attraction.summed(), &options, 1)?;
     let mut memory = Memory::new(bytes);
-    let memory = memory.get();
+    let memory = memory.slice();
     let mut out = Times { tau: Vec::new(), censored: 0 };
     for sample in 0..n {
         let (mut positions, mut masses, mut labels) = ([[0.0_f64, 0.0], [1.0, 0.0]], [1.0; 2], [0, 1]);

@@ -5,8 +5,9 @@ use mollis_core::parallel::{Executor, Serial};
 use mollis_core::pks::theory::{Group, Law};
 use mollis_core::pks::{self, Attraction, Counters, Event, Events, Options, Report, Setting, State};
 use mollis_core::random::Generator;
-use mollis_core::space::ALIGN;
 use mollis_core::{Error, Result};
+
+use crate::memory::Memory;
 
 /// Runs tasks on scoped threads.
 pub struct Threads(pub usize);
@@ -31,23 +32,6 @@ impl Executor for Threads {
             work(0);
         });
         Ok(())
-    }
-}
-
-/// Bytes aligned as a workspace.
-pub struct Memory {
-    bytes: Vec<u8>,
-    len: usize,
-}
-
-impl Memory {
-    pub fn new(len: usize) -> Self {
-        Self { bytes: vec![0; len + ALIGN], len }
-    }
-
-    pub fn get(&mut self) -> &mut [u8] {
-        let start = self.bytes.as_ptr().align_offset(ALIGN);
-        &mut self.bytes[start..start + self.len]
     }
 }
 
@@ -127,7 +111,7 @@ impl System {
         let executor = Threads(self.threads);
         let mut run = mollis_core::field::Run { executor: &executor, ..Default::default() };
         let mut grid = match &mut self.mesh {
-            Some((mesh, memory)) => Some(Grid::prepare(memory.get(), *mesh, Equation::POISSON, self.threads)?),
+            Some((mesh, memory)) => Some(Grid::prepare(memory.slice(), *mesh, Equation::POISSON, self.threads)?),
             None => None,
         };
         let mut events = vec![Event::default(); 4096];
@@ -154,7 +138,7 @@ impl System {
                     written: &mut written,
                     labels_written: &mut labels_written,
                 },
-                self.workspace.get(),
+                self.workspace.slice(),
                 Setting { options: &self.options, attraction, run: &mut run, report: &mut self.report },
             );
             for event in &events[..written] {
@@ -205,7 +189,7 @@ impl System {
     pub fn pull(&mut self) -> Result<f64> {
         let n = self.count();
         let Some((mesh, memory)) = &mut self.mesh else { return Ok(0.0) };
-        let mut grid = Grid::prepare(memory.get(), *mesh, Equation::POISSON, 1)?;
+        let mut grid = Grid::prepare(memory.slice(), *mesh, Equation::POISSON, 1)?;
         let (positions, masses) = (&self.positions[..n], &self.masses[..n]);
         let mut gradient = vec![[0.0; 2]; n];
         grid.deposit(positions, masses, &Serial)?;

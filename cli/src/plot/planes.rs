@@ -8,6 +8,7 @@ use mollis_core::parallel::Executor;
 use super::axis::Axis;
 use super::canvas::Canvas;
 use super::chart::{COLORS, Chart, Curve, Map, sheet};
+use crate::memory::Memory;
 use crate::run::CaseResult;
 use crate::run::history::Snapshot;
 use crate::run::unit_kernel;
@@ -120,7 +121,7 @@ fn blobs(result: &CaseResult<'_>, snapshot: &Snapshot, axes: &[Axis; 2], executo
     unit_kernel(result.scene, (result.main.h > 0.0).then_some(result.main.h), |kernel| {
         let wanted = Wanted { laplacian: true, ..Wanted::default() };
         let plan = field::plan(kernel, positions.len(), targets.len(), wanted, &Options::default())?;
-        let mut memory = crate::run::memory(plan.workspace_bytes(executor.workers())?);
+        let mut memory = Memory::new(plan.workspace_bytes(executor.workers())?);
         let sources = Sources { positions, masses: &snapshot.particles.masses };
         let outputs = Outputs { laplacian: Some(&mut values), ..Outputs::default() };
         let mut run = Run { executor, ..Run::default() };
@@ -182,7 +183,7 @@ pub fn field(picture: &Picture, results: &[&CaseResult<'_>], executor: &dyn Exec
         let snapshots = chosen(picture, result)?;
         let mesh = crate::run::pks::mesh(result.scene)?;
         let bytes = Grid::workspace_bytes(&mesh, &Equation::POISSON, executor.workers())?;
-        let mut memory = crate::run::memory(bytes);
+        let mut memory = Memory::new(bytes);
         let mut grid = Grid::prepare(memory.slice(), mesh, Equation::POISSON, executor.workers())?;
         let ([nx, ny], [hx, hy]) = (mesh.cells(), mesh.spacing());
         let (low, high) = (mesh.lower(), mesh.upper());

@@ -5,10 +5,11 @@ use mollis_core::blob::{self, Advance, Report, State, Trajectories, Wanted};
 use mollis_core::field::{self, Interaction, Options, Outputs, Run, Sources};
 use mollis_core::isa::Level;
 
-use super::host::{Memory, Pool, stopped};
+use super::host::{Pool, stopped};
 use super::simulation::{Simulation, choose};
 use super::store::{Reader, Writer};
 use crate::initial::{Particles, exact::Exact};
+use crate::memory::Memory;
 use crate::scene::{Law, Model, Scene};
 
 /// A run of the blob or the particle method.

@@ -1,10 +1,9 @@
-//! What a host gives the library: threads, memory, and the wish to stop.
+//! What a host gives the library: threads and the wish to stop.
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use anyhow::{Context, Result};
 use mollis_core::parallel::Executor;
-use mollis_core::space::ALIGN;
 
 /// A pool of threads as an executor.
 pub struct Pool {
@@ -59,29 +58,6 @@ pub fn stopped() -> bool {
     STOP.load(Ordering::Relaxed)
 }
 
-/// Memory aligned as a workspace must be.
-#[derive(Debug)]
-pub struct Memory(Vec<u8>);
-
-impl Memory {
-    /// This many bytes.
-    pub fn new(bytes: usize) -> Self {
-        Self(vec![0; bytes + ALIGN])
-    }
-
-    /// The aligned bytes.
-    pub fn slice(&mut self) -> &mut [u8] {
-        let start = self.0.as_ptr().align_offset(ALIGN);
-        let end = self.0.len() - ALIGN + start;
-        &mut self.0[start..end]
-    }
-}
-
-/// Memory for a workspace of this many bytes.
-pub fn memory(bytes: usize) -> Memory {
-    Memory::new(bytes)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -100,14 +76,6 @@ mod tests {
                 .unwrap();
                 assert!(counts.iter().all(|count| count.load(Ordering::Relaxed) == 1));
             }
-        }
-    }
-
-    #[test]
-    fn memory_is_aligned() {
-        for bytes in [0, 1, 63, 64, 1000] {
-            let mut memory = Memory::new(bytes);
-            assert_eq!((memory.slice().len(), memory.slice().as_ptr().align_offset(ALIGN)), (bytes, 0));
         }
     }
 }

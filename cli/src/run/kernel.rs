@@ -6,7 +6,7 @@ use mollis_core::kernel::{Kernel, Law as CoreLaw, Term as CoreTerm};
 use mollis_core::mollifier::Mollifier;
 
 use super::gaussian::Plain;
-use super::host::Memory;
+use crate::memory::Memory;
 use crate::scene::{Law, Scene, Softening};
 
 /// The mollifier of a scene.

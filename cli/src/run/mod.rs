@@ -27,7 +27,6 @@ mod profile;
 mod simulation;
 mod store;
 
-pub use host::memory;
 pub use kernel::unit as unit_kernel;
 pub use plan::{Args as PlanArgs, main as plan_main};
 

@@ -12,10 +12,11 @@ use mollis_core::pks::{
 use mollis_core::random::Philox;
 
 use super::history::Event;
-use super::host::{Memory, Pool, stopped};
+use super::host::{Pool, stopped};
 use super::simulation::{Simulation, choose};
 use super::store::{Reader, Writer};
 use crate::initial::{Particles, diffusion};
+use crate::memory::Memory;
 use crate::scene::Scene;
 
 /// Events that one call has room for; a step with more is gone on with.

@@ -7,11 +7,12 @@ use anyhow::{Context, Result, anyhow, bail};
 use mollis_abi as c;
 use mollis_core::kernel::{Kernel, Law, Term};
 use mollis_core::mollifier::{Blob, Mollifier, Quantity};
-use mollis_core::space::ALIGN;
 use mollis_core::{Error, Real};
 
 use super::decimal::Scalar;
 use super::reference::Row;
+
+use crate::memory::Memory;
 
 /// Which interface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -129,29 +130,7 @@ fn quantity(column: &str) -> Option<Quantity> {
 pub struct Evaluator {
     api: Api,
     scalar: Scalar,
-    prepared: HashMap<String, Block>,
-}
-
-/// A prepared kernel in memory aligned as it must be.
-struct Block {
-    memory: Vec<u8>,
-    start: usize,
-    bytes: usize,
-}
-
-impl Block {
-    fn new(bytes: usize) -> Self {
-        // Not zeros: nothing may depend on what a buffer held.
-        let memory = vec![0xA5; bytes + ALIGN];
-        let start = memory.as_ptr().align_offset(ALIGN);
-        Self { memory, start, bytes }
-    }
-    fn get(&self) -> &[u8] {
-        &self.memory[self.start..self.start + self.bytes]
-    }
-    fn get_mut(&mut self) -> &mut [u8] {
-        &mut self.memory[self.start..self.start + self.bytes]
-    }
+    prepared: HashMap<String, Memory>,
 }
 
 impl Evaluator {
@@ -197,11 +176,11 @@ impl Evaluator {
                 let in_c: Vec<_> = terms.iter().map(|&term| term_in_c(term)).collect();
                 let m = mollifier_in_c(mollifier);
                 if !prepared.contains_key(&key) {
-                    let mut block = Block::new(T::kernel_bytes(dimension, &in_c, m)?);
-                    T::prepare(dimension, block.get_mut(), &in_c, m, delta)?;
+                    let mut block = Memory::dirty(T::kernel_bytes(dimension, &in_c, m)?);
+                    T::prepare(dimension, block.slice(), &in_c, m, delta)?;
                     prepared.insert(key.clone(), block);
                 }
-                T::kernel(dimension, prepared[&key].get(), r)
+                T::kernel(dimension, prepared[&key].read(), r)
             }
             (Api::Rust, 1) => kernel::<T, 1>(prepared, key, &terms, mollifier, delta, r),
             (Api::Rust, 2) => kernel::<T, 2>(prepared, key, &terms, mollifier, delta, r),
@@ -212,7 +191,7 @@ impl Evaluator {
 }
 
 fn kernel<T: Real, const D: usize>(
-    prepared: &mut HashMap<String, Block>,
+    prepared: &mut HashMap<String, Memory>,
     key: String,
     terms: &[Term],
     mollifier: Mollifier,
@@ -220,11 +199,11 @@ fn kernel<T: Real, const D: usize>(
     r: T,
 ) -> Result<[T; 3]> {
     if !prepared.contains_key(&key) {
-        let mut block = Block::new(Kernel::<T, D>::workspace_bytes(terms, mollifier)?);
-        Kernel::<T, D>::prepare(block.get_mut(), terms, mollifier, delta)?;
+        let mut block = Memory::dirty(Kernel::<T, D>::workspace_bytes(terms, mollifier)?);
+        Kernel::<T, D>::prepare(block.slice(), terms, mollifier, delta)?;
         prepared.insert(key.clone(), block);
     }
-    let kernel = Kernel::<T, D>::open(prepared[&key].get())?;
+    let kernel = Kernel::<T, D>::open(prepared[&key].read())?;
     Ok([kernel.value(r), kernel.gradient_factor(r), kernel.laplacian(r)])
 }
 
