@@ -10,16 +10,8 @@
 //! symmetric finite time blowup in multidimensional aggregation equations*, 2012.
 
 use crate::error::{Error, Result};
+use crate::kernel::sphere;
 use crate::real::Real;
-
-/// The measure of the unit sphere in `D` dimensions: 2, 2 pi, 4 pi.
-fn sphere<T: Real, const D: usize>() -> T {
-    match D {
-        1 => T::TWO,
-        2 => T::TWO * T::PI,
-        _ => T::from_i32(4) * T::PI,
-    }
-}
 
 /// The radial density `height (1 - (r / radius)^2)^exponent` for `r <= radius`, zero beyond.
 ///
@@ -74,7 +66,7 @@ impl<T: Real> Bump<T> {
             let two_k = T::from_usize(2 * k as usize);
             integral = (volume * power + two_k * integral) / (two_k + d);
         }
-        sphere::<T, D>() * self.height * self.radius.powi(D as u32) * integral
+        T::from_f64(sphere(D)) * self.height * self.radius.powi(D as u32) * integral
     }
 
     /// 1 - (r / radius)^2 without cancellation near the edge, not below zero.
@@ -95,7 +87,7 @@ pub fn contraction<T: Real, const D: usize>(coefficient: T, enclosed: T, r: T, t
     }
     let d = T::from_usize(D);
     // r(t)^D / r^D; in one dimension the sum and the root are the identity.
-    let cube = (T::ONE - coefficient * d * enclosed * t / (sphere::<T, D>() * r.powi(D as u32))).max(T::ZERO);
+    let cube = (T::ONE - coefficient * d * enclosed * t / (T::from_f64(sphere(D)) * r.powi(D as u32))).max(T::ZERO);
     match D {
         1 => cube,
         2 => cube.sqrt(),

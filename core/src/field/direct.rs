@@ -15,6 +15,7 @@ use super::packed::{Bounds, Packed, Units, bounds_of, farthest};
 use super::{Accumulation, Counters, Options, Outputs, Run, Sources, Wanted};
 use crate::error::{Error, Result};
 use crate::isa::{BlockJob, Isa, Job, MAX_LANES};
+use crate::kernel::sphere;
 use crate::mollifier::{Blob, Mollifier};
 use crate::real::Real;
 use crate::space::{Carve, Chunks, Measure, Same, each_piece};
@@ -151,15 +152,16 @@ fn sums<T: Real, const D: usize>(call: Call<'_, T, D>, workspace: &mut [u8], run
             let outputs = Outputs { potential, gradient, laplacian };
             let compensated = options.accumulation == Accumulation::Compensated;
             match (wanted.potential, wanted.gradient, compensated) {
-                // Where flash is dear, three of the five: what isn't wanted is computed for nothing.
-                (false, false, false) if MAX_LANES > 1 => {
+                (false, false, false) => {
                     level.run(Sum::<T, D, false, false, false> { shared: &shared, targets, outputs })
                 }
-                (false, _, false) => level.run(Sum::<T, D, false, true, false> { shared: &shared, targets, outputs }),
-                (true, false, false) if MAX_LANES > 1 => {
+                (false, true, false) => {
+                    level.run(Sum::<T, D, false, true, false> { shared: &shared, targets, outputs })
+                }
+                (true, false, false) => {
                     level.run(Sum::<T, D, true, false, false> { shared: &shared, targets, outputs })
                 }
-                (true, _, false) => level.run(Sum::<T, D, true, true, false> { shared: &shared, targets, outputs }),
+                (true, true, false) => level.run(Sum::<T, D, true, true, false> { shared: &shared, targets, outputs }),
                 (_, _, true) => level.run(Sum::<T, D, true, true, true> { shared: &shared, targets, outputs }),
             }
             Ok(())
@@ -482,12 +484,7 @@ pub(super) struct Scales<T> {
 impl<T: Real> Scales<T> {
     #[inline(always)]
     pub fn new<const D: usize>(coefficient: T, units: Units<T>, options: &Options) -> Self {
-        let measure = match D {
-            1 => T::TWO,
-            2 => T::TWO * T::PI,
-            _ => T::from_f64(4.0) * T::PI,
-        };
-        let factor = coefficient / measure;
+        let factor = coefficient / T::from_f64(sphere(D));
         let (mass, length) = (-units.mass, units.position);
         let d = D as i32;
         let (a, b) = options.combination;

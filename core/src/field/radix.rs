@@ -25,24 +25,14 @@ pub(super) fn sort(entries: &mut [Entry], spare: &mut [Entry]) {
         if ((all ^ any) >> shift) & 0xFF == 0 {
             continue;
         }
+        let digit = |&[key, _]: &Entry| (key >> shift) as usize & 0xFF;
         let mut places = [0_usize; 256];
-        for [key, _] in from.iter() {
-            if let Some(count) = places.get_mut((key >> shift) as usize & 0xFF) {
+        for entry in from.iter() {
+            if let Some(count) = places.get_mut(digit(entry)) {
                 *count += 1;
             }
         }
-        let mut sum = 0;
-        for place in &mut places {
-            (*place, sum) = (sum, sum + *place);
-        }
-        for entry in from.iter() {
-            if let Some(place) = places.get_mut((entry[0] >> shift) as usize & 0xFF) {
-                if let Some(slot) = to.get_mut(*place) {
-                    *slot = *entry;
-                }
-                *place += 1;
-            }
-        }
+        scatter(from, to, &mut places, digit);
         core::mem::swap(&mut from, &mut to);
         swapped = !swapped;
     }
@@ -50,6 +40,23 @@ pub(super) fn sort(entries: &mut [Entry], spare: &mut [Entry]) {
         // `to` is the caller's `entries`
         for (slot, entry) in to.iter_mut().zip(from.iter()) {
             *slot = *entry;
+        }
+    }
+}
+
+/// Copies into `to` by digit, equal ones in their order; `places` holds how many there are of each digit, and ends as garbage.
+#[inline]
+fn scatter<W: Copy>(from: &[W], to: &mut [W], places: &mut [usize; 256], digit: impl Fn(&W) -> usize) {
+    let mut sum = 0;
+    for place in places.iter_mut() {
+        (*place, sum) = (sum, sum + *place);
+    }
+    for item in from {
+        if let Some(place) = places.get_mut(digit(item)) {
+            if let Some(slot) = to.get_mut(*place) {
+                *slot = *item;
+            }
+            *place += 1;
         }
     }
 }
@@ -88,18 +95,8 @@ pub(super) fn order<T: Real>(
     // four passes: the order ends where it began
     let (mut from, mut to) = (entries.as_flattened_mut(), spare.as_flattened_mut());
     for (digit, places) in places.iter_mut().enumerate() {
-        let mut sum = 0;
-        for place in places.iter_mut() {
-            (*place, sum) = (sum, sum + *place);
-        }
-        for &word in from.iter().take(count) {
-            if let Some(place) = places.get_mut((word >> (32 + 8 * digit)) as usize & 0xFF) {
-                if let Some(slot) = to.get_mut(*place) {
-                    *slot = word;
-                }
-                *place += 1;
-            }
-        }
+        let digit = |&word: &u64| (word >> (32 + 8 * digit)) as usize & 0xFF;
+        scatter(from.get(..count).unwrap_or_default(), to, places, digit);
         core::mem::swap(&mut from, &mut to);
     }
     // neighbours of equal key, by insertion: few, unless many points crowd in a 2^-32nd part of the interval

@@ -31,6 +31,7 @@ mod quadrature;
 pub use block::Supplied;
 pub(crate) use far::{Far, Near, POWERS};
 pub use law::{Law, MAX_TERMS, RadialKernel, Term};
+pub(crate) use profile::sphere;
 
 use crate::error::Result;
 #[cfg(feature = "kernels")]

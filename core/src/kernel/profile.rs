@@ -30,7 +30,7 @@ pub(crate) enum Profile {
 }
 
 /// The surface of the unit sphere in n dimensions, n = 1..=5.
-pub(crate) fn sphere(n: usize) -> f64 {
+pub(crate) const fn sphere(n: usize) -> f64 {
     match n {
         1 => 2.0,
         2 => 2.0 * PI,
