@@ -1457,14 +1457,6 @@ mollis_status mollis_overlap3_eval_f32(size_t n,
                                        float *smallest);
 
 /**
- * Fills `options` with the defaults. `size` is `sizeof *options`.
- *
- * # Safety
- * The contract of this header.
- */
-mollis_status mollis_field_options_init(struct mollis_field_options *options, size_t size);
-
-/**
  * The exact number of workspace bytes that `mollis_field1_eval` needs for these sizes, outputs (`wanted`: bits
  * `MOLLIS_WANT_...`), options and number of workers.
  *
@@ -1792,6 +1784,14 @@ mollis_status mollis_field3_eval_f32(const void *kernel,
                                      size_t workspace_bytes,
                                      const struct mollis_run *run,
                                      struct mollis_counters *counters);
+
+/**
+ * Fills `options` with the defaults. `size` is `sizeof *options`.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_field_options_init(struct mollis_field_options *options, size_t size);
 
 /**
  * Fills `options` with the defaults. `size` is `sizeof *options`.

@@ -1,0 +1,130 @@
+//! What a field sum may be told, and what it says of itself.
+
+use mollis_core::field::{self, Accumulation, Method, Wanted};
+use mollis_core::space::Plain;
+use mollis_core::{Error, Result};
+
+use crate::options::{self, Options};
+use crate::status::{mollis_status, status};
+
+/// The plan chooses.
+pub const MOLLIS_METHOD_AUTO: i32 = 0;
+/// All pairs.
+pub const MOLLIS_METHOD_DIRECT: i32 = 1;
+/// No pair: moments of the sources (even powers).
+pub const MOLLIS_METHOD_MOMENTS: i32 = 2;
+/// One dimension: one sort.
+pub const MOLLIS_METHOD_SORTED: i32 = 3;
+/// Pairs closer than delta alone (the Laplacian of a Newtonian kernel).
+pub const MOLLIS_METHOD_NEIGHBOURS: i32 = 4;
+/// Even powers from moments, the other terms over all pairs.
+pub const MOLLIS_METHOD_SPLIT: i32 = 5;
+
+/// Terms are added up in blocks.
+pub const MOLLIS_ACCUMULATION_BLOCKED: i32 = 0;
+/// Each addition's error is carried along: for diagnostics.
+pub const MOLLIS_ACCUMULATION_COMPENSATED: i32 = 1;
+
+/// The potential is wanted: a bit of `wanted`.
+pub const MOLLIS_WANT_POTENTIAL: u32 = 1;
+/// The gradient is wanted.
+pub const MOLLIS_WANT_GRADIENT: u32 = 2;
+/// The Laplacian is wanted.
+pub const MOLLIS_WANT_LAPLACIAN: u32 = 4;
+
+/// How a sum is computed. Fill it with `mollis_field_options_init`, then change what you want; null means the defaults.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct mollis_field_options {
+    /// Bytes of this structure, as `mollis_field_options_init` sets it.
+    pub size: u32,
+    /// `MOLLIS_METHOD_...`.
+    pub method: i32,
+    /// `MOLLIS_ACCUMULATION_...`.
+    pub accumulation: i32,
+    /// 0.
+    pub reserved: i32,
+    /// (a, b): in 2D the gradient output is a grad u + b (grad u rotated by +90 degrees); else (1, 0).
+    pub combination: [f64; 2],
+    /// The relative error that may be spent for speed; 0 asks for rounding alone.
+    pub tolerance: f64,
+}
+
+// SAFETY: `repr(C)`, the size first; older versions are prefixes, and all members take any bytes an older caller wrote.
+unsafe impl Options for mollis_field_options {
+    const DEFAULT: Self = Self {
+        size: size_of::<Self>() as u32,
+        method: MOLLIS_METHOD_AUTO,
+        accumulation: MOLLIS_ACCUMULATION_BLOCKED,
+        reserved: 0,
+        combination: [1.0, 0.0],
+        tolerance: 0.0,
+    };
+}
+
+impl mollis_field_options {
+    pub(super) fn to_core(self) -> Result<field::Options> {
+        let [a, b] = self.combination;
+        Ok(field::Options {
+            accumulation: match self.accumulation {
+                MOLLIS_ACCUMULATION_BLOCKED => Accumulation::Blocked,
+                MOLLIS_ACCUMULATION_COMPENSATED => Accumulation::Compensated,
+                _ => return Err(Error::UnknownValue),
+            },
+            combination: (a, b),
+            tolerance: self.tolerance,
+            method: match self.method {
+                MOLLIS_METHOD_AUTO => None,
+                MOLLIS_METHOD_DIRECT => Some(Method::Direct),
+                MOLLIS_METHOD_MOMENTS => Some(Method::Moments),
+                MOLLIS_METHOD_SORTED => Some(Method::Sorted),
+                MOLLIS_METHOD_NEIGHBOURS => Some(Method::Neighbours),
+                MOLLIS_METHOD_SPLIT => Some(Method::Split),
+                _ => return Err(Error::UnknownValue),
+            },
+        })
+    }
+}
+
+/// What a sum did. Added to, when the call succeeds.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default)]
+pub struct mollis_counters {
+    /// Pairs of a target and a source with mass.
+    pub pairs: u64,
+    /// Of these, pairs closer than delta.
+    pub near_pairs: u64,
+    /// Blocks (a source against a block of targets) that evaluated the mollifier's polynomial.
+    pub polynomial_blocks: u64,
+    /// Of these, blocks with every target near, where nothing was divided.
+    pub all_near_blocks: u64,
+    /// Pairs that took the scaled path, because r^2 or r^D leaves the normal range.
+    pub scaled_pairs: u64,
+    /// Sources without mass that were dropped.
+    pub massless_sources: u64,
+}
+
+// SAFETY: six numbers of eight bytes, no padding.
+unsafe impl Plain for mollis_counters {}
+
+/// Fills `options` with the defaults. `size` is `sizeof *options`.
+///
+/// # Safety
+/// The contract of this header.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mollis_field_options_init(options: *mut mollis_field_options, size: usize) -> mollis_status {
+    // SAFETY: this function's own contract.
+    status(unsafe { options::init(options, size) })
+}
+
+/// The bits of `wanted`.
+pub(super) fn wanted(bits: u32) -> Result<Wanted> {
+    if bits & !(MOLLIS_WANT_POTENTIAL | MOLLIS_WANT_GRADIENT | MOLLIS_WANT_LAPLACIAN) != 0 {
+        return Err(Error::UnknownValue);
+    }
+    Ok(Wanted {
+        potential: bits & MOLLIS_WANT_POTENTIAL != 0,
+        gradient: bits & MOLLIS_WANT_GRADIENT != 0,
+        laplacian: bits & MOLLIS_WANT_LAPLACIAN != 0,
+    })
+}
