@@ -8,6 +8,7 @@ mod system;
 use std::process::ExitCode;
 
 use clap::{Args as Arguments, ValueEnum};
+use mollis_core::grid::Walls;
 
 /// Which experiment.
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -54,6 +55,9 @@ pub struct Args {
     /// `hitting`: the shortest step, in units of Y_0 / beta^2 times 4; the experiment's own if 0. The printed law is then left out.
     #[arg(long, default_value_t = 0.0)]
     shortest: f64,
+    /// `species`: the border's field is that of all mass at its centre (the paper's), without second moments.
+    #[arg(long)]
+    monopole: bool,
     /// `singularities`: the step; the paper's if 0.
     #[arg(long, default_value_t = 0.0)]
     dt: f64,
@@ -78,6 +82,10 @@ pub fn main(args: Args) -> anyhow::Result<ExitCode> {
 }
 
 impl Args {
+    fn walls(&self) -> Walls {
+        if self.monopole { Walls::Free } else { Walls::FreeQuadrupole }
+    }
+
     fn seeds(&self, default: u64) -> std::ops::Range<u64> {
         let n = if self.seeds == 0 { default } else { self.seeds };
         self.first..self.first + n

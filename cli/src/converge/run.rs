@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use mollis_core::blob::{self, Advance, Report, State, Trajectories, Wanted};
-use mollis_core::field::{Options, Run};
+use mollis_core::field::{self, Options, Outputs, Run, Sources};
 use mollis_core::kernel::{Kernel, Law, Term};
 use mollis_core::mollifier::Mollifier;
 use mollis_core::{Error, Real};
@@ -80,6 +80,19 @@ impl<T: Real, const D: usize> Cloud<T, D> {
         };
         let result = attempt();
         (result, report)
+    }
+
+    /// The density as the sum of blobs at the particles, which is the Laplacian of the mollified Newtonian kernel.
+    pub fn blob_density(&self, mollifier: Mollifier, delta: T) -> Result<Vec<T>> {
+        let kernel = Kernel::<T, D>::newtonian(T::ONE, mollifier, delta)?;
+        let wanted = field::Wanted { laplacian: true, ..field::Wanted::default() };
+        let plan = field::plan(&kernel, self.x.len(), self.x.len(), wanted, &Options::default())?;
+        let mut memory = Memory::new(plan.workspace_bytes(1)?);
+        let mut density = vec![T::ZERO; self.x.len()];
+        let outputs = Outputs { laplacian: Some(&mut density[..]), ..Outputs::default() };
+        let sources = Sources { positions: &self.x, masses: &self.m };
+        field::evaluate(&plan, &kernel, sources, &self.x, outputs, memory.slice(), &mut Run::default())?;
+        Ok(density)
     }
 
     /// Makes the total mass 1.

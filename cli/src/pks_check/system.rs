@@ -1,10 +1,10 @@
 //! A run: particles, grid and workspace in one place.
 
-use mollis_core::grid::{Equation, Grid, Mesh};
+use mollis_core::grid::{Equation, Grid, Mesh, Walls};
 use mollis_core::parallel::{Executor, Serial};
 use mollis_core::pks::theory::{Group, Law};
 use mollis_core::pks::{self, Attraction, Counters, Event, Events, Options, Report, Setting, State};
-use mollis_core::random::Generator;
+use mollis_core::random::{Generator, Philox};
 use mollis_core::{Error, Result};
 
 use crate::memory::Memory;
@@ -56,6 +56,7 @@ pub struct System {
     /// Events since the start, and the labels they absorbed.
     pub log: Vec<(Event, Vec<u64>)>,
     mesh: Option<(Mesh<f64>, Memory)>,
+    equation: Equation<f64>,
     workspace: Memory,
     threads: usize,
 }
@@ -101,9 +102,16 @@ impl System {
             report,
             log: Vec::new(),
             mesh,
+            equation: Equation::POISSON,
             workspace,
             threads,
         })
+    }
+
+    /// The same with other walls around the mesh.
+    pub fn within(mut self, walls: Walls) -> Self {
+        self.equation.walls = walls;
+        self
     }
 
     /// One step; events are appended to the log.
@@ -111,7 +119,7 @@ impl System {
         let executor = Threads(self.threads);
         let mut run = mollis_core::field::Run { executor: &executor, ..Default::default() };
         let mut grid = match &mut self.mesh {
-            Some((mesh, memory)) => Some(Grid::prepare(memory.slice(), *mesh, Equation::POISSON, self.threads)?),
+            Some((mesh, memory)) => Some(Grid::prepare(memory.slice(), *mesh, self.equation, self.threads)?),
             None => None,
         };
         let mut events = vec![Event::default(); 4096];
@@ -189,7 +197,7 @@ impl System {
     pub fn pull(&mut self) -> Result<f64> {
         let n = self.count();
         let Some((mesh, memory)) = &mut self.mesh else { return Ok(0.0) };
-        let mut grid = Grid::prepare(memory.slice(), *mesh, Equation::POISSON, 1)?;
+        let mut grid = Grid::prepare(memory.slice(), *mesh, self.equation, 1)?;
         let (positions, masses) = (&self.positions[..n], &self.masses[..n]);
         let mut gradient = vec![[0.0; 2]; n];
         grid.deposit(positions, masses, &Serial)?;
@@ -202,6 +210,17 @@ impl System {
 
     pub fn heaviest(&self) -> f64 {
         self.masses[..self.count()].iter().copied().fold(0.0, f64::max)
+    }
+}
+
+/// The same words with the directions of Box & Muller's normals turned round: every normal is the opposite.
+pub struct Opposite(pub Philox);
+
+impl Generator for Opposite {
+    fn fill(&mut self, label: u64, step: u32, substep: u32, out: &mut [u64]) -> Result<()> {
+        self.0.fill(label, step, substep, out)?;
+        out.iter_mut().skip(1).step_by(2).for_each(|word| *word ^= 1 << 63);
+        Ok(())
     }
 }
 
@@ -224,6 +243,24 @@ impl Split {
             if square < 1.0 && self.uniform() < (1.0 + 1.0 / (square - 1.0)).exp() {
                 return x;
             }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use mollis_core::random::normals_of_labels;
+
+    #[test]
+    fn opposite_noise_is_the_opposite() {
+        let labels: Vec<u64> = (0..100).collect();
+        let (mut one, mut two) = (vec![[0.0; 2]; 100], vec![[0.0; 2]; 100]);
+        normals_of_labels(&mut Philox::new(3), &labels, 4, 5, &mut one).unwrap();
+        normals_of_labels(&mut Opposite(Philox::new(3)), &labels, 4, 5, &mut two).unwrap();
+        for (a, b) in one.as_flattened().iter().zip(two.as_flattened()) {
+            let error: f64 = a + b;
+            assert!(error.abs() < 1e-14, "{a} {b}");
         }
     }
 }

@@ -24,17 +24,19 @@ const LANES: usize = 8;
 struct Arrays<'w, T> {
     entries: &'w mut [Entry],
     spare: &'w mut [Entry],
+    /// Sorted sources, and behind them lanes of none, infinitely far.
     positions: &'w mut [T],
     masses: &'w mut [T],
 }
 
 fn lay<'w, T: Real>(space: &mut impl Space<'w>, n_sources: usize, n_targets: usize) -> Result<Arrays<'w, T>> {
     let most = n_sources.max(n_targets);
+    let padded = n_sources.checked_add(LANES).ok_or(Error::TooLarge)?;
     Ok(Arrays {
         entries: space.array(most)?,
         spare: space.array(most)?,
-        positions: space.array(n_sources)?,
-        masses: space.array(n_sources)?,
+        positions: space.array(padded)?,
+        masses: space.array(padded)?,
     })
 }
 
@@ -113,21 +115,25 @@ pub(super) fn evaluate<T: Real, const D: usize>(
     let source = |index: usize| if mass(index) == T::ZERO { None } else { sources.positions.get(index).map(first) };
     let count = order(sources.positions.len(), source, entries, spare);
     let massless = sources.masses.len() - count;
+    positions.iter_mut().skip(count).for_each(|y| *y = T::INFINITY);
+    masses.iter_mut().skip(count).for_each(|m| *m = T::ZERO);
     for ((&index, y), m) in entries.as_flattened().iter().take(count).zip(positions.iter_mut()).zip(masses.iter_mut()) {
         (*y, *m) = (source(index as usize).unwrap_or(T::ZERO), mass(index as usize));
     }
     // The order of the targets is known already where they are the sources.
-    if !core::ptr::eq(sources.positions, targets) || massless > 0 {
+    let same = core::ptr::eq(sources.positions, targets) && massless == 0;
+    if !same {
         order(targets.len(), |index| targets.get(index).map(first), entries, spare);
     }
-    let (positions, masses) = (positions.get(..count).unwrap_or(&[]), masses.get(..count).unwrap_or(&[]));
     let order = entries.as_flattened().get(..targets.len()).unwrap_or(&[]);
     let all = Sweep::<T, D, POWERS> {
         kernel,
         far,
         near: kernel.near(),
+        count,
         positions,
         masses,
+        sorted_targets: if same { positions.get(..count) } else { None },
         order,
         targets,
         outputs,
@@ -157,8 +163,12 @@ struct Sweep<'a, 'k, T: Real, const D: usize, const N: usize> {
     kernel: &'a Kernel<'k, T, D>,
     far: &'a Far<T>,
     near: Option<Near<T>>,
+    /// How many sources there are; lanes of none follow them.
+    count: usize,
     positions: &'a [T],
     masses: &'a [T],
+    /// The targets in order, where they stand so already.
+    sorted_targets: Option<&'a [T]>,
     order: &'a [u64],
     targets: &'a [[T; D]],
     outputs: Outputs<'a, T, D>,
@@ -167,8 +177,9 @@ struct Sweep<'a, 'k, T: Real, const D: usize, const N: usize> {
 
 impl<'a, 'k, T: Real, const D: usize, const N: usize> Sweep<'a, 'k, T, D, N> {
     fn with_moments<const LESS: usize>(self) -> Sweep<'a, 'k, T, D, LESS> {
-        let Self { kernel, far, near, positions, masses, order, targets, outputs, should_stop } = self;
-        Sweep { kernel, far, near, positions, masses, order, targets, outputs, should_stop }
+        let Self { kernel, far, near, count, positions, masses, sorted_targets, order, targets, outputs, should_stop } =
+            self;
+        Sweep { kernel, far, near, count, positions, masses, sorted_targets, order, targets, outputs, should_stop }
     }
 }
 
@@ -178,30 +189,47 @@ impl<T: Real, const D: usize, const N: usize> Plain for Sweep<'_, '_, T, D, N> {
 
     #[inline(always)]
     fn run(self) -> Self::Out {
-        let Self { kernel, far, near, positions, masses, order, targets, mut outputs, should_stop } = self;
+        let Self {
+            kernel,
+            far,
+            near,
+            count,
+            positions,
+            masses,
+            sorted_targets,
+            order,
+            targets,
+            mut outputs,
+            should_stop,
+        } = self;
         let (weights, reach) = (weights::<T, N>(far), far.reach);
         let (singular, wanted) = (kernel.is_singular(), outputs.wanted());
-        let (weight, moment) = positions.iter().zip(masses).fold((T::ZERO, T::ZERO), |(w, s), (&y, &m)| {
+        let (sources, source_masses) = (positions.get(..count).unwrap_or(&[]), masses.get(..count).unwrap_or(&[]));
+        let (weight, moment) = sources.iter().zip(source_masses).fold((T::ZERO, T::ZERO), |(w, s), (&y, &m)| {
             let share = m.abs();
             (w + share, s + share * y)
         });
         let centre = if weight > T::ZERO && (moment / weight).is_finite() { moment / weight } else { T::ZERO };
         let mut total = [DoubleWord::ZERO; N];
-        for (&y, &m) in positions.iter().zip(masses) {
+        for (&y, &m) in sources.iter().zip(source_masses) {
             add(&mut total, y - centre, m);
         }
 
         // sources further left than the reach, and sources not further right
         let (mut left, mut passed) = ([DoubleWord::ZERO; N], [DoubleWord::ZERO; N]);
         let (mut low, mut high) = (0_usize, 0_usize);
-        let source = |k: usize| Some((*positions.get(k)?, *masses.get(k)?));
+        let source = |k: usize| Some((*sources.get(k)?, *source_masses.get(k)?));
         let mut near_pairs = 0_u64;
         for (step, &index) in order.iter().enumerate() {
             if step % ASK == 0 && should_stop.is_some_and(|stop| stop()) {
                 return Err(Error::Stopped);
             }
             let index = index as usize;
-            let Some(x) = targets.get(index).map(first) else { continue };
+            let x = match sorted_targets {
+                Some(sorted) => sorted.get(step).copied(),
+                None => targets.get(index).map(first),
+            };
+            let Some(x) = x else { continue };
             while let Some((y, m)) = source(low).filter(|&(y, _)| x - y > reach) {
                 add(&mut left, y - centre, m);
                 low += 1;
@@ -220,12 +248,12 @@ impl<T: Real, const D: usize, const N: usize> Plain for Sweep<'_, '_, T, D, N> {
             }
             ddu += ddu;
             if !singular {
-                near_pairs += high.saturating_sub(low) as u64;
-                let near_positions = positions.get(low..high).unwrap_or(&[]);
-                let near_masses = masses.get(low..high).unwrap_or(&[]);
+                let count = high.saturating_sub(low);
+                near_pairs += count as u64;
+                let (behind, masses_behind) = (positions.get(low..).unwrap_or(&[]), masses.get(low..).unwrap_or(&[]));
                 let sums = match &near {
-                    Some(near) => near_polynomials(near, x, near_positions, near_masses, wanted),
-                    None => near_one_by_one(kernel, x, near_positions, near_masses, wanted),
+                    Some(near) => near_polynomials(near, (x, reach), behind, masses_behind, count, wanted),
+                    None => near_one_by_one(kernel, x, (behind, masses_behind), count, wanted),
                 };
                 (u, du, ddu) = (u + sums[0], du + sums[1], ddu + sums[2]);
             }
@@ -243,45 +271,72 @@ impl<T: Real, const D: usize, const N: usize> Plain for Sweep<'_, '_, T, D, N> {
     }
 }
 
-/// The sums over near sources by the polynomials inside a compact mollifier, lanes of sources at a time.
+/// The sums over near sources by the polynomials inside a compact mollifier, lanes of sources at a time. `positions` and
+/// `masses` begin with the near sources, which are `count`; what follows them is further than `reach`, or not there.
 #[inline(always)]
-fn near_polynomials<T: Real>(near: &Near<T>, x: T, positions: &[T], masses: &[T], wanted: Wanted) -> [T; 3] {
+fn near_polynomials<T: Real>(
+    near: &Near<T>,
+    (x, reach): (T, T),
+    positions: &[T],
+    masses: &[T],
+    count: usize,
+    wanted: Wanted,
+) -> [T; 3] {
     let mut sums = [[T::ZERO; LANES]; 3];
-    let [u, du, ddu] = &mut sums;
-    for (positions, masses) in positions.chunks(LANES).zip(masses.chunks(LANES)) {
-        // lanes without a source stand on the target and have no mass
+    for block in 0..count.div_ceil(LANES) {
+        let start = LANES * block;
+        let (Some(&y), Some(&mass)) = (
+            positions.get(start..).and_then(<[T]>::first_chunk::<LANES>),
+            masses.get(start..).and_then(<[T]>::first_chunk::<LANES>),
+        ) else {
+            break;
+        };
+        // lanes further than the reach stand on the target and have no mass
         let (mut offset, mut m) = ([T::ZERO; LANES], [T::ZERO; LANES]);
-        for (((offset, m), &y), &mass) in offset.iter_mut().zip(&mut m).zip(positions).zip(masses) {
-            (*offset, *m) = (x - y, mass);
+        for ((offset, m), (&y, &mass)) in offset.iter_mut().zip(&mut m).zip(y.iter().zip(&mass)) {
+            let d = x - y;
+            let inside = d.abs() <= reach;
+            (*offset, *m) = (if inside { d } else { T::ZERO }, if inside { mass } else { T::ZERO });
         }
         let (mut t, mut s) = ([T::ZERO; LANES], [T::ZERO; LANES]);
         for ((t, s), &offset) in t.iter_mut().zip(&mut s).zip(&offset) {
             let q = offset * near.per_delta;
             (*t, *s) = (T::ONE - q * q, q * q);
         }
-        let series = |k: usize| -> [T; LANES] {
-            let (mut edge, mut square) = ([T::ZERO; LANES], [T::ZERO; LANES]);
-            for &c in near.edge.get(k).and_then(|e| e.get(..near.edge_terms)).unwrap_or(&[]).iter().rev() {
-                edge.iter_mut().zip(&t).for_each(|(sum, &t)| *sum = *sum * t + c);
-            }
-            for &c in near.square.get(k).and_then(|e| e.get(..near.square_terms)).unwrap_or(&[]).iter().rev() {
-                square.iter_mut().zip(&s).for_each(|(sum, &s)| *sum = *sum * s + c);
-            }
-            edge.iter_mut().zip(&square).for_each(|(sum, &more)| *sum += more);
-            edge
-        };
+        let [u, du, ddu] = &mut sums;
         if wanted.potential {
-            u.iter_mut().zip(&m).zip(series(0)).for_each(|((sum, &m), value)| *sum += m * value);
+            let value = near_series(near, 0, &t, &s);
+            u.iter_mut().zip(&m).zip(&value).for_each(|((sum, &m), &value)| *sum += m * value);
         }
         if wanted.gradient {
-            let terms = du.iter_mut().zip(&m).zip(&offset).zip(series(1));
-            terms.for_each(|(((sum, &m), &offset), factor)| *sum += m * factor * offset);
+            let factor = near_series(near, 1, &t, &s);
+            let terms = du.iter_mut().zip(&m).zip(&offset).zip(&factor);
+            terms.for_each(|(((sum, &m), &offset), &factor)| *sum += m * factor * offset);
         }
         if wanted.laplacian {
-            ddu.iter_mut().zip(&m).zip(series(2)).for_each(|((sum, &m), value)| *sum += m * value);
+            let value = near_series(near, 2, &t, &s);
+            ddu.iter_mut().zip(&m).zip(&value).for_each(|((sum, &m), &value)| *sum += m * value);
         }
     }
     sums.map(|lanes| lanes.into_iter().fold(T::ZERO, |sum, v| sum + v))
+}
+
+/// The k-th quantity (value, gradient factor, Laplacian) of every lane: a polynomial of t and one of s = 1 - t.
+#[inline(always)]
+fn near_series<T: Real>(near: &Near<T>, k: usize, t: &[T; LANES], s: &[T; LANES]) -> [T; LANES] {
+    let horner = |coefficients: &[T], x: &[T; LANES]| {
+        let mut sum = [T::ZERO; LANES];
+        for &c in coefficients.iter().rev() {
+            sum.iter_mut().zip(x).for_each(|(sum, &x)| *sum = *sum * x + c);
+        }
+        sum
+    };
+    let mut edge = horner(near.edge.get(k).and_then(|e| e.get(..near.edge_terms)).unwrap_or(&[]), t);
+    if near.square_terms > 0 {
+        let square = horner(near.square.get(k).and_then(|e| e.get(..near.square_terms)).unwrap_or(&[]), s);
+        edge.iter_mut().zip(&square).for_each(|(sum, &more)| *sum += more);
+    }
+    edge
 }
 
 /// The same for any kernel, pair by pair.
@@ -289,11 +344,11 @@ fn near_polynomials<T: Real>(near: &Near<T>, x: T, positions: &[T], masses: &[T]
 fn near_one_by_one<T: Real, const D: usize>(
     kernel: &Kernel<'_, T, D>,
     x: T,
-    positions: &[T],
-    masses: &[T],
+    (positions, masses): (&[T], &[T]),
+    count: usize,
     wanted: Wanted,
 ) -> [T; 3] {
-    positions.iter().zip(masses).fold([T::ZERO; 3], |[u, du, ddu], (&y, &m)| {
+    positions.iter().zip(masses).take(count).fold([T::ZERO; 3], |[u, du, ddu], (&y, &m)| {
         let offset = x - y;
         let [value, gradient, laplacian] = kernel.pair(offset.abs(), wanted.into());
         [u + m * value, du + m * gradient * offset, ddu + m * laplacian]

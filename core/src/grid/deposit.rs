@@ -103,7 +103,7 @@ fn away<T: Real>(
                 scatter(words, pitch, node as usize, divide(m, fraction));
             }
         }
-        Walls::Free => {
+        Walls::Free | Walls::FreeQuadrupole => {
             let offset = |x: T, l: T, u: T| {
                 let (l, u) = (l.to_f64(), u.to_f64());
                 let offset = (x.to_f64() - 0.5 * (l + u)) / (u - l);
@@ -176,4 +176,22 @@ pub(super) fn sum<T: Real>(mesh: &Mesh<T>, words: &[i64]) -> Sum {
             centre(lower[1], upper[1], cells[1], moment_y, tail[3]),
         ],
     }
+}
+
+/// [sum w (x^2 - y^2), sum 2 w x y] of the nodes' masses in units, about `centre`.
+pub(super) fn second_moments<T: Real>(mesh: &Mesh<T>, words: &[i64], centre: [f64; 2]) -> [f64; 2] {
+    let pitch = mesh.cells()[0] + 1;
+    let words = words.get(..words.len().saturating_sub(TAIL)).unwrap_or_default();
+    let ([lower_x, lower_y], [h, k]) = (mesh.lower().map(T::to_f64), mesh.spacing().map(T::to_f64));
+    let mut moments = [0.0; 2];
+    for (j, row) in words.chunks(pitch.max(1)).enumerate() {
+        let (mut mass, mut first, mut second) = (0.0, 0.0, 0.0);
+        for (i, &w) in row.iter().enumerate() {
+            let (w, x) = (w as f64, lower_x + h * i as f64 - centre[0]);
+            (mass, first, second) = (mass + w, first + w * x, second + w * x * x);
+        }
+        let y = lower_y + k * j as f64 - centre[1];
+        moments = [moments[0] + second - mass * y * y, moments[1] + 2.0 * first * y];
+    }
+    moments
 }

@@ -62,7 +62,7 @@ fn away<T: Real>(
     x: [T; 2],
 ) -> [T; 2] {
     match walls {
-        Walls::Free => monopole.gradient(x),
+        Walls::Free | Walls::FreeQuadrupole => monopole.gradient(x),
         Walls::NoFlux => {
             let (x, odd) = mesh.reflect(x);
             let (node, fraction) = locator.place(x);

@@ -5,7 +5,7 @@
 //! 1. [`Grid::deposit`] adds each particle's mass to the four nodes of its cell (cloud in cell), in 64-bit fixed point, so that
 //!    the field's bits depend neither on the order of the particles nor on threads or ranks;
 //! 2. [`Grid::solve`] solves the five-point scheme (3.9), Laplacian(u) - k^2 u = density, with the monopole of all mass as
-//!    Dirichlet data (3.10), or in a box with no-flux walls;
+//!    Dirichlet data (3.10), with its quadrupole too, or in a box with no-flux walls;
 //! 3. [`Grid::interpolate`] interpolates the centred differences (3.6), (3.7) with the deposit's weights (its adjoint, so a
 //!    particle does not move itself); outside the mesh the drift is the monopole's (3.8).
 //!
@@ -42,6 +42,9 @@ const PARTICLES: usize = 8192;
 pub enum Walls {
     /// Free space: the field of the total mass at its centre is prescribed on the mesh's border (3.10).
     Free,
+    /// Free space, with the second moments of the mass in that field as well: for long or divided mass, whose field (3.10) misses by
+    /// (extent / distance of the border)^2 of its quadrupole. Without screening only.
+    FreeQuadrupole,
     /// A box without flux through its walls: the normal derivative of u vanishes there, and particles outside act from, and
     /// are driven at, their mirror places. Without screening the mean density is subtracted (a box holds no steady
     /// field of a net mass otherwise) and u has mean zero.
@@ -74,7 +77,10 @@ impl<T: Real> Equation<T> {
         if !self.screening.is_finite() {
             return Err(Error::NotFinite);
         }
-        if self.screening < T::ZERO { Err(Error::KernelParameter) } else { Ok(()) }
+        if self.screening < T::ZERO {
+            return Err(Error::KernelParameter);
+        }
+        if self.walls == Walls::FreeQuadrupole && self.screening > T::ZERO { Err(Error::Unsupported) } else { Ok(()) }
     }
 }
 
@@ -121,7 +127,8 @@ impl<'w, T: Real> Grid<'w, T> {
     /// The exact bytes that [`Grid::prepare`] needs for calls with at most `workers` workers.
     ///
     /// # Errors
-    /// [`Error::TooLarge`], and those of the equation: [`Error::NotFinite`], [`Error::KernelParameter`] (k < 0).
+    /// [`Error::TooLarge`], and those of the equation: [`Error::NotFinite`], [`Error::KernelParameter`] (k < 0),
+    /// [`Error::Unsupported`] (second moments with screening).
     pub fn workspace_bytes(mesh: &Mesh<T>, equation: &Equation<T>, workers: usize) -> Result<usize> {
         equation.check()?;
         Measure::of(|space| lay(space, mesh, equation, workers.clamp(1, MAX_WORKERS)).map(|_| ()))
@@ -150,6 +157,7 @@ impl<'w, T: Real> Grid<'w, T> {
                 centre: mesh.node(0, 0),
                 screening: equation.screening,
                 floor: T::HALF * h.min(k),
+                quadrupole: [T::ZERO; 2],
             },
             arrays,
         };
@@ -264,6 +272,10 @@ impl<'w, T: Real> Grid<'w, T> {
         self.outside = sum.outside;
         self.monopole.mass = T::from_f64(sum.units as f64 * self.scale.unit());
         self.monopole.centre = sum.centre.map(T::from_f64);
+        if self.equation.walls == Walls::FreeQuadrupole {
+            let moments = deposit::second_moments(&self.mesh, self.words(), sum.centre);
+            self.monopole.quadrupole = moments.map(|q| T::from_f64(q * self.scale.unit()));
+        }
     }
 
     /// Overwrites `out` with the masses at the nodes, node (i, j) at `j (cells[0] + 1) + i`.

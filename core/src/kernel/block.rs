@@ -278,6 +278,8 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
         kernel.count = usize::try_from(count).unwrap_or(0).min(MAX_TERMS);
         kernel.used = usize::try_from(used).unwrap_or(0).min(MAX_TERMS);
         if !cfg!(feature = "kernels") {
+            // One Newtonian term, which is all that this build prepares.
+            kernel.terms = [Term { law: Law::Newtonian, coefficient: newtonian }; KEPT];
             return if kernel.used == 0 { Ok(kernel) } else { Err(Error::Unsupported) };
         }
         for (slot, &[kind, parameter, coefficient]) in kernel.terms.iter_mut().zip(terms.as_chunks::<TERM>().0) {

@@ -156,6 +156,19 @@ mod tests {
     use crate::mollifier::Mollifier;
     use std::vec;
 
+    /// In builds without other kernels too, which keep no terms' records.
+    #[test]
+    fn a_prepared_newtonian_kernel_has_its_polynomial() {
+        let terms = [Term { law: Law::Newtonian, coefficient: 3.0 }];
+        let bytes = Kernel::<f64, 1>::workspace_bytes(&terms, Mollifier::None).unwrap();
+        let mut memory = vec![0_u8; bytes + 64];
+        let start = memory.as_ptr().align_offset(64);
+        let block = &mut memory[start..start + bytes];
+        let kernel = Kernel::<f64, 1>::prepare(block, &terms, Mollifier::None, 1.0).unwrap();
+        let far = kernel.far().unwrap();
+        assert_eq!((far.degree(), far.coefficients[1]), (1, 1.5));
+    }
+
     #[test]
     fn the_polynomial_is_the_kernel_beyond_the_reach() {
         let terms = [

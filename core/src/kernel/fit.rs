@@ -583,10 +583,16 @@ impl Unit {
         let d = self.dimension as f64;
         match self.law {
             Law::Power { exponent: p } => {
-                let ratio = 1.0 + y / rho;
+                // 1 + y/rho would be 0 where q is tiny, next to the edge
+                let near = y < -0.5 * rho;
+                let ratio = if near { q / rho } else { 1.0 + y / rho };
                 let power = ratio.pow(p);
                 let less = power / (ratio * ratio);
-                let value = if p == 0.0 { (y / rho).log1p() } else { power / p };
+                let value = match (p == 0.0, near) {
+                    (true, true) => Real::log(ratio),
+                    (true, false) => (y / rho).log1p(),
+                    _ => power / p,
+                };
                 [value, less, (p + d - 2.0) * less]
             }
             _ => {

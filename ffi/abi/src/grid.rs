@@ -14,6 +14,8 @@ use crate::status::{mollis_status, status};
 pub const MOLLIS_WALLS_FREE: i32 = 0;
 /// No flux through the border: particles outside act from, and are driven at, their mirror places.
 pub const MOLLIS_WALLS_NO_FLUX: i32 = 1;
+/// Free space, with the second moments of the mass in that field as well: for long or divided mass. Without screening only.
+pub const MOLLIS_WALLS_FREE_QUADRUPOLE: i32 = 2;
 
 /// A rectangle cut into cells[0] by cells[1] equal cells, at least 2 each way. It has (cells[0] + 1) (cells[1] + 1) nodes; arrays over
 /// the nodes run along x first.
@@ -65,6 +67,7 @@ pub(crate) fn equation<T: Real>(options: &mollis_grid2_options) -> Result<Equati
     let walls = match options.walls {
         MOLLIS_WALLS_FREE => Walls::Free,
         MOLLIS_WALLS_NO_FLUX => Walls::NoFlux,
+        MOLLIS_WALLS_FREE_QUADRUPOLE => Walls::FreeQuadrupole,
         _ => return Err(Error::UnknownValue),
     };
     Ok(Equation { screening: T::from_f64(options.screening), walls })
@@ -96,7 +99,8 @@ unsafe fn workspace_bytes<T: Real>(
 /// The exact size of the workspace that mollis_grid2_eval needs for this mesh and these options, with this run's executor.
 ///
 /// Refused: MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_NOT_FINITE, MOLLIS_ERR_OUT_OF_DOMAIN (an empty rectangle, fewer than 2 cells),
-/// MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_UNKNOWN_VALUE (walls), MOLLIS_ERR_KERNEL_PARAMETER (screening), MOLLIS_ERR_OPTIONS_SIZE.
+/// MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_UNKNOWN_VALUE (walls), MOLLIS_ERR_KERNEL_PARAMETER (screening), MOLLIS_ERR_UNSUPPORTED (second moments with
+/// screening), MOLLIS_ERR_OPTIONS_SIZE.
 #[cfg(feature = "double")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_grid2_workspace_bytes(
@@ -363,11 +367,17 @@ mod tests {
             let thin = mollis_mesh2 { cells: [1, 10], ..mesh };
             let unknown = mollis_grid2_options { walls: 9, ..mollis_grid2_options::DEFAULT };
             let negative = mollis_grid2_options { screening: -1.0, ..mollis_grid2_options::DEFAULT };
+            let screened = mollis_grid2_options {
+                walls: MOLLIS_WALLS_FREE_QUADRUPOLE,
+                screening: 1.0,
+                ..mollis_grid2_options::DEFAULT
+            };
             for (status, error) in [
                 (call(null(), null(), x.as_ptr(), bytes), Error::NullPointer),
                 (call(&raw const thin, null(), x.as_ptr(), bytes), Error::OutOfDomain),
                 (call(&raw const mesh, &raw const unknown, x.as_ptr(), bytes), Error::UnknownValue),
                 (call(&raw const mesh, &raw const negative, x.as_ptr(), bytes), Error::KernelParameter),
+                (call(&raw const mesh, &raw const screened, x.as_ptr(), bytes), Error::Unsupported),
                 (call(&raw const mesh, null(), x.as_ptr(), bytes - 1), Error::WorkspaceTooSmall),
                 (call(&raw const mesh, null(), bad.as_ptr(), bytes), Error::NotFinite),
                 (call(&raw const mesh, null(), memory.cast::<[f64; 2]>(), bytes), Error::Overlap),

@@ -38,14 +38,18 @@ pub fn mollified(dimension: u32, psi: &Compact, delta: f64, kernel: impl Fn(f64)
         };
         [0, 1].map(|power| integral(0.0, widest, 40, |angle| term(angle, power)))
     };
-    let (from, to) = ((r - delta).max(0.0), r + delta);
+    // where the far side leaves the support, s = delta - r, the integrand has a kink
+    let (from, to) = ((r - delta).abs(), r + delta);
     // s = from + (to - from) q^4
     let radial = |which: usize| {
-        integral(0.0, 1.0, PIECES, |q| {
-            let s = from + (to - from) * q.powi(4);
-            let weight = 4.0 * (to - from) * q.powi(3) * s.powi(dimension as i32 - 1);
-            weight * kernel(s)[which] * sphere(s)[which]
-        })
+        let between = |from: f64, to: f64| {
+            integral(0.0, 1.0, PIECES, |q| {
+                let s = from + (to - from) * q.powi(4);
+                let weight = 4.0 * (to - from) * q.powi(3) * s.powi(dimension as i32 - 1);
+                weight * kernel(s)[which] * sphere(s)[which]
+            })
+        };
+        between(from, to) + if r < delta { between(0.0, from) } else { 0.0 }
     };
     // the gradient: int K'(|y|) (y/|y|) psi(x - y) dy, along x
     [radial(0), radial(1)]
