@@ -15,8 +15,8 @@ use crate::space::Space;
 /// 1 + z/2 + z^2/6 + z^3/24 = 0, which is R(z) = 1, is -2.785293563...
 pub const REAL_STABILITY: f64 = 2.785_293_563;
 
-/// What a step needs beside the state; garbage between steps.
-#[derive(Debug)]
+/// What a step needs beside the state; garbage between steps. By default that of an empty state.
+#[derive(Debug, Default)]
 pub struct Scratch<'w, T> {
     /// The argument of the right-hand side, then the new state.
     stage: &'w mut [T],

@@ -113,10 +113,10 @@ fn constants() -> Result<String> {
  * and default options.
  */
 #define MOLLIS_PKS_WORKSPACE_BYTES_F32(n) \\
-  (MOLLIS_WORKSPACE_PADDED(16 * ((n) / 2)) + 2 * MOLLIS_WORKSPACE_PADDED(8 * ((n) / 2)) + \\
+  (4 * MOLLIS_WORKSPACE_PADDED(8 * ((n) / 2)) + ((n) > 0 ? 1600 : 0) + \\
    MOLLIS_WORKSPACE_PADDED(20 * ((n) / 2)) + 4 * MOLLIS_WORKSPACE_PADDED(8 * (n)) + 2 * MOLLIS_WORKSPACE_PADDED(n) + \\
    MOLLIS_WORKSPACE_PADDED(4 * (((n) + 255) / 256)) + MOLLIS_WORKSPACE_PADDED(48) + \\
-   ((n) > 512 ? MOLLIS_WORKSPACE_PADDED(8 * (n)) + MOLLIS_WORKSPACE_PADDED(4 * (n)) + 16384 : 0) + MOLLIS_SUM2_WORKSPACE_BYTES_F32(n))
+   ((n) > 512 ? MOLLIS_WORKSPACE_PADDED(8 * (n)) + MOLLIS_WORKSPACE_PADDED(4 * (n)) + 20480 : 0) + MOLLIS_SUM2_WORKSPACE_BYTES_F32(n))
 ",
         mollis_core::space::ALIGN
     )?;

@@ -37,17 +37,18 @@ pub struct Plan {
     wanted: Wanted,
     /// The relative error that the field sums are allowed: 0 means rounding alone.
     tolerance: f64,
-    /// k1, with the potential if the energy is watched; k2 to k4; what is wanted at the end, if anything.
-    first: field::Plan,
+    /// k2 to k4.
     later: field::Plan,
-    last: Option<field::Plan>,
+    /// k1, with the potential if the energy is watched; what is wanted at the end, if anything.
+    #[cfg(not(feature = "small"))]
+    others: (field::Plan, Option<field::Plan>),
 }
 
 /// Plans runs of `particles` massive particles and `tracers` massless ones.
 ///
 /// # Errors
-/// [`Error::TooLarge`]: a size overflows; [`Error::Unsupported`]: the energy, with the feature `small`; those of
-/// [`field::plan`].
+/// [`Error::TooLarge`]: a size overflows; [`Error::Unsupported`]: with the feature `small`, tracers (zero masses are carried
+/// along as well), the energy, and velocities and their divergence, which [`field::evaluate`] has; those of [`field::plan`].
 pub fn plan<T: Real, const D: usize>(
     kernel: &dyn Interaction<T, D>,
     particles: usize,
@@ -55,7 +56,9 @@ pub fn plan<T: Real, const D: usize>(
     wanted: Wanted,
     options: &Options,
 ) -> Result<Plan> {
-    if cfg!(feature = "small") && wanted.energy {
+    let Wanted { density, velocity, divergence, energy } = wanted;
+    let at_end = velocity || divergence || energy;
+    if cfg!(feature = "small") && (at_end || tracers > 0) {
         return Err(Error::Unsupported);
     }
     let total = particles.checked_add(tracers).ok_or(Error::TooLarge)?;
@@ -63,17 +66,15 @@ pub fn plan<T: Real, const D: usize>(
         let outputs = FieldWanted { potential, gradient, laplacian };
         field::plan(kernel, particles, total, outputs, options)
     };
-    let Wanted { density, velocity, divergence, energy } = wanted;
-    let at_end = velocity || divergence || energy;
     Ok(Plan {
         particles,
         tracers,
         total,
         wanted,
         tolerance: options.tolerance,
-        first: each(energy, true, density)?,
         later: each(false, true, density)?,
-        last: if at_end { Some(each(energy, velocity, divergence)?) } else { None },
+        #[cfg(not(feature = "small"))]
+        others: (each(energy, true, density)?, if at_end { Some(each(energy, velocity, divergence)?) } else { None }),
     })
 }
 
@@ -98,10 +99,29 @@ impl Plan {
         self.wanted
     }
 
+    /// Of k1.
+    fn first(&self) -> &field::Plan {
+        #[cfg(not(feature = "small"))]
+        return &self.others.0;
+        #[cfg(feature = "small")]
+        &self.later
+    }
+
+    /// Of what is wanted at the end.
+    fn last(&self) -> Option<&field::Plan> {
+        #[cfg(not(feature = "small"))]
+        return self.others.1.as_ref();
+        #[cfg(feature = "small")]
+        None
+    }
+
     fn field_bytes(&self, workers: usize) -> Result<usize> {
-        let first = self.first.workspace_bytes(workers)?;
         let later = self.later.workspace_bytes(workers)?;
-        let last = self.last.as_ref().map_or(Ok(0), |plan| plan.workspace_bytes(workers))?;
+        if cfg!(feature = "small") {
+            return Ok(later);
+        }
+        let first = self.first().workspace_bytes(workers)?;
+        let last = self.last().map_or(Ok(0), |plan| plan.workspace_bytes(workers))?;
         Ok(first.max(later).max(last))
     }
 }
@@ -123,10 +143,17 @@ impl<'w, T: Real> Arrays<'w, T> {
         Ok(Self {
             state: space.array(flat)?,
             scratch: rk4::Scratch::lay(space, flat)?,
-            potential: space.array(if plan.wanted.energy { plan.total } else { 0 })?,
-            divergence: space.array(if plan.wanted.divergence { plan.total } else { 0 })?,
+            potential: Self::maybe(space, plan.wanted.energy, plan.total)?,
+            divergence: Self::maybe(space, plan.wanted.divergence, plan.total)?,
             field: space.array(plan.field_bytes(workers)?)?,
         })
+    }
+}
+
+impl<'w, T: Real> Arrays<'w, T> {
+    /// An array that is there if it is wanted; never with the feature `small`.
+    fn maybe(space: &mut impl Space<'w>, wanted: bool, n: usize) -> Result<&'w mut [T]> {
+        if cfg!(feature = "small") { Ok(&mut []) } else { space.array(if wanted { n } else { 0 }) }
     }
 }
 
@@ -236,9 +263,16 @@ pub fn step<T: Real, const D: usize>(
 ) -> Result<()> {
     *report = Report::default();
     let State { masses, mut particles, mut tracers } = state;
-    let wanted = Wanted { energy: plan.wanted.energy && !cfg!(feature = "small"), ..plan.wanted };
+    let mut wanted = plan.wanted;
+    if cfg!(feature = "small") {
+        // The plan has refused all else.
+        wanted = Wanted { density: wanted.density, ..Wanted::default() };
+        (particles.velocity, particles.divergence) = (None, None);
+        tracers = Trajectories::none();
+    } else {
+        tracers.check(plan.tracers, wanted)?;
+    }
     particles.check(plan.particles, wanted)?;
-    tracers.check(plan.tracers, wanted)?;
     if masses.len() != plan.particles {
         return Err(Error::LengthMismatch);
     }
@@ -266,7 +300,7 @@ pub fn step<T: Real, const D: usize>(
                 laplacian: if wanted.density { Some(&mut *growth) } else { None },
             };
             let sources = Sources { positions: points.get(..count).unwrap_or(points), masses };
-            let how = if stage == Stage::First { &plan.first } else { &plan.later };
+            let how = if stage == Stage::First { plan.first() } else { &plan.later };
             field::flow(how, kernel, sources, points, outputs, memory, run)?;
             if watched {
                 watch.see(masses, potential)?;
@@ -277,7 +311,9 @@ pub fn step<T: Real, const D: usize>(
             }
             Ok(())
         });
-        report.energy = watch.energies();
+        if cfg!(not(feature = "small")) {
+            report.energy = watch.energies();
+        }
         result.map_err(in_run)?;
         store::<T, D>(arrays.state, &mut particles, &mut tracers);
         report.steps += 1;
@@ -289,7 +325,7 @@ pub fn step<T: Real, const D: usize>(
         }
     }
 
-    let Some(last) = &plan.last else { return Ok(()) };
+    let Some(last) = plan.last() else { return Ok(()) };
     let Arrays { state, scratch, potential, divergence, field: memory } = &mut arrays;
     let (points, _) = split::<T, D>(state, plan.total)?;
     let (flow, _) = split_mut::<T, D>(scratch.spare(), plan.total)?;
@@ -351,17 +387,24 @@ fn first_bad<T: Real, const D: usize>(
         };
         points.positions.iter().enumerate().position(|point| !whole(point))
     };
+    if cfg!(feature = "small") {
+        return first(particles, masses);
+    }
     first(particles, masses).or_else(|| first(tracers, &[]).map(|k| masses.len().saturating_add(k)))
 }
 
 /// Copies the caller's state into the flat one.
 fn load<T: Real, const D: usize>(flat: &mut [T], particles: &Trajectories<'_, T, D>, tracers: &Trajectories<'_, T, D>) {
     let mut to = flat.iter_mut();
-    let densities = [particles, tracers].map(|points| points.density.as_deref().unwrap_or_default());
-    let [of_particles, of_tracers] = densities;
-    for part in [particles.positions.as_flattened(), tracers.positions.as_flattened(), of_particles, of_tracers] {
-        // The part comes first: when it ends, nothing of the state has been taken.
-        part.iter().zip(to.by_ref()).for_each(|(&from, to)| *to = from);
+    // The part comes first: when it ends, nothing of the state has been taken.
+    let mut copy = |part: &[T]| part.iter().zip(to.by_ref()).for_each(|(&from, to)| *to = from);
+    copy(particles.positions.as_flattened());
+    if cfg!(not(feature = "small")) {
+        copy(tracers.positions.as_flattened());
+    }
+    copy(particles.density.as_deref().unwrap_or_default());
+    if cfg!(not(feature = "small")) {
+        copy(tracers.density.as_deref().unwrap_or_default());
     }
 }
 
@@ -374,9 +417,14 @@ fn store<T: Real, const D: usize>(
     let mut from = flat.iter();
     let Trajectories { positions: x, density: rho, .. } = particles;
     let Trajectories { positions: x_tracers, density: rho_tracers, .. } = tracers;
-    let (rho, rho_tracers) = (rho.as_deref_mut().unwrap_or_default(), rho_tracers.as_deref_mut().unwrap_or_default());
-    for part in [x.as_flattened_mut(), x_tracers.as_flattened_mut(), rho, rho_tracers] {
-        part.iter_mut().zip(from.by_ref()).for_each(|(to, &from)| *to = from);
+    let mut copy = |part: &mut [T]| part.iter_mut().zip(from.by_ref()).for_each(|(to, &from)| *to = from);
+    copy(x.as_flattened_mut());
+    if cfg!(not(feature = "small")) {
+        copy(x_tracers.as_flattened_mut());
+    }
+    copy(rho.as_deref_mut().unwrap_or_default());
+    if cfg!(not(feature = "small")) {
+        copy(rho_tracers.as_deref_mut().unwrap_or_default());
     }
 }
 

@@ -95,7 +95,7 @@ pub fn plan<T: Real, const D: usize>(
 ) -> Result<Plan> {
     let reason = if options.method.is_some() { Reason::Forced } else { Reason::NothingFaster };
     let (a, b) = options.combination;
-    if !(a.is_finite() && b.is_finite() && options.tolerance.is_finite()) {
+    if !(Real::is_finite(a) && Real::is_finite(b) && Real::is_finite(options.tolerance)) {
         return Err(Error::NotFinite);
     }
     if D != 2 && (a, b) != (1.0, 0.0) {
@@ -161,6 +161,9 @@ impl Plan {
     /// # Errors
     /// [`crate::Error::TooLarge`].
     pub fn workspace_bytes(&self, workers: usize) -> Result<usize> {
+        if cfg!(feature = "small") {
+            return Ok(self.bytes);
+        }
         let workers = self.bytes_per_worker.checked_mul(workers.max(1).min(MAX_WORKERS)).ok_or(Error::TooLarge)?;
         self.bytes.checked_add(workers).ok_or(Error::TooLarge)
     }

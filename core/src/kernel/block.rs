@@ -14,13 +14,13 @@ use crate::space::{Carve, Measure, Space, View};
 /// "mollis K" in ASCII, as a number: swapped bytes show another machine's block.
 const MAGIC: u64 = 0x6D6F_6C6C_6973_204B;
 /// Changes whenever the meaning of a block does.
-const VERSION: u64 = 1;
+const VERSION: u64 = 2;
 /// Numbers of the head.
 const HEAD: usize = 8;
 /// Numbers of a term's record.
 const TERM: usize = 3;
-/// Numbers before the terms: mollifier kind, order, exponent, delta, Newtonian coefficient, fit error.
-const START: usize = 6;
+/// Numbers before the terms: delta and Newtonian coefficient as the scalar's bits, fit error.
+const START: usize = 3;
 /// Numbers of the records.
 const RECORDS: usize = START + MAX_TERMS * (TERM + RECORD);
 
@@ -57,7 +57,7 @@ fn check<const D: usize>(terms: &[Term], supplied: bool, mollifier: Mollifier) -
         // One coefficient, as it was given: sums and multiples would be the only arithmetic in double.
         return match terms {
             [Term { law: Law::Newtonian, coefficient }] if !supplied => {
-                if coefficient.is_finite() {
+                if Real::is_finite(*coefficient) {
                     Ok(0)
                 } else {
                     Err(Error::NotFinite)
@@ -148,8 +148,25 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
         mollifier: Mollifier,
         delta: T,
     ) -> Result<Self> {
+        Self::write(memory, terms, supplied, mollifier, delta)?;
+        Self::open(memory)
+    }
+
+    /// [`Kernel::prepare_with`] without opening what it made.
+    ///
+    /// # Errors
+    /// As [`Kernel::prepare_with`].
+    pub fn write(
+        memory: &mut [u8],
+        terms: &[Term],
+        supplied: Option<Supplied<'_>>,
+        mollifier: Mollifier,
+        delta: T,
+    ) -> Result<()> {
+        let supplied =
+            if cfg!(feature = "kernels") || supplied.is_none() { supplied } else { return Err(Error::Unsupported) };
         let size = check::<D>(terms, supplied.is_some(), mollifier)?;
-        let blob = Blob::<T, D>::new(mollifier, delta)?;
+        let length = Blob::<T, D>::check(mollifier, delta)?;
         if let Some(s) = supplied {
             if !s.coefficient.is_finite() || s.reach.is_nan() {
                 return Err(Error::NotFinite);
@@ -162,7 +179,6 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
             return Err(Error::WorkspaceTooSmall);
         }
         let (head, records, tables) = lay::<T>(&mut Carve::new(memory)?, size)?;
-        let delta = delta.to_f64();
         let (start, rest) = records.split_at_mut_checked(START).ok_or(Error::WorkspaceTooSmall)?;
         let (term_records, part_records) =
             rest.split_at_mut_checked(MAX_TERMS * TERM).ok_or(Error::WorkspaceTooSmall)?;
@@ -172,6 +188,7 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
         }
         let (mut newtonian, mut used, mut error) = (0.0, 0_usize, 0.0);
         if cfg!(feature = "kernels") {
+            let delta = delta.to_f64();
             let profile = Profile::new(mollifier, D);
             let mut builder = Builder::new(tables);
             let mut part_slots = part_records.as_chunks_mut::<RECORD>().0.iter_mut();
@@ -199,13 +216,17 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
         } else if let [only] = terms {
             newtonian = only.coefficient;
         }
-        let (kind, order, exponent) = match mollifier {
-            Mollifier::None => (0.0, 0, 0),
-            Mollifier::Compact { order, exponent } => (1.0, order, exponent),
-            Mollifier::Gaussian { order } => (2.0, order, 0),
-        };
-        let values = [kind, f64::from(order), f64::from(exponent), delta, newtonian, error];
+        let newtonian = T::from_f64(newtonian);
+        if !newtonian.is_finite() {
+            return Err(Error::OutOfDomain);
+        }
+        let values = [f64::from_bits(length.bits()), f64::from_bits(newtonian.bits()), error];
         start.iter_mut().zip(values).for_each(|(slot, v)| *slot = v);
+        let (kind, order, exponent) = match mollifier {
+            Mollifier::None => (0, 0, 0),
+            Mollifier::Compact { order, exponent } => (1, order, exponent),
+            Mollifier::Gaussian { order } => (2, order, 0),
+        };
         let values = [
             MAGIC,
             VERSION,
@@ -214,10 +235,10 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
             terms.len() as u64,
             used as u64,
             size as u64,
-            u64::from(supplied.is_some()),
+            u64::from(exponent << 16 | order << 8 | kind),
         ];
         head.iter_mut().zip(values).for_each(|(slot, v)| *slot = v);
-        Self::decode(head, records, tables, blob)
+        Ok(())
     }
 
     /// Opens a block that [`Kernel::prepare`] made, perhaps elsewhere.
@@ -228,7 +249,7 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
     pub fn open(memory: &'k [u8]) -> Result<Self> {
         let mut view = View::new(memory)?;
         let head: &[u64] = view.array(HEAD).map_err(|_| Error::NotPrepared)?;
-        let &[magic, version, bytes, dimension, _, _, size, _] =
+        let &[magic, version, bytes, dimension, count, used, size, shape] =
             head.first_chunk::<HEAD>().ok_or(Error::NotPrepared)?;
         if magic == MAGIC.swap_bytes() {
             return Err(Error::WrongByteOrder);
@@ -246,42 +267,29 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
             return Err(Error::NotPrepared);
         }
         let records: &[f64] = view.array(RECORDS)?;
-        let tables: &[T] = view.array(usize::try_from(size).map_err(|_| Error::NotPrepared)?)?;
-        let &[kind, order, exponent, delta, ..] = records.first_chunk::<START>().ok_or(Error::NotPrepared)?;
-        let (order, exponent) = (order as u32, exponent as u32);
-        let mollifier = match kind as u32 {
+        let (start, rest) = records.split_at_checked(START).ok_or(Error::NotPrepared)?;
+        let &[delta, newtonian, fit_error] = start.first_chunk::<START>().ok_or(Error::NotPrepared)?;
+        let (order, exponent) = ((shape >> 8) as u32 & 0xFF, (shape >> 16) as u32 & 0xFF);
+        let mollifier = match shape as u32 & 0xFF {
             0 => Mollifier::None,
             1 => Mollifier::Compact { order, exponent },
             _ => Mollifier::Gaussian { order },
         };
-        let blob = Blob::new(mollifier, T::from_f64(delta)).map_err(|_| Error::NotPrepared)?;
-        Self::decode(head, records, tables, blob)
-    }
-
-    /// The size of an opened or prepared block in bytes.
-    ///
-    /// # Errors
-    /// [`Error::TooLarge`].
-    pub fn block_bytes(&self) -> Result<usize> {
-        Measure::of(|space| lay::<T>(space, self.tables.len()).map(|_| ()))
-    }
-
-    fn decode(head: &[u64], records: &[f64], tables: &'k [T], blob: Blob<T, D>) -> Result<Self> {
-        let &[_, _, _, _, count, used, _, _] = head.first_chunk::<HEAD>().ok_or(Error::NotPrepared)?;
-        let (start, rest) = records.split_at_checked(START).ok_or(Error::NotPrepared)?;
-        let &[_, _, _, _, newtonian, fit_error] = start.first_chunk::<START>().ok_or(Error::NotPrepared)?;
-        let (terms, parts) = rest.split_at_checked(MAX_TERMS * TERM).ok_or(Error::NotPrepared)?;
+        let blob = Blob::new(mollifier, T::from_bits(delta.to_bits())).map_err(|_| Error::NotPrepared)?;
         let mut kernel = Self::empty(blob);
-        kernel.newtonian = T::from_f64(newtonian);
-        kernel.fit_error = fit_error;
-        kernel.tables = tables;
-        kernel.count = usize::try_from(count).unwrap_or(0).min(MAX_TERMS);
-        kernel.used = usize::try_from(used).unwrap_or(0).min(MAX_TERMS);
+        kernel.newtonian = T::from_bits(newtonian.to_bits());
         if !cfg!(feature = "kernels") {
             // One Newtonian term, which is all that this build prepares.
-            kernel.terms = [Term { law: Law::Newtonian, coefficient: newtonian }; KEPT];
-            return if kernel.used == 0 { Ok(kernel) } else { Err(Error::Unsupported) };
+            let &[_, _, coefficient] = rest.first_chunk::<TERM>().ok_or(Error::NotPrepared)?;
+            kernel.terms = [Term { law: Law::Newtonian, coefficient }; KEPT];
+            kernel.count = KEPT;
+            return if used == 0 { Ok(kernel) } else { Err(Error::Unsupported) };
         }
+        kernel.fit_error = fit_error;
+        kernel.tables = view.array(usize::try_from(size).map_err(|_| Error::NotPrepared)?)?;
+        kernel.count = usize::try_from(count).unwrap_or(0).min(MAX_TERMS);
+        kernel.used = usize::try_from(used).unwrap_or(0).min(MAX_TERMS);
+        let (terms, parts) = rest.split_at_checked(MAX_TERMS * TERM).ok_or(Error::NotPrepared)?;
         for (slot, &[kind, parameter, coefficient]) in kernel.terms.iter_mut().zip(terms.as_chunks::<TERM>().0) {
             *slot = Term { law: Law::from_numbers(kind, parameter), coefficient };
         }
@@ -290,5 +298,13 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
             slot.panels = slot.panels.min(USER_OCTAVES + 2);
         }
         Ok(kernel)
+    }
+
+    /// The size of an opened or prepared block in bytes.
+    ///
+    /// # Errors
+    /// [`Error::TooLarge`].
+    pub fn block_bytes(&self) -> Result<usize> {
+        Measure::of(|space| lay::<T>(space, self.tables.len()).map(|_| ()))
     }
 }

@@ -40,17 +40,29 @@ pub(super) enum Place<'a, T> {
 }
 
 impl<T: Real, const D: usize> Blob<T, D> {
+    /// Refuses what [`Blob::new`] refuses; the length that it will have.
+    ///
+    /// # Errors
+    /// As [`Blob::new`].
+    pub fn check(mollifier: Mollifier, delta: T) -> Result<T> {
+        mollifier.check(D)?;
+        match mollifier {
+            Mollifier::None => Ok(T::ZERO),
+            _ if delta > T::ZERO && delta.is_finite() => Ok(delta),
+            _ => Err(Error::Delta),
+        }
+    }
+
     /// Prepares a mollifier. `delta` is not looked at for [`Mollifier::None`].
     ///
     /// # Errors
     /// [`Error::Delta`]: not positive and finite; and those of [`Mollifier::check`].
     pub fn new(mollifier: Mollifier, delta: T) -> Result<Self> {
-        mollifier.check(D)?;
-        let (delta, shape) = match mollifier {
-            Mollifier::None => (T::ZERO, Shape::None),
-            _ if !(delta > T::ZERO && delta.is_finite()) => return Err(Error::Delta),
-            Mollifier::Compact { order, exponent } => (delta, Shape::Compact(Compact::new::<D>(order, exponent))),
-            Mollifier::Gaussian { order } => (delta, Shape::Gaussian(Gaussian::new(D, order))),
+        let delta = Self::check(mollifier, delta)?;
+        let shape = match mollifier {
+            Mollifier::None => Shape::None,
+            Mollifier::Compact { order, exponent } => Shape::Compact(Compact::new::<D>(order, exponent)),
+            Mollifier::Gaussian { order } => Shape::Gaussian(Gaussian::new(D, order)),
         };
         Ok(Self { mollifier, delta, length: Distance::new(delta), shape })
     }

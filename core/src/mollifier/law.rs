@@ -1,10 +1,12 @@
-//! The exact coefficients of compact polynomial mollifiers, by integer arithmetic when the library is compiled.
+//! The law of compact polynomial mollifiers; its exact coefficients, by integer arithmetic, for the tests of those that
+//! [`super::series`] prepares.
 //!
 //! With t = 1 - (r/delta)^2, dimension N, exponent M and order 2K the gradient factor inside the support is
 //! `G(t) = sum of g_k t^k, k = 0..M+K-1`, and everything else follows from it:
 //!
 //! * `g_k = a_k = (N/2)_k / k!` for k <= M: the Taylor series of the exterior field (1-t)^(-N/2), cut off;
-//! * `g_(M+i) = W_(M+i) a_(M+i)` for i = 1..K-1, with [`weight`];
+//! * `g_(M+i) = W_(M+i) a_(M+i)` for i = 1..K-1, with `W_(M+i)` the sum over j = i..K-1 of
+//!   `(-1)^(K-1+j) C(K-1,j) (N/2)_(M+K) (N/2+M+K)_j / ((K-1)! (N/2)_(M+j+1))`;
 //! * density `b_k = (N + 2k) g_k - 2 (k+1) g_(k+1)`, which vanishes below k = M;
 //! * Hessian factor `H = -2 G'`, potential `P' = -G/2`.
 //!
@@ -19,14 +21,14 @@ pub const MAX_ORDER: u32 = 8;
 pub const MAX_TERMS: usize = 14;
 
 /// An exact rational number in lowest terms, with a positive denominator.
-///
-/// An overflow of its 128 bits would not compile, as it occurs in constants alone.
+#[cfg(test)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Rational {
     pub numerator: i128,
     pub denominator: i128,
 }
 
+#[cfg(test)]
 impl Rational {
     pub const ZERO: Self = Self::new(0, 1);
     pub const ONE: Self = Self::new(1, 1);
@@ -53,18 +55,10 @@ impl Rational {
             self.denominator * other.denominator,
         )
     }
-
-    /// The value, which must be a multiple of a power of 1/2 with at most 53 digits.
-    const fn exact_f64(self) -> f64 {
-        let value = self.numerator as f64 / self.denominator as f64;
-        assert!(self.denominator & (self.denominator - 1) == 0, "not a binary fraction");
-        let odd = if self.numerator == 0 { 0 } else { self.numerator >> self.numerator.trailing_zeros() };
-        assert!(odd.abs() < 1 << 53, "more than 53 digits");
-        value
-    }
 }
 
 /// `a_k = (N/2)_k / k!`.
+#[cfg(test)]
 pub(super) const fn taylor(dimension: u32, k: u32) -> Rational {
     let mut a = Rational::ONE;
     let mut i = 0;
@@ -77,6 +71,7 @@ pub(super) const fn taylor(dimension: u32, k: u32) -> Rational {
 
 /// `W_(M+i)`, for i = 1..K-1 and order 2K:
 /// the sum over j = i..K-1 of (-1)^(K-1+j) C(K-1,j) (N/2)_(M+K) (N/2+M+K)_j / ((K-1)! (N/2)_(M+j+1)).
+#[cfg(test)]
 pub(super) const fn weight(dimension: u32, exponent: u32, half_order: u32, i: u32) -> Rational {
     let (n, m, k) = (dimension, exponent, half_order);
     let mut sum = Rational::ZERO;
@@ -113,6 +108,7 @@ pub(super) const fn weight(dimension: u32, exponent: u32, half_order: u32, i: u3
 }
 
 /// `g_k`.
+#[cfg(test)]
 pub(super) const fn gradient(dimension: u32, exponent: u32, half_order: u32, k: u32) -> Rational {
     let a = taylor(dimension, k);
     if k <= exponent {
@@ -123,90 +119,4 @@ pub(super) const fn gradient(dimension: u32, exponent: u32, half_order: u32, k: 
     } else {
         Rational::ZERO
     }
-}
-
-/// `g_(M+1)` to `g_(M+K-1)` of every mollifier of order 2K > 2 in one dimension: each the exact sum of three f32, at
-/// [`top`]. A dimension takes 648 bytes, all that is stored of its coefficients, and is linked only where it is used.
-///
-/// The third parts stand apart: single precision, which holds sums of two, doesn't need them.
-struct Tops {
-    pairs: [[f32; 2]; 54],
-    thirds: [f32; 54],
-}
-
-const TOPS: [Tops; 3] = [tops(1), tops(2), tops(3)];
-static PAIRS_1: [[f32; 2]; 54] = TOPS[0].pairs;
-static PAIRS_2: [[f32; 2]; 54] = TOPS[1].pairs;
-static PAIRS_3: [[f32; 2]; 54] = TOPS[2].pairs;
-static THIRDS_1: [f32; 54] = TOPS[0].thirds;
-static THIRDS_2: [f32; 54] = TOPS[1].thirds;
-static THIRDS_3: [f32; 54] = TOPS[2].thirds;
-
-/// Where a mollifier's first entry stands: behind those of lower orders and exponents.
-const fn top(exponent: usize, half_order: usize) -> usize {
-    9 * ((half_order - 1) * (half_order - 2) / 2) + (exponent - 1) * (half_order - 1)
-}
-
-/// The entries of one mollifier: the two higher parts of each; none for order 2.
-#[inline(always)]
-pub(super) fn gradient_tops<const D: usize>(exponent: usize, half_order: usize) -> &'static [[f32; 2]] {
-    let pairs = match D {
-        1 => &PAIRS_1,
-        2 => &PAIRS_2,
-        _ => &PAIRS_3,
-    };
-    entries(pairs, exponent, half_order)
-}
-
-/// The lowest parts of the same entries.
-#[inline(always)]
-pub(super) fn gradient_thirds<const D: usize>(exponent: usize, half_order: usize) -> &'static [f32] {
-    let thirds = match D {
-        1 => &THIRDS_1,
-        2 => &THIRDS_2,
-        _ => &THIRDS_3,
-    };
-    entries(thirds, exponent, half_order)
-}
-
-#[inline(always)]
-fn entries<C>(all: &[C], exponent: usize, half_order: usize) -> &[C] {
-    if !(2..=4).contains(&half_order) || !(1..=9).contains(&exponent) {
-        return &[];
-    }
-    let start = top(exponent, half_order);
-    all.get(start..start + half_order - 1).unwrap_or(&[])
-}
-
-#[expect(clippy::indexing_slicing, reason = "runs in the compiler, where an index out of range is an error")]
-const fn tops(dimension: u32) -> Tops {
-    let mut tops = Tops { pairs: [[0.0; 2]; 54], thirds: [0.0; 54] };
-    let mut half_order = 2;
-    while half_order <= 4 {
-        let mut exponent = 1;
-        while exponent <= 9 {
-            let mut i = 1;
-            while i < half_order {
-                let value = gradient(dimension, exponent, half_order, exponent + i).exact_f64();
-                let at = top(exponent as usize, half_order as usize) + i as usize - 1;
-                let [first, second, third] = three_parts(value);
-                tops.pairs[at] = [first, second];
-                tops.thirds[at] = third;
-                i += 1;
-            }
-            exponent += 1;
-        }
-        half_order += 1;
-    }
-    tops
-}
-
-/// 53 digits as three times 24.
-const fn three_parts(value: f64) -> [f32; 3] {
-    let first = value as f32;
-    let second = (value - first as f64) as f32;
-    let third = (value - first as f64 - second as f64) as f32;
-    assert!(first as f64 + second as f64 + third as f64 == value, "more than three parts");
-    assert!(second + third == second, "the third part matters in single precision");
-    [first, second, third]
 }

@@ -1,7 +1,7 @@
 //! The coefficients of compact mollifiers in powers of t = 1 - (r/delta)^2, prepared in a scalar type.
 
 use super::distance::{Distance, sphere};
-use super::law::{MAX_TERMS, gradient_thirds, gradient_tops};
+use super::law::MAX_TERMS;
 use super::scaled::Scaled;
 use crate::real::{DoubleWord, Real};
 
@@ -87,17 +87,20 @@ impl<T: Real> Exact<T> {
         let small = |n: usize| T::from_usize(n);
         let mut gradient = Series::empty(DoubleWord::ZERO);
         let mut taylor = DoubleWord::ONE;
-        for k in 0..m + 1 {
+        for k in 0..m + half_order {
             gradient.set(k, taylor);
             taylor = taylor * small(D + 2 * k) / small(2 * (k + 1));
         }
-        for (i, &[first, second]) in gradient_tops::<D>(m, half_order).iter().enumerate() {
-            let mut rest = T::from_f32(second);
-            if T::DIGITS > 24 {
-                // All three parts make one number; in f32 the third is below the last digit of the second.
-                rest += gradient_thirds::<D>(m, half_order).get(i).map_or(T::ZERO, |&third| T::from_f32(third));
+        // W_(M+i) is a sum over j = i..K-1 of whole numbers over 2^(K-1) (K-1)!, exact here: (-1)^(K-1+j) C(K-1, j) times the product of
+        // N + 2 f over f = M+j+1..M+j+K-1.
+        let (mut sum, mut factor) = (T::ZERO, T::ONE);
+        let below = (1..half_order).fold(T::ONE, |product, s| product * small(2 * s));
+        for j in (1..half_order).rev() {
+            sum += (1..half_order).fold(factor, |product, s| product * small(D + 2 * (m + j + s)));
+            factor = -(factor * small(j) / small(half_order - j));
+            if let Some(top) = gradient.coefficients.get_mut(m + j) {
+                *top = *top * sum / below;
             }
-            gradient.set(m + 1 + i, DoubleWord::sum(T::from_f32(first), rest));
         }
         Self { dimension: D, exponent: m, gradient }
     }

@@ -32,6 +32,8 @@ const BUCKETS: usize = 1 << 12;
 const FEW: usize = 24;
 /// Particles whose moments are summed together: few roundings, and they are in the nearest cache for the second pass.
 const TOGETHER: usize = 64;
+/// Particles that are read before they are looked at pair by pair; they lie on the stack.
+const AHEAD: usize = if cfg!(feature = "small") { 8 } else { 64 };
 
 /// The mesh that the search starts from, and the isolation it asks for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -77,6 +79,12 @@ pub struct Scratch<'w, T> {
     /// The particle at each place.
     particles: &'w mut [u32],
     buckets: &'w mut [u32],
+    /// Counts of the sort within a bucket.
+    counts: &'w mut [u32],
+    /// The quadtree's open nodes: their numbers, masses, and moments.
+    nodes: &'w mut [[u32; 4]],
+    weights: &'w mut [T],
+    moments: &'w mut [[T; 6]],
     /// Levels that a particle shares with the one before it.
     shared: &'w mut [u8],
     ranges: &'w mut [[u32; 2]],
@@ -92,12 +100,18 @@ impl<'w, T: Real> Scratch<'w, T> {
     /// Those of [`Space::array`]; [`Error::TooLarge`]: more particles than 32 bits count.
     pub fn lay(space: &mut impl Space<'w>, n: usize) -> Result<Self> {
         u32::try_from(n).ok().filter(|&n| n < u32::MAX).ok_or(Error::TooLarge)?;
+        let many = cfg!(not(feature = "small")) && n > sort::FEW;
+        let stack = if n > 0 { STACK } else { 0 };
         Ok(Self {
             words: space.array(n)?,
             // Few particles are sorted in place.
-            spare: space.array(if n > sort::FEW { n } else { 0 })?,
-            particles: space.array(if n > sort::FEW { n } else { 0 })?,
-            buckets: space.array(if n > sort::FEW { BUCKETS } else { 0 })?,
+            spare: if many { space.array(n)? } else { &mut [] },
+            particles: if many { space.array(n)? } else { &mut [] },
+            buckets: if many { space.array(BUCKETS)? } else { &mut [] },
+            counts: if many { space.array(sort::BUCKETS)? } else { &mut [] },
+            nodes: space.array(stack)?,
+            weights: space.array(stack)?,
+            moments: space.array(stack)?,
             shared: space.array(n)?,
             ranges: space.array(n / 2)?,
             values: space.array(n / 2)?,
@@ -199,6 +213,18 @@ impl<T: Real> Moments<T> {
     }
 }
 
+impl<T: Real> From<[T; 6]> for Moments<T> {
+    fn from([count, mass, pairs, x, y, spread]: [T; 6]) -> Self {
+        Self { group: Group { count, mass, pairs }, centre: [x, y], spread }
+    }
+}
+
+impl<T: Real> From<Moments<T>> for [T; 6] {
+    fn from(Moments { group: Group { count, mass, pairs }, centre: [x, y], spread }: Moments<T>) -> Self {
+        [count, mass, pairs, x, y, spread]
+    }
+}
+
 /// A node of the quadtree that is still open.
 #[derive(Clone, Copy, Default)]
 struct Node<T> {
@@ -213,11 +239,41 @@ struct Node<T> {
 }
 
 /// The open nodes, from the root on.
-struct Stack<T> {
-    nodes: [Node<T>; STACK],
+struct Stack<'s, T> {
+    /// Level, first, clusters, known.
+    nodes: &'s mut [[u32; 4]],
+    masses: &'s mut [T],
     /// Apart, as few are ever looked at.
-    moments: [Moments<T>; STACK],
+    moments: &'s mut [[T; 6]],
     height: usize,
+}
+
+impl<T: Real> Stack<'_, T> {
+    #[inline]
+    fn node(&self, at: usize) -> Option<Node<T>> {
+        let (&[level, first, clusters, known], &mass) = (self.nodes.get(at)?, self.masses.get(at)?);
+        Some(Node { level, first, clusters, known, mass })
+    }
+
+    #[inline]
+    fn set(&mut self, at: usize, node: &Node<T>) {
+        let &Node { level, first, clusters, known, mass } = node;
+        if let (Some(words), Some(slot)) = (self.nodes.get_mut(at), self.masses.get_mut(at)) {
+            (*words, *slot) = ([level, first, clusters, known], mass);
+        }
+    }
+
+    #[inline]
+    fn moments(&self, at: usize) -> Moments<T> {
+        self.moments.get(at).map_or(Moments::default(), |&numbers| numbers.into())
+    }
+
+    #[inline]
+    fn set_moments(&mut self, at: usize, moments: Moments<T>) {
+        if let Some(slot) = self.moments.get_mut(at) {
+            *slot = moments.into();
+        }
+    }
 }
 
 /// The mesh of one step.
@@ -284,7 +340,7 @@ impl<T: Real> Mesh<T> {
         // Conversions saturate.
         [0, 1].map(|k| {
             let (x, origin) = if k == 0 { (x[0], self.origin[0]) } else { (x[1], self.origin[1]) };
-            ((x - origin) * self.scale).to_f64() as u32
+            ((x - origin) * self.scale).to_u32()
         })
     }
 }
@@ -331,7 +387,7 @@ pub fn find<T: Real>(
     let mesh = Mesh::new(search, positions, step);
     let n = positions.len();
     // Few particles are near one another as they are.
-    let gathered = n > sort::FEW;
+    let gathered = cfg!(not(feature = "small")) && n > sort::FEW;
     let Sorted { positions: places, masses: weights } = sorted;
     let (Some(places), Some(weights)) = (places.get_mut(..n), weights.get_mut(..n)) else { return };
     let (places, weights) = if gathered {
@@ -344,7 +400,8 @@ pub fn find<T: Real>(
         (positions, masses)
     };
     order(&mesh, places, scratch);
-    let Scratch { words, shared, particles, ranges, values, found, .. } = scratch;
+    let Scratch { words, shared, particles, ranges, values, found, nodes, weights: masses_of_nodes, moments, .. } =
+        scratch;
     let Some(words) = words.get_mut(..n) else { return };
     let shared = shared.get(..n).unwrap_or(&[]);
     let mut tree = Tree {
@@ -359,7 +416,7 @@ pub fn find<T: Real>(
         found: 0,
         seen: 0,
     };
-    let mut stack = Stack { nodes: [Node::default(); STACK], moments: [Moments::default(); STACK], height: 0 };
+    let mut stack = Stack { nodes, masses: masses_of_nodes, moments, height: 0 };
     let level = fine(shared);
     let mut first = 0;
     while first < n {
@@ -395,7 +452,7 @@ pub fn find<T: Real>(
 
 /// The coarsest level whose cells hold few particles on average.
 fn fine(shared: &[u8]) -> u32 {
-    let mut parts = [0_u32; 256];
+    let mut parts = [0_u32; DEPTH as usize + 1];
     for &level in shared {
         if let Some(count) = parts.get_mut(usize::from(level)) {
             *count += 1;
@@ -448,8 +505,8 @@ impl<T: Real> Tree<'_, '_, T> {
         let mut from = 0;
         while from + 1 < count {
             // Read in a loop that does nothing else, so that many scattered reads are under way at once.
-            let mut near = [([T::ZERO; 2], T::ZERO); TOGETHER];
-            let members = self.members(first + from, TOGETHER.min(count - from));
+            let mut near = [([T::ZERO; 2], T::ZERO); AHEAD];
+            let members = self.members(first + from, AHEAD.min(count - from));
             near.iter_mut().zip(members).for_each(|(to, member)| *to = member);
             for (k, pair) in (first + from..first + count - 1).zip(near.windows(2)) {
                 let after = level(k + 2);
@@ -460,14 +517,14 @@ impl<T: Real> Tree<'_, '_, T> {
                 }
                 (before, here) = (here, after);
             }
-            from += TOGETHER - 1;
+            from += AHEAD - 1;
         }
     }
 
     /// Adds the particles of a cell none of whose nodes is of interest: one, or too light ones. Given are the first, how many they are, and
     /// the clusters found before them.
     #[inline]
-    fn leaf(&mut self, stack: &mut Stack<T>, [first, count, clusters]: [usize; 3], mass: T, shared: &[u8]) {
+    fn leaf(&mut self, stack: &mut Stack<'_, T>, [first, count, clusters]: [usize; 3], mass: T, shared: &[u8]) {
         let end = first + count;
         self.seen = end as u32;
         let node = Node { level: DEPTH, first: first as u32, clusters: clusters as u32, known: first as u32, mass };
@@ -476,56 +533,56 @@ impl<T: Real> Tree<'_, '_, T> {
 
     /// Adds the finished node to the open ones, closing those that part deeper than `level` (all, at the end).
     #[inline]
-    fn close(&mut self, stack: &mut Stack<T>, leaf: Node<T>, level: Option<u32>) {
-        let Stack { nodes, moments, height } = stack;
+    fn close(&mut self, stack: &mut Stack<'_, T>, leaf: Node<T>, level: Option<u32>) {
         let mut finished = leaf;
         // Whose moments, if there are any, are still where the node was.
-        let mut from = *height;
-        while let Some(at) = height.checked_sub(1) {
-            let Some(top) = nodes.get_mut(at) else { return };
+        let mut from = stack.height;
+        while let Some(at) = stack.height.checked_sub(1) {
+            let Some(mut top) = stack.node(at) else { return };
             if level.is_some_and(|level| top.level < level) {
                 break;
             }
             top.mass += finished.mass;
-            if finished.known > finished.first
-                && let Ok([moments, other]) = moments.get_disjoint_mut([at, from])
-            {
-                self.complete(top, moments, finished.first);
-                *moments = moments.with(other);
+            if finished.known > finished.first {
+                let mut moments = stack.moments(at);
+                self.complete(&mut top, &mut moments, finished.first);
+                stack.set_moments(at, moments.with(&stack.moments(from)));
                 top.known = finished.known;
             }
             if level == Some(top.level) {
+                stack.set(at, &top);
                 return;
             }
-            finished = *top;
+            finished = top;
             from = at;
-            *height = at;
+            stack.height = at;
             // Its largest cell is one level below where the next particle, or the node around it, parts from it.
-            let around = at.checked_sub(1).and_then(|top| nodes.get(top)).map(|node| node.level);
+            let around = at.checked_sub(1).and_then(|top| stack.nodes.get(top)).map(|&[level, ..]| level);
             let parent = match (around, level) {
                 (Some(a), Some(b)) => Some(a.max(b)),
                 (a, b) => a.or(b),
             };
-            if let Some(moments) = moments.get_mut(at) {
-                self.finish(&mut finished, moments, parent);
-            }
+            self.finish(stack, at, &mut finished, parent);
         }
-        if let (Some(level), Some(slot)) = (level, nodes.get_mut(*height)) {
+        if let Some(level) = level {
             // Its moments are here already: `from` is this place, or there are none.
-            *slot = Node { level, ..finished };
-            *height += 1;
+            stack.set(stack.height, &Node { level, ..finished });
+            stack.height += 1;
         }
     }
 
-    /// Tests a node of at least two particles that is complete; `parent` is the level of the cell around its largest cell.
+    /// Tests a node of at least two particles that is complete, whose moments are at this place; `parent` is the level of the
+    /// cell around its largest cell.
     #[inline]
-    fn finish(&mut self, node: &mut Node<T>, moments: &mut Moments<T>, parent: Option<u32>) {
+    fn finish(&mut self, stack: &mut Stack<'_, T>, at: usize, node: &mut Node<T>, parent: Option<u32>) {
         let count = self.seen - node.first;
         if node.level < self.mesh.coarsest || !self.criterion.possible(count, node.mass) {
             return;
         }
-        self.complete(node, moments, self.seen);
-        self.test(node, count, moments, parent);
+        let mut moments = stack.moments(at);
+        self.complete(node, &mut moments, self.seen);
+        stack.set_moments(at, moments);
+        self.test(node, count, &moments, parent);
     }
 
     /// Notes a node that is separated and collidable, in the place of the clusters found in it.
@@ -577,7 +634,7 @@ fn gather<T: Real>(
     weights: &mut [T],
     scratch: &mut Scratch<'_, T>,
 ) {
-    let Scratch { words, spare, particles, buckets, .. } = scratch;
+    let Scratch { words, spare, particles, buckets, counts, .. } = scratch;
     let bucket = |word: u64| (word >> (64 - BUCKETS.ilog2())) as usize;
     buckets.fill(0);
     for (i, (word, x)) in spare.iter_mut().zip(positions).enumerate() {
@@ -602,7 +659,7 @@ fn gather<T: Real>(
     for &end in buckets.iter() {
         let (start, end) = (core::mem::replace(&mut start, end as usize), end as usize);
         if let (Some(words), Some(spare)) = (words.get_mut(start..end), spare.get_mut(start..end)) {
-            sort::by_20_bits(words, spare);
+            sort::by_20_bits(words, spare, counts);
         }
     }
 }
@@ -610,12 +667,12 @@ fn gather<T: Real>(
 /// Sorts the particles by their cells at the finest level, and says how many levels neighbours share. They come in the order of their first
 /// levels, or they are few.
 fn order<T: Real>(mesh: &Mesh<T>, places: &[[T; 2]], scratch: &mut Scratch<'_, T>) {
-    let Scratch { words, spare, shared, .. } = scratch;
+    let Scratch { words, spare, counts, shared, .. } = scratch;
     // The state's arrays may have shrunk since the scratch was laid out.
     let n = places.len();
     let (Some(words), Some(shared)) = (words.get_mut(..n), shared.get_mut(..n)) else { return };
     if n <= sort::FEW {
-        sort::heap(words, |&word| word);
+        sort::by_key(words, &|word| word);
     }
     let mut before = None;
     for (level, &word) in shared.iter_mut().zip(words.iter()) {
@@ -637,7 +694,7 @@ fn order<T: Real>(mesh: &Mesh<T>, places: &[[T; 2]], scratch: &mut Scratch<'_, T
                 let [cx, cy] = places.get(place as usize).map_or([0; 2], |x| mesh.cell(x));
                 *word = u64::from(interleave(cx & 0xFFFF, cy & 0xFFFF)) << 32 | place;
             }
-            sort::by_high_half(words, spare);
+            sort::by_high_half(words, spare, counts);
             let keys = words.iter().map(|word| (word >> 32) as u32);
             for (level, (a, b)) in shared.iter_mut().zip(keys.clone().zip(keys.skip(1))) {
                 *level = (FIRST + (a ^ b).leading_zeros() / 2) as u8;

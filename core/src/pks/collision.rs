@@ -56,8 +56,8 @@ impl<T: Real> Criterion<T> {
     #[must_use]
     pub fn new(constants: Law<T>, law: CollisionLaw, merging: Merging, probability: T, dt: T) -> Self {
         let quantile = match law {
-            CollisionLaw::Exact => T::ZERO,
-            CollisionLaw::Printed => normal::quantile(probability),
+            CollisionLaw::Printed if cfg!(not(feature = "small")) => normal::quantile(probability),
+            CollisionLaw::Exact | CollisionLaw::Printed => T::ZERO,
         };
         Self { constants, law, merging, probability, quantile, dt }
     }
@@ -107,7 +107,7 @@ impl<T: Real> Criterion<T> {
         if !self.inelastic(index) {
             return false;
         }
-        if self.law == CollisionLaw::Printed || self.constants.noise == T::ZERO {
+        if self.straight() {
             return self.increment(group, moment, self.quantile) < T::ZERO;
         }
         // Y / (2 beta^2 dt)
@@ -116,9 +116,14 @@ impl<T: Real> Criterion<T> {
         !negligible(a, x, self.probability) && incomplete_gamma::upper(a, x) > self.probability
     }
 
+    /// Whether the second moment takes one straight step: by the printed law, which the feature `small` refuses, and without noise.
+    fn straight(&self) -> bool {
+        cfg!(not(feature = "small")) && self.law == CollisionLaw::Printed || self.constants.noise == T::ZERO
+    }
+
     /// Y + alpha dt + 2 beta sqrt(Y dt) z: one Gaussian step of the second moment (3.2), (3.11).
     fn increment(&self, group: &Group<T>, moment: T, z: T) -> T {
-        let spread = if self.constants.noise == T::ZERO {
+        let spread = if cfg!(feature = "small") || self.constants.noise == T::ZERO {
             T::ZERO
         } else {
             T::TWO * (self.constants.beta_squared(group) * moment * self.dt).sqrt() * z
@@ -133,7 +138,7 @@ impl<T: Real> Criterion<T> {
         if moment <= T::ZERO {
             return Some(T::ZERO);
         }
-        if self.law == CollisionLaw::Printed || self.constants.noise == T::ZERO {
+        if self.straight() {
             let after = self.increment(group, moment, z);
             // The straight line from Y to Y + dY.
             return (after <= T::ZERO).then(|| clamp(self.dt * (moment / (moment - after))));

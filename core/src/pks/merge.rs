@@ -11,9 +11,11 @@ use crate::space::Space;
 /// The collapsed clusters of a step: kept from the decision to the last merge.
 #[derive(Debug)]
 pub struct Queue<'w, T> {
-    /// Lowest label; where the cluster's members begin and how many they are.
-    entries: &'w mut [[u64; 2]],
-    /// Time after the step's start, and index, of the cluster whose members begin at twice this place or one below.
+    /// Where the cluster's members begin, in the high half, and how many they are: in the order of their lowest labels.
+    ranges: &'w mut [u64],
+    /// Lowest label of the cluster whose members begin at twice this place or one below.
+    lowest: &'w mut [u64],
+    /// As these: time after the step's start, and index.
     values: &'w mut [[T; 2]],
     /// Magic, step, count, length of the queue, merges done, one spare.
     head: &'w mut [u64],
@@ -27,7 +29,9 @@ impl<'w, T: Real> Queue<'w, T> {
     /// # Errors
     /// Those of [`Space::array`].
     pub fn lay(space: &mut impl Space<'w>, n: usize) -> Result<Self> {
-        Ok(Self { entries: space.array(n / 2)?, values: space.array(n / 2)?, head: space.array(6)? })
+        let half = n / 2;
+        let (ranges, lowest) = (space.array(half)?, space.array(half)?);
+        Ok(Self { ranges, lowest, values: space.array(half)?, head: space.array(6)? })
     }
 
     /// Forgets a queue left in the memory.
@@ -64,15 +68,20 @@ impl<'w, T: Real> Queue<'w, T> {
             let scale = (cluster.group.mass * cluster.moment * criterion.dt).sqrt();
             let z = if scale > T::ZERO { sum / scale } else { T::ZERO };
             let Some(tau) = criterion.time(&cluster.group, cluster.moment, z) else { continue };
-            if let (Some(entry), Some(value)) = (self.entries.get_mut(length), self.values.get_mut(cluster.first / 2)) {
-                // Clusters hold at least two members and do not overlap, so first / 2 is a place of its own.
-                *entry = [lowest, (cluster.first as u64) << 32 | cluster.count as u64];
+            // Clusters hold at least two members and do not overlap, so first / 2 is a place of its own.
+            let place = cluster.first / 2;
+            if let (Some(range), Some(label), Some(value)) =
+                (self.ranges.get_mut(length), self.lowest.get_mut(place), self.values.get_mut(place))
+            {
+                *range = (cluster.first as u64) << 32 | cluster.count as u64;
+                *label = lowest;
                 *value = [tau, criterion.constants.index(&cluster.group)];
                 length += 1;
             }
         }
-        if let Some(entries) = self.entries.get_mut(..length) {
-            sort::heap(entries, |entry| entry[0]);
+        let lowest = &*self.lowest;
+        if let Some(ranges) = self.ranges.get_mut(..length) {
+            sort::by_key(ranges, &|range| lowest.get((range >> 33) as usize).copied().unwrap_or(u64::MAX));
         }
         let head = [MAGIC, counters.step, counters.count, length as u64, 0, 0];
         self.head.iter_mut().zip(head).for_each(|(to, from)| *to = from);
@@ -106,8 +115,7 @@ impl<'w, T: Real> Queue<'w, T> {
         let left = self.left(counters)?;
         let [_, _, _, length, done, _] = &mut *self.head else { return Err(Error::NotPrepared) };
         counters.pending = left;
-        for entry in self.entries.iter().take(*length as usize).skip(*done as usize) {
-            let [_, range] = *entry;
+        for &range in self.ranges.iter().take(*length as usize).skip(*done as usize) {
             let (first, count) = ((range >> 32) as usize, (range & 0xFFFF_FFFF) as usize);
             let [tau, index] = self.values.get(first / 2).copied().unwrap_or_default();
             let room = events.labels.get_mut(*events.labels_written..).unwrap_or(&mut []);
@@ -140,7 +148,7 @@ impl<'w, T: Real> Queue<'w, T> {
 fn merge<T: Real>(state: &mut State<'_, T>, members: &mut [u64], absorbed: &mut [u64]) -> Option<(u64, T)> {
     let particle = |word: u64| (word & 0xFFFF_FFFF) as usize;
     let labels = &*state.labels;
-    sort::heap(members, |&word| labels.get(particle(word)).copied().unwrap_or(u64::MAX));
+    sort::by_key(members, &|word| labels.get(particle(word)).copied().unwrap_or(u64::MAX));
     let (&kept, others) = members.split_first()?;
     let kept = particle(kept);
     let (start, label) = (*state.positions.get(kept)?, *labels.get(kept)?);

@@ -313,7 +313,7 @@ fn jump<T: Real>(
         return Ok(());
     }
     // A smaller tile: this path is the firmware's, whose stack is short.
-    const FEW: usize = 32;
+    const FEW: usize = if cfg!(feature = "small") { 4 } else { 32 };
     let (twice, root) = (T::TWO * noise * s, s.sqrt());
     let mut from = 0;
     while from < moving.labels.len() {

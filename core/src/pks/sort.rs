@@ -1,46 +1,48 @@
 //! Sorting 64-bit words in the caller's memory: keys in the high half, indices in the low half.
 
-/// Up to this many words are sorted without radix passes, which then need no second array.
-pub const FEW: usize = 512;
+/// Up to this many words are sorted without radix passes, which then need no second array. Where flash is dear no more are.
+pub const FEW: usize = if cfg!(feature = "small") { u32::MAX as usize } else { 512 };
 /// Up to this many words the radix passes are no faster.
 const SMALL: usize = 48;
 const DIGIT: u32 = 10;
-const BUCKETS: usize = 1 << DIGIT;
+/// Counts that the radix passes need.
+pub const BUCKETS: usize = 1 << DIGIT;
 
 /// Sorts `words` by their high 32 bits, equal ones in the order of the low half if they came so (whole words for few, or if
-/// `spare`, which is overwritten, is not as long).
-pub fn by_high_half(words: &mut [u64], spare: &mut [u64]) {
-    by_bits::<4>(words, spare);
+/// `spare` is not as long or `counts` not [`BUCKETS`]; both are overwritten).
+pub fn by_high_half(words: &mut [u64], spare: &mut [u64], counts: &mut [u32]) {
+    by_bits::<4>(words, spare, counts);
 }
 
 /// As [`by_high_half`], by the low twenty of these bits, the others being the same in all words.
-pub fn by_20_bits(words: &mut [u64], spare: &mut [u64]) {
-    by_bits::<2>(words, spare);
+pub fn by_20_bits(words: &mut [u64], spare: &mut [u64], counts: &mut [u32]) {
+    by_bits::<2>(words, spare, counts);
 }
 
 /// `PASSES` is even, so that the result is where it began.
-fn by_bits<const PASSES: u32>(words: &mut [u64], spare: &mut [u64]) {
-    match spare.get_mut(..words.len()) {
-        Some(spare) if words.len() > SMALL => {
+fn by_bits<const PASSES: u32>(words: &mut [u64], spare: &mut [u64], counts: &mut [u32]) {
+    match (spare.get_mut(..words.len()), counts.first_chunk_mut()) {
+        (Some(spare), Some(counts)) if cfg!(not(feature = "small")) && words.len() > SMALL => {
             for k in 0..PASSES / 2 {
-                pass(words, spare, 32 + 2 * k * DIGIT);
-                pass(spare, words, 32 + (2 * k + 1) * DIGIT);
+                pass(words, spare, counts, 32 + 2 * k * DIGIT);
+                pass(spare, words, counts, 32 + (2 * k + 1) * DIGIT);
             }
         }
-        _ => heap(words, |&w| w),
+        _ if cfg!(feature = "small") => by_key(words, &|word| word),
+        _ => heap(words, |&word| word),
     }
 }
 
 /// One stable pass by [`DIGIT`] bits from `shift` on.
-fn pass(from: &[u64], to: &mut [u64], shift: u32) {
-    let mut places = [0_u32; BUCKETS];
+fn pass(from: &[u64], to: &mut [u64], places: &mut [u32; BUCKETS], shift: u32) {
+    places.fill(0);
     let digit = |word: u64| (word >> shift) as usize & (BUCKETS - 1);
     for &word in from {
         if let Some(count) = places.get_mut(digit(word)) {
             *count += 1;
         }
     }
-    starts(&mut places);
+    starts(places);
     for &word in from {
         if let Some(place) = places.get_mut(digit(word)) {
             if let Some(slot) = to.get_mut(*place as usize) {
@@ -59,8 +61,13 @@ pub fn starts(counts: &mut [u32]) {
     }
 }
 
-/// Sorts by a key in place, O(n log n) whatever the order, without a panic path. Not stable.
-pub fn heap<W, K: PartialOrd>(words: &mut [W], key: impl Fn(&W) -> K) {
+/// Sorts by a key in place, O(n log n) whatever the order, without a panic path. Not stable. One function for all keys.
+#[cfg_attr(feature = "small", inline(never))]
+pub fn by_key(words: &mut [u64], key: &dyn Fn(u64) -> u64) {
+    heap(words, |&word| key(word));
+}
+
+fn heap(words: &mut [u64], key: impl Fn(&u64) -> u64) {
     // Straight insertion for the shortest.
     if words.len() <= 16 {
         for end in 1..words.len() {
@@ -84,13 +91,13 @@ pub fn heap<W, K: PartialOrd>(words: &mut [W], key: impl Fn(&W) -> K) {
 }
 
 /// `swap` without its panic path.
-fn exchange<W>(words: &mut [W], i: usize, j: usize) {
+fn exchange(words: &mut [u64], i: usize, j: usize) {
     if let Ok([a, b]) = words.get_disjoint_mut([i, j]) {
         core::mem::swap(a, b);
     }
 }
 
-fn sift<W, K: PartialOrd>(heap: &mut [W], mut root: usize, key: &impl Fn(&W) -> K) {
+fn sift(heap: &mut [u64], mut root: usize, key: &impl Fn(&u64) -> u64) {
     loop {
         let child = 2 * root + 1;
         let Some(left) = heap.get(child) else { return };
@@ -114,7 +121,8 @@ mod tests {
     #[test]
     fn sorts_like_the_standard_library() {
         let mut seed = 3_u64;
-        for n in [0, 1, 2, 3, 15, 16, 17, 18, FEW - 1, FEW, FEW + 1, 5000] {
+        let mut counts = vec![9; BUCKETS];
+        for n in [0, 1, 2, 3, 15, 16, 17, 18, SMALL, SMALL + 1, 511, 512, 513, 5000] {
             for bits in [1, 8, 31, 32] {
                 let words: Vec<u64> = (0..n as u64)
                     .map(|i| {
@@ -126,14 +134,14 @@ mod tests {
                 want.sort_unstable();
                 for spare in [0, n] {
                     let mut got = words.clone();
-                    by_high_half(&mut got, &mut vec![7; spare]);
+                    by_high_half(&mut got, &mut vec![7; spare], &mut counts);
                     assert_eq!(got, want, "{n} {bits}");
                 }
                 // The highest bits the same.
                 let mut got: Vec<u64> = words.iter().map(|&w| w & !(0xFFF << 52)).collect();
                 want = got.clone();
                 want.sort_unstable();
-                by_20_bits(&mut got, &mut vec![7; n]);
+                by_20_bits(&mut got, &mut vec![7; n], &mut counts);
                 assert_eq!(got, want, "{n} {bits}");
             }
         }

@@ -124,6 +124,7 @@ impl<T: Real> Options<T> {
     /// # Errors
     /// [`Error::NotFinite`]: chi, noise or gamma. [`Error::OutOfDomain`]: noise < 0, width not positive, eta or p outside (0, 1), a mesh
     /// without cells or with more than 65,536 a side, a domain that is empty or not finite, no sub-step allowed.
+    /// [`Error::Unsupported`], with the feature `small`: the printed law, the scheme of Strang.
     pub fn check(&self) -> Result<()> {
         if !(self.chi.is_finite() && self.noise.is_finite() && self.gamma.is_finite()) {
             return Err(Error::NotFinite);
@@ -141,7 +142,11 @@ impl<T: Real> Options<T> {
             && within(self.probability)
             && self.search.mesh.iter().all(|&n| n > 0 && n <= 1 << 16)
             && domain;
-        if fine { Ok(()) } else { Err(Error::OutOfDomain) }
+        if !fine {
+            return Err(Error::OutOfDomain);
+        }
+        let both = self.law == CollisionLaw::Printed || self.scheme == Scheme::StrangRk4;
+        if cfg!(feature = "small") && both { Err(Error::Unsupported) } else { Ok(()) }
     }
 }
 

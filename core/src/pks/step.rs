@@ -71,7 +71,7 @@ fn lay<'w, T: Real>(
     options: &Options<T>,
     workers: usize,
 ) -> Result<Arrays<'w, T>> {
-    let fixed = options.scheme == Scheme::StrangRk4;
+    let fixed = cfg!(not(feature = "small")) && options.scheme == Scheme::StrangRk4;
     let field = match summed {
         Some((kernel, field)) => sum_plan(kernel, n, &field)?.workspace_bytes(workers)?,
         None => 0,
@@ -86,7 +86,11 @@ fn lay<'w, T: Real>(
         increments: space.array(n)?,
         substeps: space.array(motion::tiles_of(n))?,
         gradient: space.array(if summed.is_some() && !fixed { n } else { 0 })?,
-        stages: rk4::Scratch::lay(space, if fixed { n.checked_mul(2).ok_or(Error::TooLarge)? } else { 0 })?,
+        stages: if cfg!(feature = "small") {
+            rk4::Scratch::default()
+        } else {
+            rk4::Scratch::lay(space, if fixed { n.checked_mul(2).ok_or(Error::TooLarge)? } else { 0 })?
+        },
         field: space.array(field)?,
     })
 }
@@ -274,7 +278,7 @@ fn travel<T: Real>(
 ) -> Result<()> {
     let n = moving.positions.len();
     let noisy = moving.options.noise > T::ZERO;
-    let fixed = moving.options.scheme == Scheme::StrangRk4;
+    let fixed = cfg!(not(feature = "small")) && moving.options.scheme == Scheme::StrangRk4;
     let executor = run.executor;
     let stop = |run: &Run<'_>| if run.should_stop.is_some_and(|stop| stop()) { Err(Error::Stopped) } else { Ok(()) };
     let mut fields = 0;

@@ -73,6 +73,8 @@ pub trait Real:
     fn from_f64(x: f64) -> Self;
     /// The integer part, for |x| < 2^31.
     fn to_i32(self) -> i32;
+    /// The integer part, or the nearest number of 32 bits.
+    fn to_u32(self) -> u32;
     /// Exact.
     fn from_f32(x: f32) -> Self;
     /// Exact.
@@ -130,6 +132,8 @@ pub trait Real:
     fn log_gamma(self) -> Self;
     /// The bits, an f32's in the low half.
     fn bits(self) -> u64;
+    /// The number with these bits.
+    fn from_bits(bits: u64) -> Self;
 
     /// `self` to a small non-negative power, by repeated squaring.
     #[inline(always)]
@@ -148,7 +152,7 @@ pub trait Real:
 
 macro_rules! real {
     ($t:ident, $bytes:literal, $digits:literal, $max_exponent:literal, $sqrt:path,
-     $floor:ident $ceil:ident $round:ident $ldexp:ident $frexp:ident $exp:ident $expm1:ident $log:ident $log1p:ident
+     $floor:ident $ceil:ident $round:ident $ldexp:ident $exp:ident $expm1:ident $log:ident $log1p:ident
      $pow:ident $sin:ident $cos:ident $erf:ident $erfc:ident $gamma:ident $log_gamma:ident) => {
         impl Real for $t {
             const ZERO: Self = 0.0;
@@ -178,6 +182,10 @@ macro_rules! real {
                 self as i32
             }
             #[inline(always)]
+            fn to_u32(self) -> u32 {
+                self as u32
+            }
+            #[inline(always)]
             fn from_f32(x: f32) -> Self {
                 $t::from(x)
             }
@@ -191,7 +199,12 @@ macro_rules! real {
             }
             #[inline(always)]
             fn is_finite(self) -> bool {
-                $t::is_finite(self)
+                // By the bits where a comparison may be a function.
+                if cfg!(feature = "small") {
+                    self.to_bits() << 1 < $t::INFINITY.to_bits() << 1
+                } else {
+                    $t::is_finite(self)
+                }
             }
             #[inline(always)]
             fn is_nan(self) -> bool {
@@ -235,7 +248,19 @@ macro_rules! real {
             }
             #[inline]
             fn frexp(self) -> (Self, i32) {
-                if self == 0.0 || !$t::is_finite(self) { (self, 0) } else { libm::$frexp(self) }
+                // A number below the normal range is first brought into it, exactly.
+                let (x, least) = if $t::abs(self) < $t::MIN_POSITIVE {
+                    (self * 18_446_744_073_709_551_616.0, $max_exponent + 63)
+                } else {
+                    (self, $max_exponent - 1)
+                };
+                let (bits, all) = (x.to_bits(), 2 * $max_exponent + 1);
+                let exponent = (bits >> ($digits - 1)) & all;
+                if exponent == 0 || exponent == all {
+                    return (self, 0);
+                }
+                let half = bits & !(all << ($digits - 1)) | ($max_exponent - 1) << ($digits - 1);
+                ($t::from_bits(half), exponent as i32 - least)
             }
             #[inline]
             fn exp(self) -> Self {
@@ -285,10 +310,14 @@ macro_rules! real {
             fn bits(self) -> u64 {
                 self.to_bits().into()
             }
+            #[inline(always)]
+            fn from_bits(bits: u64) -> Self {
+                $t::from_bits(bits as _)
+            }
         }
     };
 }
 
-real!(f32, 4, 24, 127, sqrt_f32, floorf ceilf roundf ldexpf frexpf expf expm1f logf log1pf powf sinf cosf erff erfcf
+real!(f32, 4, 24, 127, sqrt_f32, floorf ceilf roundf ldexpf expf expm1f logf log1pf powf sinf cosf erff erfcf
       tgammaf lgammaf);
-real!(f64, 8, 53, 1023, sqrt_f64, floor ceil round ldexp frexp exp expm1 log log1p pow sin cos erf erfc tgamma lgamma);
+real!(f64, 8, 53, 1023, sqrt_f64, floor ceil round ldexp exp expm1 log log1p pow sin cos erf erfc tgamma lgamma);

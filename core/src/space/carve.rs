@@ -69,12 +69,19 @@ impl Measure {
     }
 }
 
+impl Measure {
+    /// Counts `n` elements of so many bytes: one function for all types.
+    #[cfg_attr(feature = "small", inline(never))]
+    fn add(&mut self, each: usize, n: usize) -> Result<()> {
+        self.bytes = self.bytes.checked_add(padded_bytes(each, n)?).ok_or(Error::TooLarge)?;
+        if self.bytes > isize::MAX as usize { Err(Error::TooLarge) } else { Ok(()) }
+    }
+}
+
 impl<'w> Space<'w> for Measure {
+    #[inline]
     fn array<T: Plain>(&mut self, n: usize) -> Result<&'w mut [T]> {
-        self.bytes = self.bytes.checked_add(padded_bytes(size_of::<T>(), n)?).ok_or(Error::TooLarge)?;
-        if self.bytes > isize::MAX as usize {
-            return Err(Error::TooLarge);
-        }
+        self.add(size_of::<T>(), n)?;
         Ok(&mut [])
     }
 }
@@ -128,16 +135,18 @@ impl<'w> Carve<'w> {
     }
 }
 
-impl<'w> Space<'w> for Carve<'w> {
-    #[expect(unsafe_code, reason = "turns a checked part of the buffer into an array")]
-    fn array<T: Plain>(&mut self, n: usize) -> Result<&'w mut [T]> {
-        const { assert!(align_of::<T>() <= ALIGN) }
-        let bytes = padded_bytes(size_of::<T>(), n)?;
+impl Carve<'_> {
+    /// The beginning of the next `n` elements of so many bytes: one function for all types.
+    #[cfg_attr(feature = "small", inline(never))]
+    #[expect(unsafe_code, reason = "steps through the buffer")]
+    fn take(&mut self, each: usize, n: usize) -> Result<*mut u8> {
+        let bytes = padded_bytes(each, n)?;
         if bytes > self.left {
             return Err(Error::WorkspaceTooSmall);
         }
         if bytes == 0 {
-            return Ok(&mut []);
+            // No memory, but aligned for any type.
+            return Ok(core::ptr::without_provenance_mut(ALIGN));
         }
         let start = self.next;
         if self.fresh {
@@ -147,7 +156,17 @@ impl<'w> Space<'w> for Carve<'w> {
         // SAFETY: as above; `next` stays inside the buffer or one past its end.
         self.next = unsafe { start.add(bytes) };
         self.left -= bytes;
-        // SAFETY: the range is in the buffer, aligned to ALIGN (the start is, and all steps are multiples), initialised
+        Ok(start)
+    }
+}
+
+impl<'w> Space<'w> for Carve<'w> {
+    #[inline]
+    #[expect(unsafe_code, reason = "turns a checked part of the buffer into an array")]
+    fn array<T: Plain>(&mut self, n: usize) -> Result<&'w mut [T]> {
+        const { assert!(align_of::<T>() <= ALIGN) }
+        let start = self.take(size_of::<T>(), n)?;
+        // SAFETY: the range is in the buffer or empty, aligned to ALIGN (the start is, and all steps are multiples), initialised
         // (zeroed above, or initialised by `reopen`'s type), valid as `T: Plain`, and handed out once.
         Ok(unsafe { core::slice::from_raw_parts_mut(start.cast::<T>(), n) })
     }

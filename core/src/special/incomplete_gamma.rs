@@ -52,6 +52,18 @@ const EXPANSION: [f64; TERMS] = {
     f
 };
 
+/// As many as single precision needs: |eta| < 1, and a term is a third of the one before.
+#[expect(clippy::indexing_slicing, reason = "evaluated by the compiler alone")]
+const NARROW: [f32; 14] = {
+    let mut narrow = [0.0; 14];
+    let mut k = 0;
+    while k < narrow.len() {
+        narrow[k] = EXPANSION[k] as f32;
+        k += 1;
+    }
+    narrow
+};
+
 /// (1 / Gamma(1 + a) - 1) / a for 0 <= a <= 1 in single precision: the Chebyshev fit of degree 8, error 3.2e-10 (60 digits).
 /// (libm's functions of single precision compute in double, which is far too much for firmware.)
 fn gamma_rise<T: Real>(a: T) -> T {
@@ -69,10 +81,30 @@ fn gamma_rise<T: Real>(a: T) -> T {
     FIT.iter().fold(T::ZERO, |sum, &c| sum * a + T::from_f64(c))
 }
 
+/// log(1 + y) for y > -1, and e^y - 1, with relative accuracy near zero: libm's, in single precision from what is linked anyway.
+fn log1p<T: Real>(y: T) -> T {
+    if T::DIGITS > 24 {
+        return y.log1p();
+    }
+    if y.abs() > T::HALF { (T::ONE + y).log() } else { y - log_excess(y) }
+}
+
+/// See [`log1p`].
+fn expm1<T: Real>(y: T) -> T {
+    if T::DIGITS > 24 {
+        return y.expm1();
+    }
+    if y.abs() > T::HALF {
+        return y.exp() - T::ONE;
+    }
+    // y (1 + y/2 (1 + y/3 ...)): 2^-9 / 10! is far below a rounding.
+    y * (2..10).rev().fold(T::ONE, |sum, k| T::ONE + y * sum / T::from_i32(k))
+}
+
 /// log Gamma(1 + a) for 0 <= a <= 1, with relative accuracy down to a = 0.
 fn log_gamma_1p<T: Real>(a: T) -> T {
     if T::DIGITS <= 24 {
-        return -(a * gamma_rise(a)).log1p();
+        return -log1p(a * gamma_rise(a));
     }
     let y = T::ONE + a;
     let lost = a - (y - T::ONE);
@@ -84,7 +116,8 @@ fn log_gamma_1p<T: Real>(a: T) -> T {
 /// `mu - log(1 + mu)` for mu > -1.
 fn log_excess<T: Real>(mu: T) -> T {
     if mu.abs() > T::HALF {
-        return mu - mu.log1p();
+        // Near -1, 1 + mu is exact.
+        return mu - if T::DIGITS > 24 { mu.log1p() } else { (T::ONE + mu).log() };
     }
     // log(1 + mu) = 2 artanh(r), r = mu / (2 + mu), and 2 r = mu - r mu: so the difference is r (mu - 2 (r^2/3 + r^4/5 + ...)).
     let r = mu / (T::TWO + mu);
@@ -145,7 +178,7 @@ fn factor<T: Real>(a: T, x: T) -> T {
 }
 
 /// P / factor = 1 + x/(a+1) + x^2/((a+1)(a+2)) + ...
-fn lower_series<T: Real>(a: T, x: T) -> T {
+pub(super) fn lower_series<T: Real>(a: T, x: T) -> T {
     let (mut sum, mut term, mut k) = (T::ONE, T::ONE, a);
     for _ in 0..2000 {
         k += T::ONE;
@@ -158,8 +191,17 @@ fn lower_series<T: Real>(a: T, x: T) -> T {
     sum
 }
 
-/// Q / (a factor): the continued fraction 1/(x+1-a- 1(1-a)/(x+3-a- ...)), by Lentz's method.
-fn upper_fraction<T: Real>(a: T, x: T) -> T {
+/// Q / (a factor): the continued fraction 1/(x+1-a- 1(1-a)/(x+3-a- ...)), by Lentz's method; in single precision from a depth
+/// that is enough for x >= 1/2 if a <= 1, and for x > a + 1 if a < 25 or x > 2 a.
+pub(super) fn upper_fraction<T: Real>(a: T, x: T) -> T {
+    if T::DIGITS <= 24 {
+        let b = x + T::ONE - a;
+        let tail = (1..64).rev().fold(T::ZERO, |tail, k| {
+            let k = T::from_i32(k);
+            k * (a - k) / (b + T::TWO * k + tail)
+        });
+        return T::ONE / (b + tail);
+    }
     let tiny = T::MIN_POSITIVE / T::EPSILON;
     let away = |v: T| if v.abs() < tiny { tiny } else { v };
     let mut b = x + T::ONE - a;
@@ -189,21 +231,26 @@ fn uniform<T: Real>(a: T, x: T) -> (T, T) {
     let sign = if x < a { -T::ONE } else { T::ONE };
     let eta = sign * (T::TWO * energy / a).sqrt();
     let (mut next, mut here) = (T::ZERO, T::ZERO);
-    let mut beta = [T::ZERO; TERMS];
-    // beta_{k-1} = f_k + (k + 1) beta_{k+1} / a
-    for (k, (f, b)) in EXPANSION.iter().zip(beta.iter_mut()).enumerate().rev() {
-        let value = T::from_f64(*f) + T::from_usize(k + 1) * next / a;
-        next = here;
-        here = value;
-        *b = value;
+    let mut series = T::ZERO;
+    // beta_{k-1} = f_k + (k + 1) beta_{k+1} / a, for k down to 1; the series is the sum of beta_k eta^k.
+    let mut step = |k: usize, f: T| {
+        let value = f + T::from_usize(k + 1) * next / a;
+        (next, here) = (here, value);
+        series = series * eta + value;
+    };
+    if T::DIGITS > 24 {
+        EXPANSION.iter().enumerate().skip(1).rev().for_each(|(k, &f)| step(k, T::from_f64(f)));
+    } else {
+        NARROW.iter().enumerate().skip(1).rev().for_each(|(k, &f)| step(k, T::from_f32(f)));
     }
-    // beta[k] holds beta_{k-1}.
-    let series = beta.iter().skip(1).rev().fold(T::ZERO, |sum, &b| sum * eta + b);
-    let [_, _, second, ..] = beta;
-    let s = series / (T::ONE + second / a);
+    // The last two are beta_0 and beta_1.
+    let s = series / (T::ONE + next / a);
     let r = (-energy).exp() * s / (T::TWO * T::PI * a).sqrt();
-    let v = energy.sqrt();
-    let tail = T::HALF * v.erfc();
+    let tail = if T::DIGITS > 24 {
+        T::HALF * energy.sqrt().erfc()
+    } else {
+        super::normal::distribution(-(T::TWO * energy).sqrt())
+    };
     if sign > T::ZERO {
         let q = tail + r;
         (T::ONE - q, q)
@@ -241,7 +288,7 @@ pub fn ratios<T: Real>(a: T, x: T) -> (T, T) {
             }
         }
         let e = t.exp();
-        return (e * (T::ONE + a * sum), -t.expm1() - e * a * sum);
+        return (e * (T::ONE + a * sum), -expm1(t) - e * a * sum);
     }
     let ratio = x / a;
     if a >= T::from_i32(25) && ratio > T::from_f64(0.31) && ratio < T::from_f64(2.35) {
@@ -271,7 +318,7 @@ pub fn lower<T: Real>(a: T, x: T) -> T {
 /// The x with Q(a, x) = u: +inf at u = 0, 0 at u = 1 (and where it underflows), NaN outside a > 0, 0 <= u <= 1.
 ///
 /// Newton's method for `log Q` as a function of `log x`, which is concave and falls: from the right of the root the iterates fall
-/// to it, and one step from the left goes to the right. The start is Wilson and Hilferty's cube for a >= 1. The result is as good as
+/// to it, and one step from the left goes to the right. The start is the median for a >= 1. The result is as good as
 /// the last bit of u allows: its relative error is about `EPSILON u / (a factor)` (test `the_inverse_inverts`).
 #[must_use]
 pub fn upper_inverse<T: Real>(a: T, u: T) -> T {
@@ -321,22 +368,17 @@ pub fn upper_inverse<T: Real>(a: T, u: T) -> T {
 /// A start for [`upper_inverse`], as log x.
 fn start<T: Real>(a: T, u: T) -> T {
     if a >= T::ONE {
-        let z = -super::normal::quantile(u);
-        let w = T::ONE - T::ONE / (T::from_i32(9) * a) + z / (T::from_i32(3) * a.sqrt());
-        if w > T::from_f64(0.1) {
-            return (a * w * w * w).log();
-        }
-        // P = x^a / Gamma(a + 1) to leading order.
-        // log Gamma(a + 1) by Stirling: to a thousandth, as a start.
-        let log_gamma = a * (a.log() - T::ONE) + T::HALF * (T::TWO * T::PI * a).log();
-        return ((-u).log1p() + log_gamma) / a;
+        // The median, by Wilson and Hilferty's cube.
+        let w = T::ONE - T::ONE / (T::from_i32(9) * a);
+        return (a * w * w * w).log();
     }
     let scaled = u / a;
     if scaled < T::from_f64(0.2) {
         // Q <= about a e^{-x} for x >= 1.
         return (-scaled.log()).max(T::ONE).log();
     }
-    ((-u).log1p() + log_gamma_1p(a)) / a
+    // P = x^a / Gamma(a + 1) to leading order; |log Gamma(a + 1)| / a is below 0.6.
+    log1p(-u) / a
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
 //! The standard normal distribution: its function and its quantile.
 
+use super::incomplete_gamma;
 use crate::real::Real;
 
 /// `a * b` as a rounded product and its exact error (Dekker's product by Veltkamp splitting; needs |a|, |b| far from the
@@ -19,7 +20,7 @@ fn two_product<T: Real>(a: T, b: T) -> (T, T) {
 /// `Phi(x) = P(N(0, 1) <= x)`, with full relative accuracy down to the smallest normal number: a few units in the last
 /// place (test `normal_distribution`).
 ///
-/// `erfc(-x / sqrt 2) / 2`, where the rounding of the argument, which would cost x^2 units, is taken back to first order.
+/// In double precision `erfc(-x / sqrt 2) / 2`, where the rounding of the argument, which would cost x^2 units, is taken back to first order.
 #[must_use]
 pub fn distribution<T: Real>(x: T) -> T {
     if x.is_nan() {
@@ -31,15 +32,30 @@ pub fn distribution<T: Real>(x: T) -> T {
     if x > T::from_i32(40) {
         return T::ONE;
     }
+    if T::DIGITS <= 24 {
+        return narrow(x);
+    }
     let root_half = T::from_f64(core::f64::consts::FRAC_1_SQRT_2);
-    // 1/sqrt 2 in two parts: the rest is far below one unit of the product for f32, and needed for f64.
-    let rest =
-        if T::DIGITS > 24 { -4.833_646_656_726_458e-17 } else { core::f64::consts::FRAC_1_SQRT_2 - root_half.to_f64() };
+    // 1/sqrt 2 in two parts.
+    let rest = -4.833_646_656_726_458e-17;
     let (y, error) = two_product(-x, root_half);
     let error = error - x * T::from_f64(rest);
     // erfc(y + e) = erfc(y) - e (2/sqrt pi) e^{-y^2} + ...
     let slope = T::from_f64(core::f64::consts::FRAC_2_SQRT_PI) * (-(y * y)).exp();
     T::HALF * (y.erfc() - error * slope)
+}
+
+/// [`distribution`] in single precision, from what the incomplete gamma functions are made of, so that firmware needs no erfc: with
+/// h = x^2 / 2, P(1/2, h) = 2 |x| density(x) S and Q(1/2, h) = |x| density(x) F are P and Q of |N(0, 1)| <= |x|.
+fn narrow<T: Real>(x: T) -> T {
+    let (h, lost) = two_product(x, T::HALF * x);
+    // e^-(h + lost)
+    let d = x * T::from_f64(0.398_942_280_401_432_7) * ((-h).exp() * (T::ONE - lost));
+    if h < T::HALF {
+        return T::HALF + d * incomplete_gamma::lower_series(T::HALF, h);
+    }
+    let tail = T::HALF * d * incomplete_gamma::upper_fraction(T::HALF, h);
+    if x > T::ZERO { T::ONE - tail } else { -tail }
 }
 
 /// The density `exp(-x^2/2) / sqrt(2 pi)`.

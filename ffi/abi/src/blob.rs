@@ -1,6 +1,7 @@
 //! The blob method: sizes and runs.
 
 use core::ffi::c_void;
+use core::ptr::null_mut;
 
 use mollis_core::blob::{self, Advance, Progress, Report, State, Trajectories, Wanted};
 use mollis_core::field;
@@ -89,7 +90,7 @@ pub unsafe extern "C" fn mollis_blob_options_init(options: *mut mollis_blob_opti
 fn read_options(options: *const mollis_blob_options) -> Result<mollis_blob_options> {
     // SAFETY: the callers' contract.
     let options = unsafe { options::read(options) }?;
-    if !options.tolerance.is_finite() {
+    if !Real::is_finite(options.tolerance) {
         return Err(Error::NotFinite);
     }
     // By its bits, as a comparison of doubles is a function where there are none: negative and not -0.
@@ -166,40 +167,50 @@ where
     [T; D]: Plain,
 {
     fn step(self) -> Result<()> {
-        let Self { n, tracers, .. } = self;
+        let n = self.n;
+        let all = self.all()?;
         let kernel = Input::<u8>::new(self.kernel.cast(), self.kernel_bytes)?;
         let masses = Input::new(self.masses, n)?;
         let positions = Output::new(self.positions, n)?;
         let density = Output::optional(self.density, n)?;
-        let velocity = Output::optional(self.velocity, n)?;
-        let divergence = Output::optional(self.divergence, n)?;
-        let tracer_positions = Output::new(self.tracer_positions, tracers)?;
-        let tracer_density = Output::optional(self.tracer_density, tracers)?;
-        let tracer_velocity = Output::optional(self.tracer_velocity, tracers)?;
+        let velocity = Output::optional(all.velocity, n)?;
+        let divergence = Output::optional(all.divergence, n)?;
+        let tracer_positions = Output::new(all.tracer_positions, all.tracers)?;
+        let tracer_density = Output::optional(all.tracer_density, all.tracers)?;
+        let tracer_velocity = Output::optional(all.tracer_velocity, all.tracers)?;
         // The report is four numbers of eight bytes; as such it takes part in the overlap check.
         let report = Output::optional(self.report.cast::<u64>(), size_of::<mollis_blob_report>() / 8)?;
         let workspace = workspace(self.workspace, self.workspace_bytes)?;
-        disjoint(
-            &[
-                Some(positions.range()),
-                density.map(Output::range),
+        let inputs = [kernel.range(), masses.range()];
+        let always =
+            [Some(workspace.range()), Some(positions.range()), density.map(Output::range), report.map(Output::range)];
+        if cfg!(feature = "small") {
+            disjoint(&always, &inputs)?;
+        } else {
+            let [workspace, positions, density, report] = always;
+            let outputs = [
+                positions,
+                density,
                 velocity.map(Output::range),
                 divergence.map(Output::range),
                 Some(tracer_positions.range()),
                 tracer_density.map(Output::range),
                 tracer_velocity.map(Output::range),
-                report.map(Output::range),
-                Some(workspace.range()),
-            ],
-            &[kernel.range(), masses.range()],
-        )?;
+                report,
+                workspace,
+            ];
+            disjoint(&outputs, &inputs)?;
+        }
         let options = read_options(self.options)?;
+        if cfg!(feature = "small") && options.after_step.is_some() {
+            return Err(Error::Unsupported);
+        }
         // SAFETY: the contract of the extern functions.
         let (host, kernel) = unsafe { (HostRun::read(self.run)?, Kernel::<T, D>::open(kernel.slice())) };
         // Looked at where it is: moving it out would take its size of the stack once more.
         let kernel = kernel.as_ref().map_err(|&error| error)?;
         // With no tracers the particles alone decide whether densities are advanced.
-        if tracers > 0 && density.is_some() != tracer_density.is_some() {
+        if all.tracers > 0 && density.is_some() != tracer_density.is_some() {
             return Err(Error::LengthMismatch);
         }
         let wanted = Wanted {
@@ -208,7 +219,7 @@ where
             divergence: divergence.is_some(),
             energy: options.watch_energy != 0,
         };
-        let plan = blob::plan(kernel, n, tracers, wanted, &field_options(&options));
+        let plan = blob::plan(kernel, n, all.tracers, wanted, &field_options(&options));
         let plan = plan.as_ref().map_err(|&error| error)?;
         // SAFETY: the contract of the extern functions; all ranges are disjoint.
         let state = unsafe {
@@ -236,7 +247,10 @@ where
             // SAFETY: the host's function, with its own context and pointers alive during the call.
             unsafe { call(options.context, progress.steps, progress.positions.as_ptr().cast(), density) == 0 }
         };
-        let advance = Advance { dt: T::from_f64(self.dt), steps: self.steps, after_step: Some(&mut after_step) };
+        let mut advance = Advance { dt: T::from_f64(self.dt), steps: self.steps, after_step: None };
+        if cfg!(not(feature = "small")) {
+            advance.after_step = Some(&mut after_step);
+        }
         let mut said = Report::default();
         let result = host.enter(|run| blob::step(plan, kernel, state, advance, scratch, run, &mut said));
         if report.is_some() {
@@ -248,6 +262,34 @@ where
         }
         result
     }
+
+    /// What is beside the particles. With the feature `small` there is none, and whoever asks for it is refused.
+    fn all(&self) -> Result<Beside<T, D>> {
+        let none = Beside {
+            velocity: null_mut(),
+            divergence: null_mut(),
+            tracers: 0,
+            tracer_positions: null_mut(),
+            tracer_density: null_mut(),
+            tracer_velocity: null_mut(),
+        };
+        let &Self { velocity, divergence, tracers, tracer_positions, tracer_density, tracer_velocity, .. } = self;
+        if cfg!(not(feature = "small")) {
+            return Ok(Beside { velocity, divergence, tracers, tracer_positions, tracer_density, tracer_velocity });
+        }
+        // Without tracers their arrays are empty, wherever they are.
+        if tracers > 0 || !velocity.is_null() || !divergence.is_null() { Err(Error::Unsupported) } else { Ok(none) }
+    }
+}
+
+/// Tracers, and what is wanted at the end.
+struct Beside<T, const D: usize> {
+    velocity: *mut [T; D],
+    divergence: *mut T,
+    tracers: usize,
+    tracer_positions: *mut [T; D],
+    tracer_density: *mut T,
+    tracer_velocity: *mut [T; D],
 }
 
 /// As `mollis_blob2_workspace_bytes`, in one dimension.

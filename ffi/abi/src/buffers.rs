@@ -1,110 +1,124 @@
 //! Pointers and lengths become slices here, and nowhere else.
 
+use core::ptr::NonNull;
+
 use mollis_core::space::{ALIGN, Plain};
 use mollis_core::{Error, Result};
 
-/// The byte range of a buffer, for overlap checks. Empty buffers have an empty range.
+/// The byte range of a buffer, for overlap checks.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Range {
-    start: usize,
+    /// Not null, so that an optional range takes no more room.
+    start: NonNull<u8>,
     bytes: usize,
 }
 
 impl Range {
-    fn of<T>(pointer: *const T, n: usize) -> Result<Self> {
-        Self::check(pointer.addr(), size_of::<T>(), align_of::<T>(), n)
-    }
-
-    /// One function for all types: `n` elements of `each` bytes, aligned to `align`, at `start`.
-    fn check(start: usize, each: usize, align: usize, n: usize) -> Result<Self> {
-        let bytes = each.checked_mul(n).filter(|&b| b <= isize::MAX as usize).ok_or(Error::TooLarge)?;
-        if bytes == 0 {
-            return Ok(Self { start: 0, bytes: 0 });
-        }
-        if start == 0 {
-            return Err(Error::NullPointer);
-        }
-        // A power of two, so no division.
-        if start & (align - 1) != 0 {
-            return Err(Error::Misaligned);
-        }
-        // A range that would pass the end of the address space is no buffer.
-        start.checked_add(bytes).ok_or(Error::TooLarge)?;
-        Ok(Self { start, bytes })
-    }
-
     fn overlaps(self, other: Self) -> bool {
-        self.bytes > 0
-            && other.bytes > 0
-            && self.start < other.start + other.bytes
-            && other.start < self.start + self.bytes
+        let (start, other_start) = (self.start.addr().get(), other.start.addr().get());
+        self.bytes > 0 && other.bytes > 0 && start < other_start + other.bytes && other_start < start + self.bytes
     }
 }
+
+/// One function for all types: `n` elements of `each` bytes, aligned to `align`, at `pointer`, which may be null if there are none.
+fn check(pointer: *mut u8, each: usize, align: usize, n: usize) -> Result<NonNull<u8>> {
+    let bytes = each.checked_mul(n).filter(|&b| b <= isize::MAX as usize).ok_or(Error::TooLarge)?;
+    if bytes == 0 {
+        // No memory, but a valid start of none for any type.
+        return Ok(NonNull::<Line>::dangling().cast());
+    }
+    let start = NonNull::new(pointer).ok_or(Error::NullPointer)?;
+    // A power of two, so no division.
+    if pointer.addr() & (align - 1) != 0 {
+        return Err(Error::Misaligned);
+    }
+    // A range that would pass the end of the address space is no buffer.
+    pointer.addr().checked_add(bytes).ok_or(Error::TooLarge)?;
+    Ok(start)
+}
+
+/// Aligned as no type needs more.
+#[repr(align(64))]
+struct Line;
 
 /// `n` elements to read.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Input<T> {
-    pointer: *const T,
-    n: usize,
-    range: Range,
+#[derive(Debug)]
+pub(crate) struct Input<T>(Output<T>);
+
+impl<T> Clone for Input<T> {
+    fn clone(&self) -> Self {
+        *self
+    }
 }
+
+impl<T> Copy for Input<T> {}
 
 impl<T: Plain> Input<T> {
     /// Checks null, alignment and size.
+    #[inline]
     pub(crate) fn new(pointer: *const T, n: usize) -> Result<Self> {
-        Ok(Self { pointer, n, range: Range::of(pointer, n)? })
+        Output::new(pointer.cast_mut(), n).map(Self)
     }
 
+    #[inline]
     pub(crate) fn range(self) -> Range {
-        self.range
+        self.0.range()
     }
 
     /// The elements.
     ///
     /// # Safety
     /// The crate's contract holds for pointer and length, for as long as the slice is used.
+    #[inline]
     pub(crate) unsafe fn slice<'a>(self) -> &'a [T] {
-        if self.range.bytes == 0 {
-            return &[];
-        }
         // SAFETY: checked for null and alignment; the caller promises the rest.
-        unsafe { core::slice::from_raw_parts(self.pointer, self.n) }
+        unsafe { core::slice::from_raw_parts(self.0.start.as_ptr(), self.0.n) }
     }
 }
 
 /// `n` elements to write, or to read and write.
-#[derive(Clone, Copy, Debug)]
+#[derive(Debug)]
 pub(crate) struct Output<T> {
-    pointer: *mut T,
+    start: NonNull<T>,
     n: usize,
-    range: Range,
 }
+
+impl<T> Clone for Output<T> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<T> Copy for Output<T> {}
 
 impl<T: Plain> Output<T> {
     /// Checks null, alignment and size.
+    #[inline]
     pub(crate) fn new(pointer: *mut T, n: usize) -> Result<Self> {
-        Ok(Self { pointer, n, range: Range::of(pointer.cast_const(), n)? })
+        const { assert!(align_of::<T>() <= align_of::<Line>()) }
+        Ok(Self { start: check(pointer.cast(), size_of::<T>(), align_of::<T>(), n)?.cast(), n })
     }
 
     /// As [`Output::new`]; null means "not wanted".
+    #[inline]
     pub(crate) fn optional(pointer: *mut T, n: usize) -> Result<Option<Self>> {
         if pointer.is_null() { Ok(None) } else { Self::new(pointer, n).map(Some) }
     }
 
+    #[inline]
     pub(crate) fn range(self) -> Range {
-        self.range
+        // Cannot overflow: it was checked.
+        Range { start: self.start.cast(), bytes: self.n.wrapping_mul(size_of::<T>()) }
     }
 
     /// The elements.
     ///
     /// # Safety
     /// As [`Input::slice`], and nothing else reads or writes them meanwhile.
+    #[inline]
     pub(crate) unsafe fn slice<'a>(self) -> &'a mut [T] {
-        if self.range.bytes == 0 {
-            return &mut [];
-        }
         // SAFETY: checked for null and alignment; the caller promises the rest.
-        unsafe { core::slice::from_raw_parts_mut(self.pointer, self.n) }
+        unsafe { core::slice::from_raw_parts_mut(self.start.as_ptr(), self.n) }
     }
 }
 
@@ -116,9 +130,12 @@ pub(crate) fn workspace(pointer: *mut core::ffi::c_void, bytes: usize) -> Result
 
 /// Refuses outputs that overlap each other or an input.
 pub(crate) fn disjoint(outputs: &[Option<Range>], inputs: &[Range]) -> Result<()> {
-    for (k, output) in outputs.iter().enumerate().filter_map(|(k, o)| o.map(|o| (k, o))) {
-        let later = outputs.iter().skip(k + 1).flatten();
-        if later.chain(inputs).any(|&other| output.overlaps(other)) {
+    let mut left = outputs;
+    while let Some((&first, later)) = left.split_first() {
+        left = later;
+        let Some(output) = first else { continue };
+        let meets = |other: &Range| output.overlaps(*other);
+        if later.iter().flatten().any(meets) || inputs.iter().any(meets) {
             return Err(Error::Overlap);
         }
     }

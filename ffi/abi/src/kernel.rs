@@ -87,17 +87,20 @@ impl RadialKernel for Host {
     }
 }
 
+/// Terms that a kernel of this build may have.
+const ROOM: usize = if cfg!(feature = "kernels") { MAX_TERMS } else { 1 };
+
 /// The terms, copied; each checked for its kind alone.
 ///
 /// # Safety
 /// The crate's contract.
-unsafe fn read_terms(terms: Input<mollis_kernel_term>) -> Result<([Term; MAX_TERMS], usize)> {
+unsafe fn read_terms(terms: Input<mollis_kernel_term>) -> Result<([Term; ROOM], usize)> {
     // SAFETY: the caller promises the crate's contract.
     let given = unsafe { terms.slice() };
-    if given.len() > MAX_TERMS {
-        return Err(Error::KernelTerms);
+    if given.len() > ROOM {
+        return Err(if given.len() > MAX_TERMS { Error::KernelTerms } else { Error::Unsupported });
     }
-    let mut all = [Term { law: Law::Newtonian, coefficient: 0.0 }; MAX_TERMS];
+    let mut all = [Term { law: Law::Newtonian, coefficient: 0.0 }; ROOM];
     for (slot, term) in all.iter_mut().zip(given) {
         *slot = term.to_core()?;
     }
@@ -152,6 +155,8 @@ unsafe fn prepare<T: Real, const D: usize>(
         disjoint(&[Some(block.range())], &[terms.range()])?;
         let host = if own.is_null() {
             None
+        } else if cfg!(not(feature = "kernels")) {
+            return Err(Error::Unsupported);
         } else if !own.is_aligned() {
             return Err(Error::Misaligned);
         } else {
@@ -173,7 +178,7 @@ unsafe fn prepare<T: Real, const D: usize>(
         });
         // SAFETY: as above; the block overlaps nothing.
         let memory = unsafe { block.slice() };
-        let made = Kernel::<T, D>::prepare_with(memory, terms, supplied, mollifier, delta).map(|_| ());
+        let made = Kernel::<T, D>::write(memory, terms, supplied, mollifier, delta);
         refused.set(host.map_or(0, |host| host.refused.get()));
         made
     })();

@@ -177,14 +177,17 @@ impl HostRun {
 
     /// How many workers a workspace must serve.
     pub(crate) fn workers(&self) -> usize {
-        self.executor.as_ref().map_or(1, Executor::workers)
+        if cfg!(feature = "small") { 1 } else { self.executor.as_ref().map_or(1, Executor::workers) }
     }
 
     /// Calls `body` with core's view of these wishes.
     pub(crate) fn enter<R>(&self, body: impl FnOnce(&mut Run<'_>) -> R) -> R {
         let stop = self.stop.as_ref().map(|stop| || stop.asked());
         let should_stop = stop.as_ref().map(|stop| stop as &(dyn Fn() -> bool + Sync));
-        let executor: &dyn Executor = self.executor.as_ref().map_or(&Serial, |host| host);
+        let executor: &dyn Executor = match &self.executor {
+            Some(host) if cfg!(not(feature = "small")) => host,
+            _ => &Serial,
+        };
         body(&mut Run { level: self.level, executor, should_stop, counters: None })
     }
 }

@@ -21,19 +21,19 @@ pub(super) unsafe fn each_radius<T: Real, F: Fn(Quantity, T) -> T>(
     function: impl FnOnce() -> Result<F>,
 ) -> Result<()> {
     let input = Input::new(r, n)?;
-    let mut buffers = [None; Quantity::ALL.len()];
-    for (buffer, pointer) in buffers.iter_mut().zip(outputs) {
-        *buffer = Output::optional(pointer, n)?;
+    let mut ranges = [None; Quantity::ALL.len()];
+    for (range, &pointer) in ranges.iter_mut().zip(&outputs) {
+        *range = Output::optional(pointer, n)?.map(Output::range);
     }
-    disjoint(&buffers.map(|b| b.map(Output::range)), &[input.range()])?;
+    disjoint(&ranges, &[input.range()])?;
     let function = function()?;
     // SAFETY: the caller promises the crate's contract.
     let r = unsafe { input.slice() };
     if !r.iter().all(|r| r.is_finite()) {
         return Err(Error::NotFinite);
     }
-    for (quantity, buffer) in Quantity::ALL.into_iter().zip(buffers) {
-        let Some(buffer) = buffer else { continue };
+    for (&quantity, &pointer) in Quantity::ALL.iter().zip(&outputs) {
+        let Some(buffer) = Output::optional(pointer, n)? else { continue };
         // SAFETY: as above, and the outputs overlap nothing.
         let output = unsafe { buffer.slice() };
         for (value, &r) in output.iter_mut().zip(r) {

@@ -169,9 +169,11 @@ unsafe fn step<T: Real>(
 ) -> Result<()> {
     // SAFETY: the caller promises the crate's contract, here and below.
     let (options, chosen, run) =
-        unsafe { (structures::read(options)?, Chosen::<T>::read(attraction)?, HostRun::read(run)?) };
+        unsafe { (structures::read(options)?, Chosen::<T>::read(attraction), HostRun::read(run)?) };
+    // Looked at where it is: moving it out would take its size of the stack once more.
+    let chosen = chosen.as_ref().map_err(|&error| error)?;
     let mut options = core_options::<T>(&options)?;
-    if let (Chosen::Mesh(mesh, _), None, true) = (&chosen, options.search.domain, cfg!(not(feature = "small"))) {
+    if let (Chosen::Mesh(mesh, _), None, true) = (chosen, options.search.domain, cfg!(not(feature = "small"))) {
         options.search.domain = Some([mesh.lower(), mesh.upper()]);
     }
     let (positions, masses) = (Output::new(positions, room)?, Output::new(masses, room)?);
@@ -179,7 +181,7 @@ unsafe fn step<T: Real>(
     let (counted, reported) = (Output::new(counters, 1)?, Output::optional(report, 1)?);
     let memory = workspace(memory, bytes)?;
     // SAFETY: as above.
-    let (given, total) = unsafe { (fetch(events)?, reported.map(|_| fetch(report)).transpose()?) };
+    let given = unsafe { fetch(events)? };
     let log = Output::new(given.events, given.room)?;
     let absorbed = Output::new(given.labels, given.labels_room)?;
     let own_log = Input::new(events.cast::<u8>(), size_of::<mollis_pks_events>())?;
@@ -200,9 +202,15 @@ unsafe fn step<T: Real>(
     if given.written > given.room || given.labels_written > given.labels_room {
         return Err(Error::OutOfDomain);
     }
-    let (own, grid_bytes) = chosen.bytes(room, &options, run.workers())?;
+    // Without a grid the step finds out by itself whether the workspace is large enough.
+    let (own, grid_bytes) =
+        if cfg!(feature = "small") { (bytes, 0) } else { chosen.bytes(room, &options, run.workers())? };
     if bytes < own + grid_bytes {
         return Err(Error::WorkspaceTooSmall);
+    }
+    // The built-in generator would stay linked for those who bring their own.
+    if generator.is_null() && cfg!(feature = "small") {
+        return Err(Error::Unsupported);
     }
     // SAFETY: as above.
     let mut host = if generator.is_null() { None } else { Some(unsafe { HostGenerator::read(generator) }?) };
@@ -211,8 +219,9 @@ unsafe fn step<T: Real>(
         Some(host) => host,
         None => &mut philox,
     };
-    // SAFETY: as above; the event structures have the same layout, checked above.
-    let (positions, masses, labels, species, log, absorbed, memory, counted) = unsafe {
+    let mut done = Report::default();
+    // SAFETY: as above; counters, events and report have the same layout as core's, checked below.
+    let (positions, masses, labels, species, log, absorbed, memory, counted, events, report) = unsafe {
         let log = log.slice();
         let log = core::slice::from_raw_parts_mut(log.as_mut_ptr().cast::<Event>(), log.len());
         (
@@ -223,25 +232,24 @@ unsafe fn step<T: Real>(
             log,
             absorbed.slice(),
             memory.slice(),
-            counted.slice(),
+            &mut *counters.cast::<Counters>(),
+            &mut *events,
+            if report.is_null() { &mut done } else { &mut *report.cast::<Report>() },
         )
     };
-    let (Some(counted), Some((own_memory, rest))) = (counted.first_mut(), memory.split_at_mut_checked(own)) else {
+    let Some((own_memory, rest)) = memory.split_at_mut_checked(own) else {
         return Err(Error::WorkspaceTooSmall);
     };
-    let mollis_pks_counters { time, step, count, pending } = *counted;
     let mut state = State { positions, masses, labels, species };
-    let mut now = Counters { time, step, count, pending };
-    let (mut written, mut labels_written, mut done) = (given.written, given.labels_written, Report::default());
-    let result = run.enter(|run| {
-        let mut grid = match &chosen {
+    run.enter(|run| {
+        let mut grid = match chosen {
             Chosen::Mesh(mesh, equation) if cfg!(not(feature = "small")) => {
                 Some(Grid::prepare(rest, *mesh, *equation, run.executor.workers())?)
             }
             _ => None,
         };
         for _ in 0..steps {
-            let attraction = match (&mut grid, &chosen) {
+            let attraction = match (&mut grid, chosen) {
                 (Some(grid), _) => Attraction::Mesh(grid),
                 (None, Chosen::Sum(kernel, options)) => Attraction::Sum(kernel, *options),
                 _ => Attraction::None,
@@ -249,34 +257,21 @@ unsafe fn step<T: Real>(
             let State { positions, masses, labels, species } = &mut state;
             pks::step(
                 State { positions, masses, labels, species: species.as_deref_mut() },
-                &mut now,
+                counted,
                 &mut *source,
                 dt,
-                Events { events: log, labels: absorbed, written: &mut written, labels_written: &mut labels_written },
+                Events {
+                    events: log,
+                    labels: absorbed,
+                    written: &mut events.written,
+                    labels_written: &mut events.labels_written,
+                },
                 own_memory,
-                Setting { options: &options, attraction, run, report: &mut done },
+                Setting { options: &options, attraction, run, report },
             )?;
         }
         Ok(())
-    });
-    let Counters { time, step, count, pending } = now;
-    *counted = mollis_pks_counters { time, step, count, pending };
-    // SAFETY: as above.
-    unsafe {
-        (*events).written = written;
-        (*events).labels_written = labels_written;
-        if let (Some(mut total), Some(slot)) = (total, reported) {
-            total.substeps = total.substeps.saturating_add(done.substeps);
-            total.normals = total.normals.saturating_add(done.normals);
-            total.fields = total.fields.saturating_add(done.fields);
-            total.searches = total.searches.saturating_add(done.searches);
-            total.clusters = total.clusters.saturating_add(done.clusters);
-            total.merges = total.merges.saturating_add(done.merges);
-            total.absorbed = total.absorbed.saturating_add(done.absorbed);
-            slot.slice().iter_mut().for_each(|slot| *slot = total);
-        }
-    }
-    result
+    })
 }
 
 /// Advances coalescing particles by `steps` steps of length dt (Zhelezov & Fatkullin, Section 3.2): finds the clusters that may collide, moves

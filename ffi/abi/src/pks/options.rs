@@ -2,7 +2,7 @@
 
 use core::ffi::c_void;
 
-use mollis_core::pks::{self, CollisionLaw, Event, Merging, Scheme, theory};
+use mollis_core::pks::{self, CollisionLaw, Counters, Event, Merging, Report, Scheme, theory};
 use mollis_core::space::Plain;
 use mollis_core::{Error, Real, Result};
 
@@ -119,13 +119,15 @@ pub(super) fn core_options<T: Real>(options: &mollis_pks_options) -> Result<pks:
     };
     out.gamma = T::from_f64(options.gamma);
     out.probability = T::from_f64(options.probability);
-    out.control.width = if options.width == 0.0 { T::INFINITY } else { T::from_f64(options.width) };
+    // By bits, as a comparison of doubles is a function where there are none.
+    let zero = |x: f64| x.to_bits() << 1 == 0;
+    out.control.width = if zero(options.width) { T::INFINITY } else { T::from_f64(options.width) };
     out.control.at_least = options.at_least;
     out.control.at_most = options.at_most;
     out.search.separation = T::from_f64(options.separation);
     out.search.mesh = options.mesh;
     out.search.shifted = options.shifted != 0;
-    if options.domain != [0.0; 4] {
+    if !options.domain.iter().all(|&x| zero(x)) {
         let [a, b, c, d] = options.domain.map(T::from_f64);
         out.search.domain = Some([[a, b], [c, d]]);
     }
@@ -229,6 +231,13 @@ unsafe impl Plain for mollis_pks_counters {}
 unsafe impl Plain for mollis_pks_event {}
 // SAFETY: as above.
 unsafe impl Plain for mollis_pks_report {}
+const _: () = assert!(
+    size_of::<mollis_pks_counters>() == size_of::<Counters>()
+        && align_of::<mollis_pks_counters>() == align_of::<Counters>()
+);
+const _: () = assert!(
+    size_of::<mollis_pks_report>() == size_of::<Report>() && align_of::<mollis_pks_report>() == align_of::<Report>()
+);
 const _: () = assert!(
     size_of::<mollis_pks_event>() == size_of::<Event>() && align_of::<mollis_pks_event>() == align_of::<Event>()
 );
