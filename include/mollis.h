@@ -100,10 +100,10 @@
  * and default options.
  */
 #define MOLLIS_PKS_WORKSPACE_BYTES_F32(n) \
-  (MOLLIS_WORKSPACE_PADDED(16 * ((n) / 2)) + 2 * MOLLIS_WORKSPACE_PADDED(8 * ((n) / 2)) + \
+  (4 * MOLLIS_WORKSPACE_PADDED(8 * ((n) / 2)) + ((n) > 0 ? 1600 : 0) + \
    MOLLIS_WORKSPACE_PADDED(20 * ((n) / 2)) + 4 * MOLLIS_WORKSPACE_PADDED(8 * (n)) + 2 * MOLLIS_WORKSPACE_PADDED(n) + \
    MOLLIS_WORKSPACE_PADDED(4 * (((n) + 255) / 256)) + MOLLIS_WORKSPACE_PADDED(48) + \
-   ((n) > 512 ? MOLLIS_WORKSPACE_PADDED(8 * (n)) + MOLLIS_WORKSPACE_PADDED(4 * (n)) + 16384 : 0) + MOLLIS_SUM2_WORKSPACE_BYTES_F32(n))
+   ((n) > 512 ? MOLLIS_WORKSPACE_PADDED(8 * (n)) + MOLLIS_WORKSPACE_PADDED(4 * (n)) + 20480 : 0) + MOLLIS_SUM2_WORKSPACE_BYTES_F32(n))
 
 
 /**
@@ -190,6 +190,11 @@
  * No flux through the border: particles outside act from, and are driven at, their mirror places.
  */
 #define MOLLIS_WALLS_NO_FLUX 1
+
+/**
+ * Free space, with the second moments of the mass in that field as well: for long or divided mass. Without screening only.
+ */
+#define MOLLIS_WALLS_FREE_QUADRUPOLE 2
 
 /**
  * Laplacian K = +Dirac: |x|/2, log|x|/(2 pi), -1/(4 pi |x|) in 1, 2, 3 dimensions. No parameter.
@@ -1802,7 +1807,8 @@ mollis_status mollis_grid2_options_init(struct mollis_grid2_options *options, si
  * The exact size of the workspace that mollis_grid2_eval needs for this mesh and these options, with this run's executor.
  *
  * Refused: MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_NOT_FINITE, MOLLIS_ERR_OUT_OF_DOMAIN (an empty rectangle, fewer than 2 cells),
- * MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_UNKNOWN_VALUE (walls), MOLLIS_ERR_KERNEL_PARAMETER (screening), MOLLIS_ERR_OPTIONS_SIZE.
+ * MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_UNKNOWN_VALUE (walls), MOLLIS_ERR_KERNEL_PARAMETER (screening), MOLLIS_ERR_UNSUPPORTED (second moments with
+ * screening), MOLLIS_ERR_OPTIONS_SIZE.
  */
 mollis_status mollis_grid2_workspace_bytes(const struct mollis_mesh2 *mesh,
                                            const struct mollis_grid2_options *options,
