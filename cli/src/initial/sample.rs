@@ -1,10 +1,11 @@
 //! From densities to particles: on the grid h Z^d, or at random.
 
 use anyhow::{Result, bail, ensure};
+use mollis_core::pks::theory::{self, Species};
 use mollis_core::random::{Generator, Philox, uniform};
 
 use super::{Density, Particles};
-use crate::scene::{Model, Sampling, Scene, Shape};
+use crate::scene::{Model, Part, Sampling, Scene, Shape};
 
 /// Random draws of the initial data have labels from here on, which no particle of a run has.
 const LABELS: u64 = 1 << 63;
@@ -48,9 +49,8 @@ pub fn shares(scene: &Scene) -> Result<Vec<(u64, f64)>> {
         .iter()
         .map(|part| if drawn(&part.shape) { Density::new(part, scene.dimension).integral() } else { 0.0 })
         .collect();
-    let weights: Vec<f64> = match diffusivities(scene) {
-        // N_i = eta_i N with eta_i = M mu_i / (M_i mu): Zhelezov & Fatkullin (5.3).
-        Some(each) => each.iter().zip(&masses).map(|(mu, mass)| if *mass > 0.0 { mu / mass } else { 0.0 }).collect(),
+    let weights: Vec<f64> = match species(scene, &masses) {
+        Some(all) => all.iter().map(|one| theory::species_share(&all, one)).collect(),
         None => scene
             .initial
             .iter()
@@ -73,22 +73,22 @@ pub fn shares(scene: &Scene) -> Result<Vec<(u64, f64)>> {
     Ok(shares)
 }
 
-/// The species' diffusivities, if the scene states any.
-fn diffusivities(scene: &Scene) -> Option<Vec<f64>> {
+/// The species, if the scene states any diffusivity.
+fn species(scene: &Scene, masses: &[f64]) -> Option<Vec<Species<f64>>> {
     let own = scene.pks.map_or(1.0, |pks| pks.mu);
     let stated = scene.model == Model::Pks && scene.initial.iter().any(|part| part.diffusivity.is_some());
-    stated.then(|| scene.initial.iter().map(|part| part.diffusivity.unwrap_or(own)).collect())
+    let one = |(part, &mass): (&Part, &f64)| Species { mass, mu: part.diffusivity.unwrap_or(own) };
+    stated.then(|| scene.initial.iter().zip(masses).map(one).collect())
 }
 
-/// mu~ of the particle system: mu M / N, with mu from the species by (5.4) if there are several.
+/// mu~ of the particle system, with mu from the species if there are several.
 pub fn diffusion(scene: &Scene, masses: &[f64]) -> f64 {
-    let whole: f64 = masses.iter().sum();
-    let mu = match (diffusivities(scene), shares(scene)) {
-        // (5.4): mu = M sum mu_i / M_i.
-        (Some(each), Ok(shares)) => whole * each.iter().zip(&shares).map(|(mu, (_, mass))| mu / mass).sum::<f64>(),
-        _ => scene.pks.map_or(0.0, |pks| pks.mu),
+    let own: Vec<f64> = shares(scene).unwrap_or_default().iter().map(|(_, mass)| *mass).collect();
+    let mu = match species(scene, &own) {
+        Some(all) => theory::species_mu(&all),
+        None => scene.pks.map_or(0.0, |pks| pks.mu),
     };
-    mu * whole / masses.len().max(1) as f64
+    theory::noise(masses.iter().sum(), mu, masses.len().max(1))
 }
 
 /// `count` particles of equal mass by rejection; particle i's draws depend on the seed, the part and i alone.

@@ -3,7 +3,7 @@
 use anyhow::{Context, Result, ensure};
 use mollis_core::Error;
 use mollis_core::field::Run;
-use mollis_core::grid::{Equation, Grid, Mesh};
+use mollis_core::grid::{Equation, Grid, Mesh, Walls};
 use mollis_core::isa::Level;
 use mollis_core::parallel::Executor;
 use mollis_core::pks::{
@@ -28,6 +28,7 @@ pub struct Coalescing<'a> {
     pool: &'a Pool,
     options: Options<f64>,
     mesh: Mesh<f64>,
+    equation: Equation<f64>,
     grid: Memory,
     workspace: Memory,
     positions: Vec<[f64; 2]>,
@@ -69,7 +70,9 @@ impl<'a> Coalescing<'a> {
         let count = |[low, high]: [f64; 2]| ((high - low) / pks.cell).round().max(1.0) as usize;
         options.search.mesh = [count(pks.x), count(pks.y)].map(|n| n.try_into().unwrap_or(1));
         let workers = pool.workers();
-        let grid = Memory::new(Grid::workspace_bytes(&mesh, &Equation::POISSON, workers)?);
+        let walls = if pks.quadrupole { Walls::FreeQuadrupole } else { Walls::Free };
+        let equation = Equation { screening: 0.0, walls };
+        let grid = Memory::new(Grid::workspace_bytes(&mesh, &equation, workers)?);
         let workspace = Memory::new(pks::workspace_bytes(n, None, &options, workers)?);
         let whole: f64 = start.masses.iter().sum();
         let kinds = scene.initial.len();
@@ -86,6 +89,7 @@ impl<'a> Coalescing<'a> {
             pool,
             options,
             mesh,
+            equation,
             grid,
             workspace,
             positions: start.positions.as_chunks::<2>().0.to_vec(),
@@ -141,7 +145,7 @@ impl Simulation for Coalescing<'_> {
     }
 
     fn step(&mut self) -> Result<()> {
-        let mut grid = Grid::prepare(self.grid.slice(), self.mesh, Equation::POISSON, self.pool.workers())?;
+        let mut grid = Grid::prepare(self.grid.slice(), self.mesh, self.equation, self.pool.workers())?;
         let mut run = Run { level: Level::best(), executor: self.pool, should_stop: Some(&stopped), counters: None };
         let mut events = vec![pks::Event::default(); ROOM];
         let mut absorbed = vec![0; self.positions.len()];

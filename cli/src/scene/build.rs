@@ -269,6 +269,7 @@ fn pks(node: &Node) -> Pks {
         mesh: [mesh[0] as usize, mesh[1] as usize],
         x: interval(node, "x").unwrap_or([-15.0, 15.0]),
         y: interval(node, "y").unwrap_or([-15.0, 15.0]),
+        quadrupole: text(node, "border").as_deref() == Some("quadrupole"),
         printed: text(node, "law").as_deref() == Some("printed"),
         hard: text(node, "collapse").as_deref() == Some("hard"),
         cell: number(node, "cell").unwrap_or(1.0),

@@ -326,6 +326,13 @@ const PKS: &[Field] = &[
     field("x", Interval, "length", Otherwise("[-15, 15]"), "the mesh along x"),
     field("y", Interval, "length", Otherwise("[-15, 15]"), "the mesh along y"),
     field(
+        "border",
+        Choice(&["monopole", "quadrupole"]),
+        "",
+        Otherwise("monopole"),
+        "the field on the mesh's border: of all mass at its centre, or with its second moments",
+    ),
+    field(
         "law",
         Choice(&["exact", "printed"]),
         "",

@@ -183,6 +183,8 @@ pub struct Pks {
     pub x: [f64; 2],
     /// The mesh along y.
     pub y: [f64; 2],
+    /// Second moments in the field on the mesh's border.
+    pub quadrupole: bool,
     /// The printed increment test instead of the exact law.
     pub printed: bool,
     /// Only clusters of index at most -1 merge.
