@@ -30,7 +30,7 @@ enum Name {
 }
 
 /// Arguments of `mollis pks-check`.
-#[derive(Arguments, Debug)]
+#[derive(Arguments, Clone, Debug)]
 pub struct Args {
     /// The experiment.
     name: Name,

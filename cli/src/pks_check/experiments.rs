@@ -262,50 +262,54 @@ fn residual(line: &[(f64, f64)], rate: f64) -> f64 {
     off / all
 }
 
-/// M = 4 pi mu / chi: half the critical mass.
+/// M = 4 pi mu / chi: half the critical mass. The slope is judged where only collisions that must happen merge: with N particles a
+/// pair's index lies just below zero, and the paper's rule merges such pairs, which the limit equation knows nothing of.
 pub fn subcritical(args: &Args) -> anyhow::Result<bool> {
     let n = args.particles(40_000);
     let mass = 4.0 * PI;
     let want = theory::second_moment_rate(mass, 1.0, 1.0, &[]);
-    println!(
-        "subcritical: {n} particles, M = 4 pi, 1000 steps of 0.001, {}, slope 4 mu - chi M / (2 pi) = {want:.3}",
-        choice(args)
-    );
-    let (mut slopes, mut excess) = (Vec::new(), Vec::new());
-    let mut heaviest: f64 = 0.0;
-    for seed in args.seeds(8) {
-        let options = options(args, 1.0, theory::noise(mass, 1.0, n));
-        let bump = Bump { centre: [0.0; 2], axes: [1.0; 2], mass, count: n };
-        let mesh = Mesh::new([-15.0; 2], [15.0; 2], [270; 2])?;
-        let mut system = System::new(&[bump], Some(mesh), options, seed, args.threads)?;
-        let mut line = vec![(0.0, system.second_moment())];
-        // The line that alpha of the particles there are, step by step, would draw.
-        let mut own = vec![(0.0, 0.0)];
-        for _ in 0..1000 {
-            let (from, alpha) = (own.last().map_or(0.0, |p| p.1), system.alpha());
-            system.step(&mut Philox::new(seed), 1e-3)?;
-            line.push((system.counters.time, system.second_moment()));
-            own.push((system.counters.time, from + 1e-3 * alpha));
+    println!("subcritical: {n} particles, M = 4 pi, 1000 steps of 0.001, slope 4 mu - chi M / (2 pi) = {want:.3}");
+    let mut passed = true;
+    for hard in [false, true] {
+        let args = Args { hard, ..args.clone() };
+        println!("{}", choice(&args));
+        let (mut slopes, mut excess) = (Vec::new(), Vec::new());
+        let mut heaviest: f64 = 0.0;
+        for seed in args.seeds(8) {
+            let options = options(&args, 1.0, theory::noise(mass, 1.0, n));
+            let bump = Bump { centre: [0.0; 2], axes: [1.0; 2], mass, count: n };
+            let mesh = Mesh::new([-15.0; 2], [15.0; 2], [270; 2])?;
+            let mut system = System::new(&[bump], Some(mesh), options, seed, args.threads)?;
+            let mut line = vec![(0.0, system.second_moment())];
+            // The line that alpha of the particles there are, step by step, would draw.
+            let mut own = vec![(0.0, 0.0)];
+            for _ in 0..1000 {
+                let (from, alpha) = (own.last().map_or(0.0, |p| p.1), system.alpha());
+                system.step(&mut Philox::new(seed), 1e-3)?;
+                line.push((system.counters.time, system.second_moment()));
+                own.push((system.counters.time, from + 1e-3 * alpha));
+            }
+            excess.push(slope(&line) - slope(&own));
+            println!(
+                "seed {seed}: slope {:.3}, by alpha (2.4) of these particles {:.3}, heaviest {:.2e} of the critical mass, {} particles",
+                slope(&line),
+                slope(&own),
+                system.heaviest() / (8.0 * PI),
+                system.count()
+            );
+            slopes.push(slope(&line));
+            heaviest = heaviest.max(system.heaviest());
         }
-        excess.push(slope(&line) - slope(&own));
+        let (off, width) = interval(&excess);
+        println!("slope less that of alpha (2.4): {off:.4} +- {width:.4} (95%)");
+        let (mean, half) = interval(&slopes);
         println!(
-            "seed {seed}: slope {:.3}, by alpha (2.4) of these particles {:.3}, heaviest {:.2e} of the critical mass, {} particles",
-            slope(&line),
-            slope(&own),
-            system.heaviest() / (8.0 * PI),
-            system.count()
+            "slope {mean:.4} +- {half:.4} (95%), theory {want:.4}; heaviest {:.2e} of 8 pi mu / chi",
+            heaviest / (8.0 * PI)
         );
-        slopes.push(slope(&line));
-        heaviest = heaviest.max(system.heaviest());
+        passed &= heaviest < 0.01 * 8.0 * PI && (!hard || (mean - want).abs() <= half);
     }
-    let (off, width) = interval(&excess);
-    println!("slope less that of alpha (2.4): {off:.4} +- {width:.4} (95%)");
-    let (mean, half) = interval(&slopes);
-    println!(
-        "slope {mean:.4} +- {half:.4} (95%), theory {want:.4}; heaviest {:.2e} of 8 pi mu / chi",
-        heaviest / (8.0 * PI)
-    );
-    Ok((mean - want).abs() <= half && heaviest < 0.01 * 8.0 * PI)
+    Ok(passed)
 }
 
 /// Ten thousand steps past blow-up, with extreme constants: mass is conserved, nothing is lost, no NaN, no hang.

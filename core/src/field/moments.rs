@@ -15,9 +15,9 @@ use crate::kernel::Far;
 use crate::real::{DoubleWord, Real};
 use crate::space::{Carve, Chunks, MAX_WORKERS, Measure, Space, each_piece};
 
-/// Particles side by side.
-const LANES: usize = 16;
-/// Blocks of lanes that are summed in single words before they go into a double word.
+/// Particles side by side: two registers of AVX2.
+const LANES: usize = 8;
+/// Blocks of lanes that are summed in single words before they go into double words.
 const BLOCKS: usize = 64;
 /// Sources, or targets, of one task.
 const TASK: usize = 1 << 14;
@@ -61,8 +61,8 @@ fn place(dimension: usize, degree: usize, exponents: [usize; 3]) -> usize {
 struct Arrays<'w, T> {
     /// A task's sums: high words, low words, extra.
     partial: &'w mut [T],
-    /// A worker's running sums.
-    running: &'w mut [[T; LANES]],
+    /// A worker's running sums: single words, high words, low words.
+    running: &'w mut [[[T; LANES]; 3]],
 }
 
 fn lay<'w, T: Real>(space: &mut impl Space<'w>, count: usize, n: usize, workers: usize) -> Result<Arrays<'w, T>> {
@@ -88,12 +88,9 @@ struct Sum<'a, T, const D: usize> {
     masses: &'a [T],
     centre: [T; D],
     degree: usize,
-    running: &'a mut [[T; LANES]],
+    running: &'a mut [[[T; LANES]; 3]],
     partial: &'a mut [T],
 }
-
-/// Powers 0 .. degree of each coordinate, lane by lane.
-type Powers<T> = [[[T; LANES]; DEGREE + 1]; 3];
 
 impl<T: Real, const D: usize> Plain for Sum<'_, T, D> {
     type Out = ();
@@ -115,24 +112,37 @@ impl<T: Real, const D: usize> Sum<'_, T, D> {
         let Self { positions, masses, centre, running, partial, .. } = self;
         let count = running.len();
         let (words, extra) = partial.split_at_mut_checked(2 * count).unwrap_or((&mut [], &mut []));
-        words.fill(T::ZERO);
         let mut sizes = [[T::ZERO; LANES]; EXTRA];
-        let mut powers: Powers<T> = [[[T::ONE; LANES]; DEGREE + 1]; 3];
+        running.fill([[T::ZERO; LANES]; 3]);
         for (group, weights) in positions.chunks(LANES * BLOCKS).zip(masses.chunks(LANES * BLOCKS)) {
-            running.fill([T::ZERO; LANES]);
             for (block, weight) in group.chunks(LANES).zip(weights.chunks(LANES)) {
-                let mut m = [T::ZERO; LANES];
-                m.iter_mut().zip(weight).for_each(|(m, &w)| *m = w);
                 let x = offsets(block, &centre);
-                add_block(&x, &m, degree, &mut powers, running, &mut sizes);
+                let m = match <&[T; LANES]>::try_from(weight) {
+                    Ok(whole) => *whole,
+                    Err(_) => {
+                        let mut m = [T::ZERO; LANES];
+                        m.iter_mut().zip(weight).for_each(|(m, &w)| *m = w);
+                        m
+                    }
+                };
+                add_block(&x, &m, degree, running, &mut sizes);
             }
-            let (high, low) = words.split_at_mut_checked(count).unwrap_or((&mut [], &mut []));
-            for ((lanes, high), low) in running.iter().zip(high).zip(low) {
-                for &lane in lanes {
-                    let sum = DoubleWord { hi: *high, lo: *low } + DoubleWord::from(lane);
-                    (*high, *low) = (sum.hi, sum.lo);
+            for [single, high, low] in running.iter_mut() {
+                for ((single, high), low) in single.iter_mut().zip(high).zip(low) {
+                    // a double word and a number (Knuth's two-sum, and one renormalisation)
+                    let sum = DoubleWord::sum(*high, *single);
+                    let rest = sum.lo + *low;
+                    *high = sum.hi + rest;
+                    *low = rest - (*high - sum.hi);
+                    *single = T::ZERO;
                 }
             }
+        }
+        let (high, low) = words.split_at_mut_checked(count).unwrap_or((&mut [], &mut []));
+        for (([_, of_high, of_low], high), low) in running.iter().zip(high).zip(low) {
+            let lanes = of_high.iter().zip(of_low);
+            let sum = lanes.fold(DoubleWord::ZERO, |sum, (&hi, &lo)| sum + DoubleWord { hi, lo });
+            (*high, *low) = (sum.hi, sum.lo);
         }
         for (slot, lanes) in extra.iter_mut().zip(sizes) {
             *slot = lanes.into_iter().fold(T::ZERO, |sum, v| sum + v);
@@ -171,35 +181,32 @@ fn add_block<T: Real, const D: usize>(
     x: &[[T; LANES]; D],
     m: &[T; LANES],
     degree: usize,
-    powers: &mut Powers<T>,
-    running: &mut [[T; LANES]],
+    running: &mut [[[T; LANES]; 3]],
     sizes: &mut [[T; LANES]; EXTRA],
 ) {
-    for (x, powers) in x.iter().zip(powers.iter_mut()) {
-        let mut power = [T::ONE; LANES];
-        for slot in powers.iter_mut().take(degree + 1) {
-            *slot = power;
-            power = product(&power, x);
-        }
-    }
-    let [px, py, pz] = &*powers;
-    let mut slots = running.iter_mut();
-    for (a, pa) in px.iter().take(degree + 1).enumerate() {
-        let wa = product(m, pa);
+    let none = [T::ZERO; LANES];
+    let (x0, x1, x2) = (x.first().unwrap_or(&none), x.get(1).unwrap_or(&none), x.get(2).unwrap_or(&none));
+    let mut slots = running.iter_mut().map(|[single, ..]| single);
+    let mut wa = *m;
+    for a in 0..=degree {
         if D == 1 {
             add(slots.next(), &wa);
-            continue;
-        }
-        for (b, pb) in py.iter().take(degree + 1 - a).enumerate() {
-            let wb = product(&wa, pb);
-            if D == 2 {
-                add(slots.next(), &wb);
-                continue;
+        } else {
+            let mut wb = wa;
+            for b in 0..=degree - a {
+                if D == 2 {
+                    add(slots.next(), &wb);
+                } else {
+                    let mut wc = wb;
+                    for _ in 0..=degree - a - b {
+                        add(slots.next(), &wc);
+                        wc = product(&wc, x2);
+                    }
+                }
+                wb = product(&wb, x1);
             }
-            for pc in pz.iter().take(degree + 1 - a - b) {
-                add(slots.next(), &product(&wb, pc));
-            }
         }
+        wa = product(&wa, x0);
     }
     let [weight, rest @ ..] = sizes;
     let (first, last) = rest.split_at_mut(3);
@@ -325,35 +332,63 @@ fn choose(n: usize, k: usize) -> f64 {
     factorial(n) / (factorial(k) * factorial(n.saturating_sub(k)))
 }
 
+/// A polynomial of one variable by Horner's rule, lane by lane: the first `N` of `c`, lowest power first.
+#[inline(always)]
+fn row<T: Real, const N: usize>(c: &[T], x: &[T; LANES]) -> [T; LANES] {
+    let Some(([rest @ .., highest], _)) = c.split_first_chunk::<N>().map(|(c, rest)| (&c[..], rest)) else {
+        return [T::ZERO; LANES];
+    };
+    let mut sum = [*highest; LANES];
+    for &c in rest.iter().rev() {
+        sum.iter_mut().zip(x).for_each(|(s, &x)| *s = *s * x + c);
+    }
+    sum
+}
+
+/// The same for any length up to [`DEGREE`] + 1; each has loops of known length.
+#[inline(always)]
+fn any_row<T: Real>(c: &[T], n: usize, x: &[T; LANES]) -> [T; LANES] {
+    match n {
+        1 => row::<T, 1>(c, x),
+        2 => row::<T, 2>(c, x),
+        3 => row::<T, 3>(c, x),
+        4 => row::<T, 4>(c, x),
+        5 => row::<T, 5>(c, x),
+        6 => row::<T, 6>(c, x),
+        7 => row::<T, 7>(c, x),
+        8 => row::<T, 8>(c, x),
+        _ => row::<T, { DEGREE + 1 }>(c, x),
+    }
+}
+
 /// A polynomial by Horner's rule in each variable, lane by lane.
 #[inline(always)]
 fn horner<T: Real, const D: usize>(c: &[T; MONOMIALS], degree: usize, x: &[[T; LANES]; D]) -> [T; LANES] {
-    let ones = [T::ZERO; LANES];
-    let (x0, x1, x2) = (x.first().unwrap_or(&ones), x.get(1).unwrap_or(&ones), x.get(2).unwrap_or(&ones));
-    let mut backwards = c.iter().take(monomials(D, degree)).rev();
-    let mut next = || backwards.next().copied().unwrap_or(T::ZERO);
-    let step = |sum: &mut [T; LANES], x: &[T; LANES], add: &[T; LANES]| {
-        sum.iter_mut().zip(x).zip(add).for_each(|((s, &x), &a)| *s = *s * x + a);
+    let none = [T::ZERO; LANES];
+    let (x0, x1, x2) = (x.first().unwrap_or(&none), x.get(1).unwrap_or(&none), x.get(2).unwrap_or(&none));
+    // rows of the last variable, from the highest power of the first down
+    let mut end = monomials(D, degree);
+    let mut last = |n: usize, x: &[T; LANES]| {
+        end = end.saturating_sub(n);
+        any_row(c.get(end..).unwrap_or(&[]), n, x)
     };
+    let step = |sum: &mut [T; LANES], x: &[T; LANES], add: [T; LANES]| {
+        sum.iter_mut().zip(x).zip(add).for_each(|((s, &x), a)| *s = *s * x + a);
+    };
+    if D == 1 {
+        return last(degree + 1, x0);
+    }
     let mut sum = [T::ZERO; LANES];
-    for a in (0..=degree).rev() {
-        if D == 1 {
-            step(&mut sum, x0, &[next(); LANES]);
+    for left in 0..=degree {
+        if D == 2 {
+            step(&mut sum, x0, last(left + 1, x1));
             continue;
         }
         let mut inner = [T::ZERO; LANES];
-        for b in (0..=degree - a).rev() {
-            if D == 2 {
-                step(&mut inner, x1, &[next(); LANES]);
-                continue;
-            }
-            let mut innermost = [T::ZERO; LANES];
-            for _ in 0..=degree - a - b {
-                step(&mut innermost, x2, &[next(); LANES]);
-            }
-            step(&mut inner, x1, &innermost);
+        for n in 1..=left + 1 {
+            step(&mut inner, x1, last(n, x2));
         }
-        step(&mut sum, x0, &inner);
+        step(&mut sum, x0, inner);
     }
     sum
 }
