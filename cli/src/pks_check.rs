@@ -58,6 +58,9 @@ pub struct Args {
     /// `species`: the border's field is that of all mass at its centre (the paper's), without second moments.
     #[arg(long)]
     monopole: bool,
+    /// `species`: steps; the experiment's own number if 0.
+    #[arg(long, default_value_t = 0)]
+    steps: u32,
     /// `singularities`: the step; the paper's if 0.
     #[arg(long, default_value_t = 0.0)]
     dt: f64,

@@ -175,10 +175,11 @@ pub fn radial() -> Result<bool> {
         };
         let (blobs, along) = (mean(&cloud.blob_density(PSI4, delta)?), mean(&cloud.rho));
         println!("{h:9.4} {:9} {outer:12.6} {second:12.8} {off:14.3e} {blobs:14.3e} {along:14.3e}", radii.len());
-        good &= off < last.0 && blobs < last.1;
+        // The density converges with order 1.5 in h at least (2 is found), the moment whatever its order.
+        good &= off < last.0 && blobs < 0.6 * last.1;
         last = (off, blobs);
     }
-    Ok(good && last.0 < 1e-3 && last.1 < 0.05)
+    Ok(good && last.0 < 1e-3)
 }
 
 /// 1e5 steps in each scalar.

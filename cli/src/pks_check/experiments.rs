@@ -187,7 +187,7 @@ pub fn species(args: &Args) -> anyhow::Result<bool> {
     // The martingale part of F has variance 8 mu~ F a unit time, so over a time T its rate has the standard error sqrt(8 mu~ F / T),
     // 1.4 for these, and the rate itself is the difference of two nine times as large: each run has a twin with the opposite noise,
     // whose martingale part is the opposite to first order.
-    let (dt, steps) = (2e-6, 250);
+    let (dt, steps) = (2e-6, if args.steps == 0 { 250 } else { args.steps });
     println!(
         "5.3: {n} particles, 320 x 320 on [-1.5, 1.5]^2, {:?}, {steps} steps of {dt}, {}; total rate (4.28) {want:.3}",
         args.walls(),

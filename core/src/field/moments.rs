@@ -368,29 +368,30 @@ fn horner<T: Real, const D: usize>(c: &[T; MONOMIALS], degree: usize, x: &[[T; L
     let (x0, x1, x2) = (x.first().unwrap_or(&none), x.get(1).unwrap_or(&none), x.get(2).unwrap_or(&none));
     // rows of the last variable, from the highest power of the first down
     let mut end = monomials(D, degree);
-    let mut last = |n: usize, x: &[T; LANES]| {
-        end = end.saturating_sub(n);
-        any_row(c.get(end..).unwrap_or(&[]), n, x)
-    };
-    let step = |sum: &mut [T; LANES], x: &[T; LANES], add: [T; LANES]| {
-        sum.iter_mut().zip(x).zip(add).for_each(|((s, &x), a)| *s = *s * x + a);
-    };
     if D == 1 {
-        return last(degree + 1, x0);
+        return any_row(c, degree + 1, x0);
     }
     let mut sum = [T::ZERO; LANES];
     for left in 0..=degree {
         if D == 2 {
-            step(&mut sum, x0, last(left + 1, x1));
+            end = end.saturating_sub(left + 1);
+            step(&mut sum, x0, &any_row(c.get(end..).unwrap_or(&[]), left + 1, x1));
             continue;
         }
         let mut inner = [T::ZERO; LANES];
         for n in 1..=left + 1 {
-            step(&mut inner, x1, last(n, x2));
+            end = end.saturating_sub(n);
+            step(&mut inner, x1, &any_row(c.get(end..).unwrap_or(&[]), n, x2));
         }
-        step(&mut sum, x0, inner);
+        step(&mut sum, x0, &inner);
     }
     sum
+}
+
+/// sum x + add, lane by lane.
+#[inline(always)]
+fn step<T: Real>(sum: &mut [T; LANES], x: &[T; LANES], add: &[T; LANES]) {
+    sum.iter_mut().zip(x).zip(add).for_each(|((s, &x), &a)| *s = *s * x + a);
 }
 
 /// Evaluates one task's targets.

@@ -83,6 +83,19 @@ impl<V: Copy> Descending<V> {
 }
 
 impl<V: Copy> Inside<V> {
+    /// The gradient's polynomial in powers of r2 - delta^2 = -delta^2 t (two roundings more a power), and -delta^2.
+    #[inline(always)]
+    fn shifted<T: Real, I: Isa<T, V = V>>(&self, isa: I, square: V) -> (Descending<V>, V) {
+        let zero = isa.splat(T::ZERO);
+        let mut shifted = self.gradient;
+        let mut factor = isa.splat(T::ONE);
+        for c in shifted.coefficients.iter_mut().take(shifted.terms).rev() {
+            *c = isa.mul(*c, factor);
+            factor = isa.sub(zero, isa.mul(factor, self.per_square));
+        }
+        (shifted, isa.sub(zero, square))
+    }
+
     /// S_D K_delta, twice that in 2D.
     #[inline(always)]
     fn potential<T: Real, I: Isa<T, V = V>, const D: usize, const N: usize>(
@@ -415,20 +428,30 @@ pub(super) fn near_run<
     let mut done = 0;
     let mut local = *groups;
     let (mut positions, mut masses) = sources;
-    if !(TEST || P || C || laplacian) {
+    if !(TEST || P || C || laplacian || I::IN_ORDER) {
         // Four sources at a time, stage by stage: the polynomials' long chains of dependent operations then overlap beyond
-        // what the processor's window holds of one source after the other.
+        // what the processor's window holds of one source after the other. The polynomial is one of r2 - delta^2 here, which
+        // the sum of squares begins with, so that t costs nothing. (Level portable keeps the operations of one pair at a time.)
+        let (shifted, start) = inside.shifted(isa, kernel.edge);
         let ((four_x, rest_x), (four_m, rest_m)) = (positions.as_chunks::<4>(), masses.as_chunks::<4>());
         (positions, masses) = (rest_x, rest_m);
         for (xs, ms) in four_x.iter().zip(four_m) {
             let mut factors = [[one; NB]; 4];
             for (factors, x) in factors.iter_mut().zip(xs) {
-                let (_, r2) = distances(isa, x, &local);
-                *factors = r2.map(|r2| isa.neg_mul_add(r2, inside.per_square, one));
+                let (d, _) = distances(isa, x, &local);
+                for (factor, d) in factors.iter_mut().zip(&d) {
+                    *factor = start;
+                    for &d in d {
+                        *factor = isa.mul_add(d, d, *factor);
+                    }
+                }
             }
             for (factors, &m) in factors.iter_mut().zip(ms) {
                 let mass = isa.splat(m);
-                *factors = inside.gradient.at::<T, I, NB, TERMS>(isa, factors).map(|g| isa.mul(mass, g));
+                *factors = shifted.at::<T, I, NB, TERMS>(isa, factors);
+                for factor in factors {
+                    *factor = isa.mul(mass, *factor);
+                }
             }
             for (factors, x) in factors.iter().zip(xs) {
                 let (d, _) = distances(isa, x, &local);

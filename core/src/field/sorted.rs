@@ -321,16 +321,19 @@ fn near_polynomials<T: Real>(
     sums.map(|lanes| lanes.into_iter().fold(T::ZERO, |sum, v| sum + v))
 }
 
+/// A polynomial in every lane, lowest power first.
+#[inline(always)]
+fn horner<T: Real>(coefficients: &[T], x: &[T; LANES]) -> [T; LANES] {
+    let mut sum = [T::ZERO; LANES];
+    for &c in coefficients.iter().rev() {
+        sum.iter_mut().zip(x).for_each(|(sum, &x)| *sum = *sum * x + c);
+    }
+    sum
+}
+
 /// The k-th quantity (value, gradient factor, Laplacian) of every lane: a polynomial of t and one of s = 1 - t.
 #[inline(always)]
 fn near_series<T: Real>(near: &Near<T>, k: usize, t: &[T; LANES], s: &[T; LANES]) -> [T; LANES] {
-    let horner = |coefficients: &[T], x: &[T; LANES]| {
-        let mut sum = [T::ZERO; LANES];
-        for &c in coefficients.iter().rev() {
-            sum.iter_mut().zip(x).for_each(|(sum, &x)| *sum = *sum * x + c);
-        }
-        sum
-    };
     let mut edge = horner(near.edge.get(k).and_then(|e| e.get(..near.edge_terms)).unwrap_or(&[]), t);
     if near.square_terms > 0 {
         let square = horner(near.square.get(k).and_then(|e| e.get(..near.square_terms)).unwrap_or(&[]), s);
