@@ -1,4 +1,4 @@
-/* 64 particles of the blob method in the plane, advanced by RK4 in static buffers; and what bad input returns. */
+/* 64 particles of the blob method in the plane, advanced by RK4 in static buffers that are as small as can be. */
 #include "board.h"
 #include "mollis.h"
 #include "report.h"
@@ -52,11 +52,7 @@ int run(void) {
   }
   put_measure("step", (all - one) / STEPS);
   put_measure("pair", (all - one) / STEPS / (4 * N * N));
-  put_status("step of zero length", step(0.0, 1, sizeof workspace));
   put_status("a byte too few", step(0.05, 1, sizeof workspace - 1));
-  positions[5][1] = 1.0f / 0.0f;
-  put_status("infinite position", step(0.05, 1, sizeof workspace));
-  put_status("no such kernel", mollis_kernel2_prepare_f32(kernel, sizeof kernel, 0, 0, 0, mollifier, 0.6f));
   put_measure("stack", board_stack());
   return 0;
 }

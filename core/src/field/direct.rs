@@ -77,10 +77,11 @@ impl<T: Real, const D: usize> Call<'_, T, D> {
     /// Units in which coordinates, delta and masses are at most about 1.
     #[inline(always)]
     pub(super) fn units(&self) -> Units<T> {
-        let largest = |x: T, y: T| if y.abs() > x { y.abs() } else { x };
-        let points = self.sources.positions.iter().chain(self.targets).flatten();
-        let length = points.fold(self.kernel.blob.delta(), |x, &y| largest(x, y));
-        Units::new(length, self.sources.masses.iter().fold(T::ZERO, |x, &y| largest(x, y)))
+        let largest =
+            |start: T, numbers: &[T]| numbers.iter().fold(start, |x, &y| if y.abs() > x { y.abs() } else { x });
+        let length = largest(self.kernel.blob.delta(), self.sources.positions.as_flattened());
+        let length = largest(length, self.targets.as_flattened());
+        Units::new(length, largest(T::ZERO, self.sources.masses))
     }
 }
 

@@ -34,20 +34,20 @@ struct Descending<C> {
 }
 
 impl<T: Real> Descending<T> {
+    const NONE: Self = Self { coefficients: [T::ZERO; MAX_TERMS + 1], terms: 0 };
+
     fn new(ascending: &[T], scale: T) -> Self {
         let mut coefficients = [T::ZERO; MAX_TERMS + 1];
         coefficients.iter_mut().zip(ascending.iter().rev()).for_each(|(to, &c)| *to = c * scale);
         Self { coefficients, terms: ascending.len().min(MAX_TERMS + 1) }
     }
 
-    /// The coefficients of a polynomial of the blob, without an array in between: stacks may be short.
-    fn of<const D: usize>(blob: &Blob<T, D>, polynomial: Polynomial, scale: T) -> Option<Self> {
-        let terms = blob.terms(polynomial)?.min(MAX_TERMS);
-        let mut result = Self { coefficients: [T::ZERO; MAX_TERMS + 1], terms };
-        for (to, k) in result.coefficients.iter_mut().zip((0..terms).rev()) {
+    /// Overwrites them with those of a polynomial of the blob, where they are: stacks may be short.
+    fn fill<const D: usize>(&mut self, blob: &Blob<T, D>, polynomial: Polynomial, scale: T) {
+        self.terms = blob.terms(polynomial).unwrap_or(0).min(MAX_TERMS);
+        for (to, k) in self.coefficients.iter_mut().zip((0..self.terms).rev()) {
             *to = blob.coefficient(polynomial, k) * scale;
         }
-        Some(result)
     }
 
     /// Horner's rule for one number, rounded as at level portable.
@@ -113,6 +113,14 @@ impl<V: Copy> Inside<V> {
 }
 
 impl<T: Real> Inside<T> {
+    const NONE: Self = Self {
+        per_square: T::ZERO,
+        gradient: Descending::NONE,
+        potential: Descending::NONE,
+        offset: T::ZERO,
+        density: Descending::NONE,
+    };
+
     /// 1 - r2 / delta^2.
     #[inline(always)]
     pub fn t(&self, r2: T) -> T {
@@ -169,27 +177,33 @@ impl<T: Real> Softened<T> {
         let least = power_of_two::<T>(-least_square_exponent::<T>());
         let delta = blob.delta() * power_of_two(units.position);
         let square = delta * delta;
-        let inside = if square >= least { Self::shape::<D, P>(blob, delta) } else { None };
-        let edge = match blob.mollifier() {
-            _ if inside.is_some() => square,
-            Mollifier::Gaussian { .. } => {
-                let support = blob.delta() * T::from_f64(GAUSSIAN_SUPPORT) * power_of_two(units.position);
-                least.max(support * support)
+        // Filled where it is: stacks may be short.
+        let mut this = Self { edge: least, inside: None, log_exponent: T::from_i32(units.position.saturating_mul(-2)) };
+        match blob.mollifier() {
+            Mollifier::Compact { .. } if square >= least => {
+                this.edge = square;
+                Self::shape::<D, P>(this.inside.insert(Inside::NONE), blob, delta);
             }
-            _ => least,
-        };
-        Self { edge, inside, log_exponent: T::from_i32(units.position.saturating_mul(-2)) }
+            Mollifier::Gaussian { .. } if cfg!(feature = "gaussian") => {
+                let support = blob.delta() * T::from_f64(GAUSSIAN_SUPPORT) * power_of_two(units.position);
+                this.edge = least.max(support * support);
+            }
+            _ => {}
+        }
+        this
     }
 
     /// A compact mollifier inside its support.
-    fn shape<const D: usize, const P: bool>(blob: &Blob<T, D>, delta: T) -> Option<Inside<T>> {
+    #[inline]
+    fn shape<const D: usize, const P: bool>(inside: &mut Inside<T>, blob: &Blob<T, D>, delta: T) {
         let per = T::ONE / delta;
         let scale = per.powi(D as u32);
-        let (potential, offset) = match D {
-            _ if !P => (Descending::new(&[], per), T::ZERO),
+        inside.per_square = per * per;
+        match D {
+            _ if !P => {}
             1 => {
                 // R_j = sum over k >= j of g_k / (k + 1); c = 1 - R_0 / 2: every term is positive for orders 2 to 6.
-                let gradient = blob.series(Polynomial::Gradient)?;
+                let Some(gradient) = blob.series(Polynomial::Gradient) else { return };
                 let gradient = gradient.coefficients();
                 let (mut rise, mut sum) = ([T::ZERO; MAX_TERMS], T::ZERO);
                 for ((k, &g), r) in gradient.iter().enumerate().rev().zip(rise.iter_mut().rev()) {
@@ -198,18 +212,17 @@ impl<T: Real> Softened<T> {
                 }
                 let rise = rise.get(MAX_TERMS.saturating_sub(gradient.len())..).unwrap_or(&[]);
                 // s R(t) = (r2 / delta^2) R(t); the r2 is multiplied later.
-                (Descending::new(rise, T::HALF * per), delta * (T::ONE - T::HALF * sum))
+                inside.potential = Descending::new(rise, T::HALF * per);
+                inside.offset = delta * (T::ONE - T::HALF * sum);
             }
-            2 => (Descending::of(blob, Polynomial::Potential, T::TWO)?, T::TWO * blob.delta().log()),
-            _ => (Descending::of(blob, Polynomial::Potential, per)?, T::ZERO),
-        };
-        Some(Inside {
-            per_square: per * per,
-            gradient: Descending::of(blob, Polynomial::Gradient, scale)?,
-            potential,
-            offset,
-            density: Descending::of(blob, Polynomial::Density, scale)?,
-        })
+            2 => {
+                inside.potential.fill(blob, Polynomial::Potential, T::TWO);
+                inside.offset = T::TWO * blob.delta().log();
+            }
+            _ => inside.potential.fill(blob, Polynomial::Potential, per),
+        }
+        inside.gradient.fill(blob, Polynomial::Gradient, scale);
+        inside.density.fill(blob, Polynomial::Density, scale);
     }
 
     /// The same in every lane.
@@ -556,17 +569,6 @@ fn distances<T: Real, I: Isa<T>, const D: usize, const NB: usize>(
     (d, r2)
 }
 
-/// Source minus target and its square, for one vector of targets.
-#[inline(always)]
-pub(super) fn distance<T: Real, I: Isa<T>, const D: usize>(
-    isa: I,
-    source: &[T; D],
-    target: &[I::V; D],
-) -> ([I::V; D], I::V) {
-    let d = difference(isa, source.map(|c| isa.splat(c)), *target);
-    (d, square(isa, &d))
-}
-
 /// Source minus target.
 #[inline(always)]
 fn difference<T: Real, I: Isa<T>, const D: usize>(isa: I, source: [I::V; D], target: [I::V; D]) -> [I::V; D] {
@@ -646,6 +648,16 @@ pub(super) fn outside<T: Real, I: Isa<T>, const D: usize, const NB: usize, const
     result
 }
 
+/// m S_D g of the bare kernel at one place, rounded as [`outside`] rounds it at level portable.
+#[inline(always)]
+pub(super) fn far_gradient<T: Real, const D: usize>(mass: T, r2: T) -> T {
+    match D {
+        1 => mass / r2.sqrt(),
+        2 => mass / r2,
+        _ => mass / (r2 * r2.sqrt()),
+    }
+}
+
 #[inline(always)]
 fn gather<T: Real, I: Isa<T>, const D: usize, const P: bool, const G: bool, const C: bool>(
     isa: I,
@@ -668,7 +680,7 @@ fn gather<T: Real, I: Isa<T>, const D: usize, const P: bool, const G: bool, cons
 
 /// sum + a b; compensated, the addition's error (Knuth's two-sum) goes to `lost`.
 #[inline(always)]
-pub(super) fn accumulate<T: Real, I: Isa<T>, const C: bool>(isa: I, sum: &mut I::V, lost: &mut I::V, a: I::V, b: I::V) {
+fn accumulate<T: Real, I: Isa<T>, const C: bool>(isa: I, sum: &mut I::V, lost: &mut I::V, a: I::V, b: I::V) {
     if C {
         let term = isa.mul(a, b);
         let total = isa.add(*sum, term);

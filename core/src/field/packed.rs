@@ -62,10 +62,12 @@ impl<T: Real> Units<T> {
     /// A point in these units, wild coordinates being zero.
     #[inline(always)]
     pub fn tame_point<const D: usize>(&self, x: &[T; D]) -> [T; D] {
-        x.map(|x| {
-            let scaled = x * self.position_factor;
-            if scaled.abs() < self.least { T::ZERO } else { scaled }
-        })
+        let mut point = *x;
+        for x in &mut point {
+            let scaled = *x * self.position_factor;
+            *x = if scaled.abs() < self.least { T::ZERO } else { scaled };
+        }
+        point
     }
 
     /// A mass in these units, and whether it is wild.

@@ -6,7 +6,7 @@
 //! mollifier closer than 2^-28 (2^-60) of the largest coordinate count as coincident, and a delta below that is refused.
 
 use super::direct::{Call, Scales};
-use super::newtonian::{BLOCK, Softened, Sums, accumulate, distance, outside};
+use super::newtonian::{BLOCK, Softened, far_gradient, outside};
 use super::packed::Packed;
 use super::{Accumulation, Options, Run};
 use crate::error::{Error, Result};
@@ -45,7 +45,7 @@ impl<T: Real, const D: usize, const FULL: bool> Job<T> for Sum<'_, '_, T, D, FUL
     fn run<I: Isa<T>>(self, isa: I) -> Result<()> {
         let Self { call, workspace, run } = self;
         let units = call.units();
-        let Call { kernel, options, sources, targets, outputs } = call;
+        let Call { kernel, options, sources, targets, mut outputs } = call;
         let mut packed = Packed::<T, D>::lay(&mut Carve::reopen(workspace)?, sources.positions.len())?;
         packed.fill_tame(units, sources.positions, sources.masses);
         let softened = Softened::new::<D, FULL>(kernel.blob, units);
@@ -58,42 +58,38 @@ impl<T: Real, const D: usize, const FULL: bool> Job<T> for Sum<'_, '_, T, D, FUL
         // Compensated sums always carry both, whatever is wanted: the gradient's division is then the logarithm's.
         let (potential, gradient) = (FULL && wanted.potential || compensated, wanted.gradient || compensated);
         let pair = Pair { kernel: &softened, potential, gradient, laplacian: wanted.laplacian, compensated };
-        let mut slots = (
-            outputs.potential.filter(|_| FULL).map(|p| p.iter_mut()),
-            outputs.gradient.map(|g| g.iter_mut()),
-            outputs.laplacian.map(|l| l.iter_mut()),
-        );
+        let (positions, masses) = packed.tame();
         for (i, target) in targets.iter().enumerate() {
             if i % TASK == 0 && run.should_stop.is_some_and(|stop| stop()) {
                 return Err(Error::Stopped);
             }
-            let x = units.tame_point(target).map(|x| isa.splat(x));
-            let zero = Sums::zero(isa);
-            let (mut total, mut lost) = (zero, zero);
-            let (positions, masses) = packed.tame();
-            let mut sums = zero;
+            let x = units.tame_point(target);
+            let (mut total, mut sums, mut lost) = (Totals::ZERO, Totals::ZERO, Totals::ZERO);
             for (k, (source, &mass)) in positions.iter().zip(masses).enumerate() {
                 // A compensated sum has nothing to gain from blocks.
                 if k % BLOCK == 0 && !compensated {
-                    total.add(isa, &sums);
-                    sums = zero;
+                    total.add(&sums);
+                    sums = Totals::ZERO;
                 }
                 pair.add::<I, D, FULL>(isa, &x, source, mass, &mut sums, &mut lost);
             }
-            total.add(isa, &sums);
-            total.add(isa, &lost);
-            let value = |sum: I::V| lane(isa, sum);
-            if let Some(to) = slots.0.as_mut().and_then(Iterator::next) {
-                *to = scales.value(value(total.potential), scales.potential);
+            total.add(&sums);
+            if FULL {
+                total.add(&lost);
+                if let Some(to) = outputs.potential.as_mut().and_then(|p| p.get_mut(i)) {
+                    *to = scales.value(total.potential, scales.potential);
+                }
             }
-            if let Some(to) = slots.1.as_mut().and_then(Iterator::next) {
-                *to = total.gradient.map(|g| scales.value(value(g), scales.gradient));
+            if let Some(to) = outputs.gradient.as_mut().and_then(|g| g.get_mut(i)) {
+                for (to, &sum) in to.iter_mut().zip(&total.gradient) {
+                    *to = scales.value(sum, scales.gradient);
+                }
                 if FULL {
                     scales.combine(to);
                 }
             }
-            if let Some(to) = slots.2.as_mut().and_then(Iterator::next) {
-                *to = scales.value(value(total.laplacian), scales.laplacian);
+            if let Some(to) = outputs.laplacian.as_mut().and_then(|l| l.get_mut(i)) {
+                *to = scales.value(total.laplacian, scales.laplacian);
             }
         }
         if let Some(counters) = run.counters.as_deref_mut() {
@@ -112,6 +108,25 @@ fn lane<T: Real, I: Isa<T>>(isa: I, vector: I::V) -> T {
     isa.store(vector).first().copied().unwrap_or(T::ZERO)
 }
 
+/// Sums for one target, as [`super::newtonian::Sums`] are for many.
+#[derive(Clone, Copy)]
+struct Totals<T, const D: usize> {
+    gradient: [T; D],
+    laplacian: T,
+    potential: T,
+}
+
+impl<T: Real, const D: usize> Totals<T, D> {
+    const ZERO: Self = Self { gradient: [T::ZERO; D], laplacian: T::ZERO, potential: T::ZERO };
+
+    #[inline(always)]
+    fn add(&mut self, other: &Self) {
+        self.gradient.iter_mut().zip(&other.gradient).for_each(|(sum, &other)| *sum += other);
+        self.laplacian += other.laplacian;
+        self.potential += other.potential;
+    }
+}
+
 /// What every pair has in common.
 struct Pair<'a, T> {
     kernel: &'a Softened<T>,
@@ -126,43 +141,55 @@ impl<T: Real> Pair<'_, T> {
     fn add<I: Isa<T>, const D: usize, const FULL: bool>(
         &self,
         isa: I,
-        x: &[I::V; D],
+        x: &[T; D],
         source: &[T; D],
         mass: T,
-        sums: &mut Sums<I::V, D>,
-        lost: &mut Sums<I::V, D>,
+        sums: &mut Totals<T, D>,
+        lost: &mut Totals<T, D>,
     ) {
-        let zero = isa.splat(T::ZERO);
-        let (d, r2) = distance(isa, source, x);
-        let (mut k, mut g, mut b) = (zero, zero, zero);
-        let square = lane(isa, r2);
+        let mut d = *source;
+        let mut square = T::ZERO;
+        for (k, (d, &x)) in d.iter_mut().zip(x).enumerate() {
+            *d = *d - x;
+            square = if k == 0 { *d * *d } else { *d * *d + square };
+        }
+        let (mut k, mut g, mut b) = (T::ZERO, T::ZERO, T::ZERO);
         if square < *self.kernel.edge() {
             let Some(inside) = self.kernel.inside() else { return };
             let t = inside.t(square);
             if self.gradient {
-                g = isa.splat(mass * inside.gradient_at(t));
+                g = mass * inside.gradient_at(t);
             }
             if FULL && self.potential {
-                k = isa.splat(inside.potential_at::<D>(t, square));
+                k = inside.potential_at::<D>(t, square);
             }
             if self.laplacian {
-                b = isa.splat(inside.density_at(t));
+                b = inside.density_at(t);
             }
-        } else {
-            let (e, mass, d, r2) = (isa.splat(*self.kernel.log_exponent()), isa.splat(mass), [d], [r2]);
-            [(k, g)] = match (FULL && self.potential, self.gradient) {
-                (true, true) => outside::<T, I, D, 1, true, true>(isa, e, mass, &d, &r2),
-                (true, false) => outside::<T, I, D, 1, true, false>(isa, e, mass, &d, &r2),
-                (false, true) => outside::<T, I, D, 1, false, true>(isa, e, mass, &d, &r2),
-                (false, false) => return,
-            };
-        }
-        let mass = isa.splat(mass);
-        let add = |sum: &mut I::V, lost: &mut I::V, x: I::V, y: I::V| {
-            if FULL && self.compensated {
-                accumulate::<T, I, true>(isa, sum, lost, x, y);
+        } else if FULL && self.potential {
+            let d = [d.map(|d| isa.splat(d))];
+            let (e, mass, r2) = (isa.splat(*self.kernel.log_exponent()), isa.splat(mass), [isa.splat(square)]);
+            let [(value, factor)] = if self.gradient {
+                outside::<T, I, D, 1, true, true>(isa, e, mass, &d, &r2)
             } else {
-                accumulate::<T, I, false>(isa, sum, lost, x, y);
+                outside::<T, I, D, 1, true, false>(isa, e, mass, &d, &r2)
+            };
+            (k, g) = (lane(isa, value), lane(isa, factor));
+        } else if self.gradient {
+            g = far_gradient::<T, D>(mass, square);
+        } else {
+            return;
+        }
+        let add = |sum: &mut T, lost: &mut T, x: T, y: T| {
+            let term = x * y;
+            if FULL && self.compensated {
+                // The addition's error (Knuth's two-sum).
+                let total = *sum + term;
+                let back = total - *sum;
+                *lost += (*sum - (total - back)) + (term - back);
+                *sum = total;
+            } else {
+                *sum = term + *sum;
             }
         };
         // What is not wanted adds zeros, which costs less flash than asking.

@@ -179,15 +179,15 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
             return Err(Error::WorkspaceTooSmall);
         }
         let (head, records, tables) = lay::<T>(&mut Carve::new(memory)?, size)?;
-        let (start, rest) = records.split_at_mut_checked(START).ok_or(Error::WorkspaceTooSmall)?;
-        let (term_records, part_records) =
-            rest.split_at_mut_checked(MAX_TERMS * TERM).ok_or(Error::WorkspaceTooSmall)?;
-        for (term, slot) in terms.iter().zip(term_records.as_chunks_mut::<TERM>().0) {
-            let (kind, parameter) = term.law.to_numbers();
-            *slot = [kind, parameter, term.coefficient];
-        }
+        let (start, rest) = records.split_first_chunk_mut::<START>().ok_or(Error::WorkspaceTooSmall)?;
         let (mut newtonian, mut used, mut error) = (0.0, 0_usize, 0.0);
         if cfg!(feature = "kernels") {
+            let (term_records, part_records) =
+                rest.split_at_mut_checked(MAX_TERMS * TERM).ok_or(Error::WorkspaceTooSmall)?;
+            for (term, slot) in terms.iter().zip(term_records.as_chunks_mut::<TERM>().0) {
+                let (kind, parameter) = term.law.to_numbers();
+                *slot = [kind, parameter, term.coefficient];
+            }
             let delta = delta.to_f64();
             let profile = Profile::new(mollifier, D);
             let mut builder = Builder::new(tables);
@@ -213,21 +213,23 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
             }
             builder.finish(D, delta)?;
             error = builder.error;
-        } else if let [only] = terms {
+        } else if let ([only], Some(slot)) = (terms, rest.first_chunk_mut::<TERM>()) {
+            // Newtonian, whose numbers are zero.
             newtonian = only.coefficient;
+            *slot = [0.0, 0.0, newtonian];
         }
-        let newtonian = T::from_f64(newtonian);
+        let newtonian = T::from_wide(newtonian);
         if !newtonian.is_finite() {
             return Err(Error::OutOfDomain);
         }
-        let values = [f64::from_bits(length.bits()), f64::from_bits(newtonian.bits()), error];
-        start.iter_mut().zip(values).for_each(|(slot, v)| *slot = v);
+        *start = [f64::from_bits(length.bits()), f64::from_bits(newtonian.bits()), error];
         let (kind, order, exponent) = match mollifier {
             Mollifier::None => (0, 0, 0),
             Mollifier::Compact { order, exponent } => (1, order, exponent),
             Mollifier::Gaussian { order } => (2, order, 0),
         };
-        let values = [
+        let head = head.first_chunk_mut::<HEAD>().ok_or(Error::WorkspaceTooSmall)?;
+        *head = [
             MAGIC,
             VERSION,
             u64::from(T::BYTES),
@@ -237,7 +239,6 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
             size as u64,
             u64::from(exponent << 16 | order << 8 | kind),
         ];
-        head.iter_mut().zip(values).for_each(|(slot, v)| *slot = v);
         Ok(())
     }
 

@@ -19,24 +19,24 @@ pub struct Blob<T: Real, const D: usize> {
     mollifier: Mollifier,
     delta: T,
     length: Distance<T>,
-    shape: Shape<T>,
+    shape: Shape<T, D>,
 }
 
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Shape<T> {
+pub(super) enum Shape<T, const D: usize> {
     None,
-    Compact(Compact<T>),
+    Compact(Compact<T, D>),
     Gaussian(Gaussian),
 }
 
 /// Where a distance lies, and so which formula holds.
-pub(super) enum Place<'a, T> {
+pub(super) enum Place<'a, T, const D: usize> {
     /// At zero distance from an unmollified particle.
     Coincident,
     /// Where the field is exactly Newtonian.
-    Outside(Newtonian<T>),
-    Compact(Inside<'a, T>),
-    Gaussian(Around<T>),
+    Outside(Newtonian<T, D>),
+    Compact(Inside<'a, T, D>),
+    Gaussian(Around<T, D>),
 }
 
 impl<T: Real, const D: usize> Blob<T, D> {
@@ -61,7 +61,7 @@ impl<T: Real, const D: usize> Blob<T, D> {
         let delta = Self::check(mollifier, delta)?;
         let shape = match mollifier {
             Mollifier::None => Shape::None,
-            Mollifier::Compact { order, exponent } => Shape::Compact(Compact::new::<D>(order, exponent)),
+            Mollifier::Compact { order, exponent } => Shape::Compact(Compact::new(order, exponent)),
             Mollifier::Gaussian { order } => Shape::Gaussian(Gaussian::new(D, order)),
         };
         Ok(Self { mollifier, delta, length: Distance::new(delta), shape })
@@ -83,7 +83,7 @@ impl<T: Real, const D: usize> Blob<T, D> {
     #[must_use]
     pub fn polynomials(&self) -> Option<Polynomials<T>> {
         match &self.shape {
-            Shape::Compact(shape) => Some(Polynomials::new(D, &shape.series, self.delta)),
+            Shape::Compact(shape) => Some(Polynomials::new(&shape.series, self.delta)),
             Shape::None | Shape::Gaussian(_) => None,
         }
     }
@@ -154,7 +154,7 @@ impl<T: Real, const D: usize> Blob<T, D> {
         if r.is_finite() { self.place(Distance::new(r)).value(quantity).round() } else { T::NAN }
     }
 
-    pub(super) fn shape(&self) -> &Shape<T> {
+    pub(super) fn shape(&self) -> &Shape<T, D> {
         &self.shape
     }
 
@@ -162,17 +162,17 @@ impl<T: Real, const D: usize> Blob<T, D> {
         &self.length
     }
 
-    pub(super) fn place(&self, r: Distance<T>) -> Place<'_, T> {
+    pub(super) fn place(&self, r: Distance<T>) -> Place<'_, T, D> {
         match &self.shape {
             Shape::None if r.is_zero() => Place::Coincident,
-            Shape::Gaussian(shape) if cfg!(feature = "gaussian") => Place::Gaussian(shape.place(D, self.length, r)),
-            Shape::Compact(shape) if !r.exceeds(&self.length) => Place::Compact(shape.inside(D, self.length, r)),
-            _ => Place::Outside(Newtonian { dimension: D, r }),
+            Shape::Gaussian(shape) if cfg!(feature = "gaussian") => Place::Gaussian(shape.place(self.length, r)),
+            Shape::Compact(shape) if !r.exceeds(&self.length) => Place::Compact(shape.inside(self.length, r)),
+            _ => Place::Outside(Newtonian { r }),
         }
     }
 }
 
-impl<T: Real> Place<'_, T> {
+impl<T: Real, const D: usize> Place<'_, T, D> {
     pub fn value(&self, quantity: Quantity) -> Scaled<T> {
         match self {
             Self::Outside(newtonian) => newtonian.value(quantity),

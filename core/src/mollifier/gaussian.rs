@@ -90,16 +90,15 @@ impl Gaussian {
         sum * gamma / T::from_i32(self.denominator)
     }
 
-    pub fn place<T: Real>(self, dimension: usize, delta: Distance<T>, r: Distance<T>) -> Around<T> {
-        Around { shape: self, dimension, delta, r, ratio: r.squared().over(delta.squared()) }
+    pub fn place<T: Real, const D: usize>(self, delta: Distance<T>, r: Distance<T>) -> Around<T, D> {
+        Around { shape: self, delta, r, ratio: r.squared().over(delta.squared()) }
     }
 }
 
 /// A place at some distance.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Around<T> {
+pub(super) struct Around<T, const D: usize> {
     shape: Gaussian,
-    dimension: usize,
     delta: Distance<T>,
     r: Distance<T>,
     /// (r/delta)^2
@@ -134,7 +133,7 @@ impl<T: Real> Kummer<T> {
     }
 }
 
-impl<T: Real> Around<T> {
+impl<T: Real, const D: usize> Around<T, D> {
     pub fn value(&self, quantity: Quantity) -> Scaled<T> {
         match quantity {
             Quantity::Density => self.density(),
@@ -150,7 +149,7 @@ impl<T: Real> Around<T> {
     fn sum(&self, near: impl Fn(&Kummer<T>, i32) -> Scaled<T>, far: impl Fn() -> Scaled<T>) -> Scaled<T> {
         self.weighted(|c| {
             let xi = self.ratio.shift(-c).double_word();
-            if xi.hi > T::from_i32(T::DIGITS as i32) { far() } else { near(&Kummer::new(self.dimension, xi), c) }
+            if xi.hi > T::from_i32(T::DIGITS as i32) { far() } else { near(&Kummer::new(D, xi), c) }
         })
     }
 
@@ -165,7 +164,7 @@ impl<T: Real> Around<T> {
     /// pi^(N/2) L^power for L^2 = 2^log_square delta^2.
     fn norm(&self, log_square: i32, power: u32) -> Scaled<T> {
         let pi = DoubleWord::pi();
-        let pi = if self.dimension == 1 { pi.sqrt() } else { pi };
+        let pi = if D == 1 { pi.sqrt() } else { pi };
         // In 1D log_square is even, in 2D the power is.
         self.delta.power(power).scale(pi).shift(log_square * power as i32 / 2)
     }
@@ -184,15 +183,15 @@ impl<T: Real> Around<T> {
     }
 
     fn density(&self) -> Scaled<T> {
-        self.decaying(self.dimension as u32)
+        self.decaying(D as u32)
     }
 
     fn density_slope(&self) -> Scaled<T> {
-        self.decaying(self.dimension as u32 + 2).times(Scaled::from(-T::TWO))
+        self.decaying(D as u32 + 2).times(Scaled::from(-T::TWO))
     }
 
     fn gradient(&self) -> Scaled<T> {
-        let n = self.dimension as u32;
+        let n = D as u32;
         let near = |kummer: &Kummer<T>, c: i32| {
             Scaled::new(kummer.lower, 0).over(self.norm(c, n)).over(Scaled::from(T::from_i32(n as i32)))
         };
@@ -200,7 +199,7 @@ impl<T: Real> Around<T> {
     }
 
     fn hessian(&self) -> Scaled<T> {
-        let n = self.dimension as u32;
+        let n = D as u32;
         let near = |kummer: &Kummer<T>, c: i32| {
             let factor = Scaled::from(-T::TWO).over(Scaled::from(T::from_i32(n as i32 + 2)));
             Scaled::new(kummer.upper, 0).times(factor).over(self.norm(c, n + 2))
@@ -209,7 +208,7 @@ impl<T: Real> Around<T> {
     }
 
     fn potential(&self) -> Scaled<T> {
-        if self.dimension == 1 {
+        if D == 1 {
             let near = |kummer: &Kummer<T>, c: i32| {
                 let rise = kummer.decay + kummer.xi * kummer.lower * T::TWO;
                 // L / (2 sqrt(pi)) = L^2 / (2 sqrt(pi) L)
@@ -228,10 +227,10 @@ impl<T: Real> Around<T> {
 
     /// S_N r^N g.
     fn enclosed_mass(&self) -> Scaled<T> {
-        self.gradient().times(sphere(self.dimension)).times(self.r.power(self.dimension as u32))
+        self.gradient().times(sphere(D)).times(self.r.power(D as u32))
     }
 
-    fn newtonian(&self) -> Newtonian<T> {
-        Newtonian { dimension: self.dimension, r: self.r }
+    fn newtonian(&self) -> Newtonian<T, D> {
+        Newtonian { r: self.r }
     }
 }

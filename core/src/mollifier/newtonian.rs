@@ -7,12 +7,11 @@ use crate::real::{DoubleWord, Real};
 
 /// The field of a unit particle at distance r > 0.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Newtonian<T> {
-    pub dimension: usize,
+pub(super) struct Newtonian<T, const D: usize> {
     pub r: Distance<T>,
 }
 
-impl<T: Real> Newtonian<T> {
+impl<T: Real, const D: usize> Newtonian<T, D> {
     pub fn value(&self, quantity: Quantity) -> Scaled<T> {
         match quantity {
             Quantity::Density | Quantity::DensitySlope => Scaled::ZERO,
@@ -25,7 +24,7 @@ impl<T: Real> Newtonian<T> {
 
     /// |x|/2, log|x|/(2 pi), -1/(4 pi |x|).
     pub fn potential(&self) -> Scaled<T> {
-        match self.dimension {
+        match D {
             1 => self.r.length().shift(-1),
             2 => Scaled::new(self.r.log(), 0).over(sphere(2)),
             _ => Scaled::from(-T::ONE).over(sphere::<T>(3).times(self.r.length())),
@@ -34,11 +33,11 @@ impl<T: Real> Newtonian<T> {
 
     /// 1 / (S_N r^N).
     pub fn gradient(&self) -> Scaled<T> {
-        Scaled::from(T::ONE).over(sphere::<T>(self.dimension).times(self.r.power(self.dimension as u32)))
+        Scaled::from(T::ONE).over(sphere::<T>(D).times(self.r.power(D as u32)))
     }
 
     /// -N / (S_N r^(N+2)).
     pub fn hessian(&self) -> Scaled<T> {
-        self.gradient().over(self.r.squared()).scale(DoubleWord::from(-T::from_usize(self.dimension)))
+        self.gradient().over(self.r.squared()).scale(DoubleWord::from(-T::from_usize(D)))
     }
 }

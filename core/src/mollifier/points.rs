@@ -90,7 +90,7 @@ impl<T: Real, const D: usize> Blob<T, D> {
         }
     }
 
-    fn at<R>(&self, x: &[T; D], not_finite: R, function: impl Fn(&Distance<T>, &Place<'_, T>) -> R) -> R {
+    fn at<R>(&self, x: &[T; D], not_finite: R, function: impl Fn(&Distance<T>, &Place<'_, T, D>) -> R) -> R {
         if !x.iter().all(|c| c.is_finite()) {
             return not_finite;
         }

@@ -74,15 +74,14 @@ pub(crate) enum Polynomial {
 ///
 /// Those of G are held. Every other one is made of one or two of them where it is used, which keeps the value small.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Exact<T> {
-    dimension: usize,
+pub(super) struct Exact<T, const D: usize> {
     exponent: usize,
     gradient: Series<DoubleWord<T>>,
 }
 
-impl<T: Real> Exact<T> {
+impl<T: Real, const D: usize> Exact<T, D> {
     /// The coefficients of a mollifier that [`Mollifier::check`](super::Mollifier::check) accepts.
-    pub fn new<const D: usize>(order: u32, exponent: u32) -> Self {
+    pub fn new(order: u32, exponent: u32) -> Self {
         let (m, half_order) = (exponent as usize, order as usize / 2);
         let small = |n: usize| T::from_usize(n);
         let mut gradient = Series::empty(DoubleWord::ZERO);
@@ -102,7 +101,7 @@ impl<T: Real> Exact<T> {
                 *top = *top * sum / below;
             }
         }
-        Self { dimension: D, exponent: m, gradient }
+        Self { exponent: m, gradient }
     }
 
     fn g(&self, k: usize) -> DoubleWord<T> {
@@ -120,13 +119,13 @@ impl<T: Real> Exact<T> {
         match of {
             // (N + 2k) g_k - 2 (k+1) g_(k+1); below k = M it is zero exactly
             Polynomial::Density if k < self.exponent => DoubleWord::ZERO,
-            Polynomial::Density => self.g(k) * small(self.dimension + 2 * k) - self.above(k),
+            Polynomial::Density => self.g(k) * small(D + 2 * k) - self.above(k),
             Polynomial::DensitySlope => -(self.coefficient(Polynomial::Density, k + 1) * small(2 * (k + 1))),
             Polynomial::Gradient => self.g(k),
             Polynomial::Hessian => -self.above(k),
             Polynomial::Potential if k > 0 => -(self.g(k - 1) / small(2 * k)),
             // At the edge: 2 - N
-            Polynomial::Potential => (T::TWO - small(self.dimension)).into(),
+            Polynomial::Potential => (T::TWO - small(D)).into(),
         }
     }
 
@@ -199,12 +198,12 @@ pub struct Polynomials<T> {
 }
 
 impl<T: Real> Polynomials<T> {
-    pub(super) fn new(dimension: usize, exact: &Exact<T>, delta: T) -> Self {
+    pub(super) fn new<const D: usize>(exact: &Exact<T, D>, delta: T) -> Self {
         let plain = |of: Polynomial| exact.plain(of);
         let length = Distance::new(delta);
-        let scale = Scaled::from(T::ONE).over(sphere(dimension).times(length.power(dimension as u32)));
+        let scale = Scaled::from(T::ONE).over(sphere(D).times(length.power(D as u32)));
         let square = length.squared();
-        let offset = if dimension == 2 { Scaled::new(length.log(), 0).over(sphere(2)).round() } else { T::ZERO };
+        let offset = if D == 2 { Scaled::new(length.log(), 0).over(sphere(2)).round() } else { T::ZERO };
         Self {
             density: plain(Polynomial::Density),
             density_slope: plain(Polynomial::DensitySlope),

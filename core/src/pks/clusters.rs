@@ -33,7 +33,7 @@ const FEW: usize = 24;
 /// Particles whose moments are summed together: few roundings, and they are in the nearest cache for the second pass.
 const TOGETHER: usize = 64;
 /// Particles that are read before they are looked at pair by pair; they lie on the stack.
-const AHEAD: usize = if cfg!(feature = "small") { 8 } else { 64 };
+const AHEAD: usize = if cfg!(feature = "small") { 2 } else { 64 };
 
 /// The mesh that the search starts from, and the isolation it asks for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -287,6 +287,7 @@ struct Mesh<T> {
 }
 
 impl<T: Real> Mesh<T> {
+    #[cfg_attr(feature = "small", inline(never))]
     fn new(search: &Search<T>, positions: &[[T; 2]], step: u64) -> Self {
         let first = positions.first().copied().unwrap_or_default();
         let (mut low, mut high) = positions.iter().fold((first, first), |(low, high), x| {
@@ -315,13 +316,8 @@ impl<T: Real> Mesh<T> {
         } else {
             (cell * cells, [T::HALF; 2])
         };
-        let origin = core::array::from_fn(|k| {
-            let (low, extent, free) = match (low, extent, free) {
-                ([l, _], [e, _], [f, _]) if k == 0 => (l, e, f),
-                ([_, l], [_, e], [_, f]) => (l, e, f),
-            };
-            low - free * (side - extent).max(T::ZERO)
-        });
+        let corner = |low: T, extent: T, free: T| low - free * (side - extent).max(T::ZERO);
+        let origin = [corner(low[0], extent[0], free[0]), corner(low[1], extent[1], free[1])];
         Self { origin, side, scale: T::ONE.ldexp(32) / side, coarsest: levels }
     }
 
@@ -338,16 +334,15 @@ impl<T: Real> Mesh<T> {
     #[inline]
     fn cell(&self, x: &[T; 2]) -> [u32; 2] {
         // Conversions saturate.
-        [0, 1].map(|k| {
-            let (x, origin) = if k == 0 { (x[0], self.origin[0]) } else { (x[1], self.origin[1]) };
-            ((x - origin) * self.scale).to_u32()
-        })
+        let at = |x: T, origin: T| ((x - origin) * self.scale).to_u32();
+        [at(x[0], self.origin[0]), at(x[1], self.origin[1])]
     }
 }
 
 impl<T: Real> Mesh<T> {
     /// The key of the first sixteen levels in the high half, `i` in the low half.
-    #[inline]
+    #[cfg_attr(feature = "small", inline(never))]
+    #[cfg_attr(not(feature = "small"), inline)]
     fn word(&self, x: &[T; 2], i: usize) -> u64 {
         let [cx, cy] = self.cell(x);
         u64::from(interleave(cx >> 16, cy >> 16)) << 32 | i as u64
@@ -506,19 +501,28 @@ impl<T: Real> Tree<'_, '_, T> {
         while from + 1 < count {
             // Read in a loop that does nothing else, so that many scattered reads are under way at once.
             let mut near = [([T::ZERO; 2], T::ZERO); AHEAD];
-            let members = self.members(first + from, AHEAD.min(count - from));
-            near.iter_mut().zip(members).for_each(|(to, member)| *to = member);
+            if cfg!(not(feature = "small")) {
+                let members = self.members(first + from, AHEAD.min(count - from));
+                near.iter_mut().zip(members).for_each(|(to, member)| *to = member);
+            }
             for (k, pair) in (first + from..first + count - 1).zip(near.windows(2)) {
                 let after = level(k + 2);
                 if here > before && here > after && here >= self.mesh.coarsest {
                     let node = Node { level: here, first: k as u32, clusters: self.found as u32, ..Node::default() };
-                    let moments = Moments::of(pair.iter().copied());
+                    let moments =
+                        if cfg!(feature = "small") { self.moments(k, 2) } else { Moments::of(pair.iter().copied()) };
                     self.test(&node, 2, &moments, Some(before.max(after)));
                 }
                 (before, here) = (here, after);
             }
             from += AHEAD - 1;
         }
+    }
+
+    /// The moments of a few particles in the sorted order.
+    #[cfg_attr(feature = "small", inline(never))]
+    fn moments(&self, first: usize, count: usize) -> Moments<T> {
+        Moments::of(self.members(first, count))
     }
 
     /// Adds the particles of a cell none of whose nodes is of interest: one, or too light ones. Given are the first, how many they are, and
@@ -586,7 +590,8 @@ impl<T: Real> Tree<'_, '_, T> {
     }
 
     /// Notes a node that is separated and collidable, in the place of the clusters found in it.
-    #[inline]
+    #[cfg_attr(feature = "small", inline(never))]
+    #[cfg_attr(not(feature = "small"), inline)]
     fn test(&mut self, node: &Node<T>, count: u32, moments: &Moments<T>, parent: Option<u32>) {
         let level = parent.map_or(0, |p| p + 1).max(self.mesh.coarsest);
         let Moments { group, spread, centre } = moments;
@@ -607,7 +612,8 @@ impl<T: Real> Tree<'_, '_, T> {
     }
 
     /// Adds the particles before `end` to the node's moments.
-    #[inline]
+    #[cfg_attr(feature = "small", inline(never))]
+    #[cfg_attr(not(feature = "small"), inline)]
     fn complete(&self, node: &mut Node<T>, moments: &mut Moments<T>, end: u32) {
         if node.known >= end {
             return;
@@ -616,7 +622,7 @@ impl<T: Real> Tree<'_, '_, T> {
         let mut from = node.known as usize;
         while from < end as usize {
             let count = TOGETHER.min(end as usize - from);
-            let part = Moments::of(self.members(from, count));
+            let part = self.moments(from, count);
             *moments = if known { moments.with(&part) } else { part };
             known = true;
             from += count;
@@ -666,6 +672,7 @@ fn gather<T: Real>(
 
 /// Sorts the particles by their cells at the finest level, and says how many levels neighbours share. They come in the order of their first
 /// levels, or they are few.
+#[cfg_attr(feature = "small", inline(never))]
 fn order<T: Real>(mesh: &Mesh<T>, places: &[[T; 2]], scratch: &mut Scratch<'_, T>) {
     let Scratch { words, spare, counts, shared, .. } = scratch;
     // The state's arrays may have shrunk since the scratch was laid out.

@@ -126,7 +126,7 @@ impl<'w, T: Real> Queue<'w, T> {
             let members = found.members_mut(first, count);
             let Some((label, mass)) = merge(state, members, absorbed) else { return Err(Error::NotPrepared) };
             *slot = Event {
-                time: counters.time + tau.to_f64(),
+                time: tau.add_to(counters.time),
                 label,
                 mass: mass.to_f64(),
                 index: index.to_f64(),

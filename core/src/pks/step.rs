@@ -145,6 +145,7 @@ pub struct Setting<'a, 'g, 'r, T: Real> {
 /// [`Error::WorkspaceTooSmall`], [`Error::Misaligned`], [`Error::TooLarge`] (2^32 steps or particles), those of the field and the generator,
 /// [`Error::TooManySubsteps`], [`Error::BecameNotFinite`], [`Error::Stopped`]. A stream generator may have been drawn from.
 /// [`Error::EventsFull`]: see above. [`Error::NotPrepared`]: merges are pending, but the workspace does not hold them.
+#[cfg_attr(feature = "small", inline(never))]
 pub fn step<T: Real>(
     mut state: State<'_, T>,
     counters: &mut Counters,
@@ -210,22 +211,18 @@ pub fn step<T: Real>(
     }
 
     // (2): motion, into the workspace.
-    let mut limited = *options;
+    let mut limited;
+    let mut used = options;
     if cfg!(not(feature = "small"))
         && let Attraction::Mesh(grid) = &attraction
     {
         let [h, k] = grid.mesh().spacing();
+        limited = *options;
         limited.control.width = limited.control.width.min(h).min(k);
+        used = &limited;
     }
-    let moving = Moving {
-        positions: before.0,
-        masses: before.1,
-        labels: before.2,
-        recorded,
-        options: &limited,
-        dt,
-        step: number,
-    };
+    let moving =
+        Moving { positions: before.0, masses: before.1, labels: before.2, recorded, options: used, dt, step: number };
     let moved = Moved {
         positions: arrays.moved.get_mut(..n).ok_or(Error::LengthMismatch)?,
         increments: arrays.increments.get_mut(..n).ok_or(Error::LengthMismatch)?,
@@ -265,8 +262,8 @@ struct Buffers<'s, 'w, T> {
     field: &'s mut [u8],
 }
 
-#[cfg_attr(feature = "small", inline(never))]
 /// Moves all particles: chooses the way, sums or solves the field, counts.
+#[cfg_attr(feature = "small", inline(never))]
 fn travel<T: Real>(
     moving: &Moving<'_, T>,
     moved: Moved<'_, T>,
@@ -282,11 +279,32 @@ fn travel<T: Real>(
     let executor = run.executor;
     let stop = |run: &Run<'_>| if run.should_stop.is_some_and(|stop| stop()) { Err(Error::Stopped) } else { Ok(()) };
     let mut fields = 0;
-    let (made, draws) = match (fixed, force) {
+    if cfg!(feature = "small") {
         // Where flash and stack are dear, one way is left: common sub-steps in a summed field.
-        (true, _) | (_, Attraction::None | Attraction::Mesh(_)) if cfg!(feature = "small") => {
-            return Err(Error::Unsupported);
-        }
+        let Attraction::Sum(kernel, options) = force else { return Err(Error::Unsupported) };
+        let plan = &sum_plan(*kernel, n, options)?;
+        let mut sum = |points: &[[T; 2]], slopes: &mut [[T; 2]]| {
+            stop(run)?;
+            fields += 1;
+            let outputs = Outputs { gradient: Some(slopes), ..Outputs::default() };
+            field::flow(
+                plan,
+                *kernel,
+                Sources { positions: points, masses: moving.masses },
+                points,
+                outputs,
+                buffers.field,
+                run,
+            )
+        };
+        let gradient = buffers.gradient.get_mut(..n).ok_or(Error::LengthMismatch)?;
+        let made = n as u64 * motion::together(moving, &mut sum, generator, moved, gradient)?;
+        report.fields += fields;
+        report.substeps += made;
+        report.normals += if noisy { made } else { 0 };
+        return Ok(());
+    }
+    let (made, draws) = match (fixed, force) {
         (false, Attraction::None) => (motion::frozen(moving, None, generator, moved, executor)?, 1),
         (false, Attraction::Mesh(grid)) => {
             stop(run)?;
@@ -306,7 +324,7 @@ fn travel<T: Real>(
                 stop(run)?;
                 fields += 1;
                 match (&mut *force, &plan) {
-                    (Attraction::Mesh(grid), _) if cfg!(not(feature = "small")) => {
+                    (Attraction::Mesh(grid), _) => {
                         grid.deposit(points, moving.masses, executor)?;
                         grid.solve(executor)?;
                         grid.interpolate(points, slopes, executor)
@@ -320,7 +338,7 @@ fn travel<T: Real>(
                 }
             };
             let all = n as u64;
-            if fixed && cfg!(not(feature = "small")) {
+            if fixed {
                 let stages = &mut buffers.stages.first(2 * n)?;
                 let sum: Option<&mut motion::Sum<'_, T>> = if none { None } else { Some(&mut sum) };
                 (all * motion::strang(moving, sum, generator, moved, stages)?, 2)
@@ -350,7 +368,7 @@ fn finish<T: Real>(
         arrays.queue.clear();
     }
     counters.pending = 0;
-    counters.time += dt.to_f64();
+    counters.time = dt.add_to(counters.time);
     counters.step += 1;
     Ok(())
 }

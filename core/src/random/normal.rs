@@ -7,6 +7,7 @@
 
 use crate::isa::{Level, Plain, widest};
 use crate::real::Real;
+use crate::real::single::{logarithm, series};
 
 /// The bits of 1.0; or-ed with 52 bits b they make 1 + b 2^-52.
 const ONE: u64 = 0x3FF0_0000_0000_0000;
@@ -74,58 +75,99 @@ impl<T: Real> Plain for Normals<'_, T> {
 /// Two normals from two words: the radius sqrt(-2 log u) from the first, the direction 2 pi v from the second.
 #[inline(always)]
 pub(super) fn pair<T: Real>([first, second]: [u64; 2]) -> [T; 2] {
-    let radius = (T::from_f64(-2.0) * log(open(first))).sqrt();
+    let radius = (T::from_f64(-2.0) * log(first)).sqrt();
     let [cos, sin] = direction(second);
     [radius * cos, radius * sin]
 }
 
-/// log u for a normal u in (0, 1).
+/// log u for u = (2 k + 1) 2^-53, k the word's high 52 bits.
 #[inline(always)]
-fn log<T: Real>(u: f64) -> T {
-    let c = T::from_f64;
-    // u = 2^e m with sqrt(1/2) <= m < sqrt(2).
-    let shifted = u.to_bits().wrapping_add(ONE - SQRT_HALF);
+fn log<T: Real>(word: u64) -> T {
+    // u = 2^e (1 + f) with sqrt(1/2) <= 1 + f < sqrt(2).
+    let (f, e) = if cfg!(feature = "small") && T::DIGITS <= 24 { split_whole(word) } else { split(word) };
+    logarithm(f, e)
+}
+
+/// (f, e) of [`log`].
+#[inline(always)]
+fn split<T: Real>(word: u64) -> (T, T) {
+    let shifted = open(word).to_bits().wrapping_add(ONE - SQRT_HALF);
     // The biased exponent as a number: it is or-ed into the low bits of 2^52.
-    let e = c(f64::from_bits(0x4330_0000_0000_0000 | shifted >> 52) - (4_503_599_627_370_496.0 + 1023.0));
-    let f = c(f64::from_bits((shifted & FRACTION).wrapping_add(SQRT_HALF)) - 1.0);
-    // log(1 + f) = f - f^2/2 + s (f^2/2 + R(s^2)), s = f / (2 + f); msun e_log.c.
-    let s = f / (T::TWO + f);
-    let (z, half) = (s * s, T::HALF * f * f);
-    let w = z * z;
-    let even =
-        w * (c(3.999_999_999_940_942e-1) + w * (c(2.222_219_843_214_978_4e-1) + w * c(1.531_383_769_920_937_3e-1)));
-    let odd = z
-        * (c(6.666_666_666_666_735e-1)
-            + w * (c(2.857_142_874_366_239e-1)
-                + w * (c(1.818_357_216_161_805e-1) + w * c(1.479_819_860_511_658_6e-1))));
-    let (high, low) = (c(6.931_471_803_691_238e-1), c(1.908_214_929_270_587_7e-10));
-    e * high - ((half - (s * (half + (even + odd)) + e * low)) - f)
+    let e = f64::from_bits(0x4330_0000_0000_0000 | shifted >> 52) - (4_503_599_627_370_496.0 + 1023.0);
+    let f = f64::from_bits((shifted & FRACTION).wrapping_add(SQRT_HALF)) - 1.0;
+    (T::from_f64(f), T::from_f64(e))
+}
+
+/// The same without a number in double precision.
+#[inline(always)]
+fn split_whole<T: Real>(word: u64) -> (T, T) {
+    let whole = word >> 12 << 1 | 1;
+    let zeros = whole.leading_zeros();
+    // 1 + f or its double, in units of 2^-63.
+    let scaled = whole << zeros;
+    let exponent = T::from_i32(10 - zeros as i32);
+    if scaled >> 11 & FRACTION < SQRT_HALF & FRACTION {
+        (T::from_i64((scaled ^ 1 << 63) as i64) * T::from_f64(power(-63)), exponent)
+    } else {
+        // Less 2^64, which is the number with a sign.
+        (T::from_i64(scaled as i64) * T::from_f64(power(-64)), exponent + T::ONE)
+    }
+}
+
+/// 2^n, n > -1023.
+const fn power(n: i64) -> f64 {
+    f64::from_bits(((1023 + n) as u64) << 52)
 }
 
 /// (cos, sin) of 2 pi v, v uniform: two bits choose the quadrant, 52 the angle in it from its middle.
 #[inline(always)]
 fn direction<T: Real>(word: u64) -> [T; 2] {
     let c = T::from_f64;
-    // (2 k + 1) 2^-53 - 1/2 of a quarter turn, exact; |x| < pi/4.
-    let x = c((f64::from_bits(ONE | (word << 2) >> 12) - 1.5) + f64::EPSILON / 2.0) * (T::PI * T::HALF);
+    // (2 k + 1) 2^-53 - 1/2 of a quarter turn, exact but for one rounding; |x| < pi/4.
+    let turn = if cfg!(feature = "small") && T::DIGITS <= 24 {
+        T::from_i64(((word << 2) >> 12 << 1 | 1) as i64 - (1 << 52)) * c(power(-53))
+    } else {
+        c((f64::from_bits(ONE | (word << 2) >> 12) - 1.5) + f64::EPSILON / 2.0)
+    };
+    let x = turn * (T::PI * T::HALF);
     let z = x * x;
-    // msun k_sin.c, k_cos.c.
-    let sin = x + x
-        * z
-        * (c(-1.666_666_666_666_663_2e-1)
-            + z * (c(8.333_333_333_322_49e-3)
-                + z * (c(-1.984_126_982_985_795e-4)
-                    + z * (c(2.755_731_370_707_006_8e-6)
-                        + z * (c(-2.505_076_025_340_686_3e-8) + z * c(1.589_690_995_211_55e-10))))));
-    let cos = T::ONE - T::HALF * z
-        + z * z
-            * (c(4.166_666_666_666_66e-2)
+    // msun k_sin.c, k_cos.c; k_sinf.c, k_cosf.c.
+    let (sin, cos) = if T::DIGITS > 24 {
+        (
+            c(-1.666_666_666_666_663_2e-1)
+                + z * (c(8.333_333_333_322_49e-3)
+                    + z * (c(-1.984_126_982_985_795e-4)
+                        + z * (c(2.755_731_370_707_006_8e-6)
+                            + z * (c(-2.505_076_025_340_686_3e-8) + z * c(1.589_690_995_211_55e-10))))),
+            c(4.166_666_666_666_66e-2)
                 + z * (c(-1.388_888_888_887_411e-3)
                     + z * (c(2.480_158_728_947_673e-5)
                         + z * (c(-2.755_731_435_139_066_3e-7)
-                            + z * (c(2.087_572_321_298_175e-9) + z * c(-1.135_964_755_778_819_5e-11))))));
+                            + z * (c(2.087_572_321_298_175e-9) + z * c(-1.135_964_755_778_819_5e-11))))),
+        )
+    } else {
+        (
+            series(&[2.718_311_5e-6, -1.983_933_5e-4, 8.333_329e-3, -1.666_666_6e-1], z),
+            series(&[2.439_044_9e-5, -1.388_676_4e-3, 4.166_662_3e-2], z),
+        )
+    };
+    let (sin, cos) = (x + x * z * sin, T::ONE - T::HALF * z + z * z * cos);
     // Turned by the quadrant: (c, s), (-s, c), (-c, -s), (s, -c).
     let (odd, back) = (word >> 62 & 1 == 1, word >> 63 == 1);
     let (a, b) = if odd { (-sin, cos) } else { (cos, sin) };
     if back { [-a, -b] } else { [a, b] }
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn whole_numbers_split_as_double_precision_does() {
+        let mut word = 7_u64;
+        for i in 0..100_000 {
+            word = word.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            for word in [word, word >> (i % 64), !(word >> (i % 64)), super::SQRT_HALF << 11, super::SQRT_HALF << 12] {
+                assert_eq!(super::split_whole::<f32>(word), super::split::<f32>(word), "{word:x}");
+            }
+        }
+    }
 }

@@ -1,7 +1,7 @@
 //! The scalar: f32 or f64, with what `core` lacks without `std` taken from libm.
 //!
 //! The trait is sealed. Functions that have a hardware instruction everywhere (`sqrt`) compile to it; the others are
-//! libm's, whose results do not depend on the machine.
+//! libm's or stand here, and their results do not depend on the machine.
 
 use core::fmt::{Debug, Display};
 use core::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
@@ -9,6 +9,8 @@ use core::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAss
 use crate::isa::root::{sqrt_f32, sqrt_f64};
 
 mod double_word;
+pub(crate) mod single;
+mod wide;
 
 pub use double_word::DoubleWord;
 
@@ -71,6 +73,10 @@ pub trait Real:
 
     /// The nearest value to `x`.
     fn from_f64(x: f64) -> Self;
+    /// [`Real::from_f64`] for numbers that are no constants: where flash is dear, one function for all.
+    fn from_wide(x: f64) -> Self;
+    /// `x` + `self` in double precision; where flash is dear, one function for all.
+    fn add_to(self, x: f64) -> f64;
     /// The integer part, for |x| < 2^31.
     fn to_i32(self) -> i32;
     /// The integer part, or the nearest number of 32 bits.
@@ -83,6 +89,8 @@ pub trait Real:
     fn from_usize(n: usize) -> Self;
     /// The nearest value to `n`.
     fn from_i32(n: i32) -> Self;
+    /// The nearest value to `n`.
+    fn from_i64(n: i64) -> Self;
 
     /// Neither infinite nor NaN.
     fn is_finite(self) -> bool;
@@ -151,8 +159,9 @@ pub trait Real:
 }
 
 macro_rules! real {
-    ($t:ident, $bytes:literal, $digits:literal, $max_exponent:literal, $sqrt:path,
-     $floor:ident $ceil:ident $round:ident $ldexp:ident $exp:ident $expm1:ident $log:ident $log1p:ident
+    ($t:ident, $bytes:literal, $digits:literal, $max_exponent:literal, $sqrt:path, $narrow:ident,
+     $exp:path, $log:path,
+     $floor:ident $ceil:ident $round:ident $ldexp:ident $expm1:ident $log1p:ident
      $pow:ident $sin:ident $cos:ident $erf:ident $erfc:ident $gamma:ident $log_gamma:ident) => {
         impl Real for $t {
             const ZERO: Self = 0.0;
@@ -172,6 +181,14 @@ macro_rules! real {
             #[inline(always)]
             fn from_f64(x: f64) -> Self {
                 x as $t
+            }
+            #[inline(always)]
+            fn from_wide(x: f64) -> Self {
+                wide::$narrow(x)
+            }
+            #[inline(always)]
+            fn add_to(self, x: f64) -> f64 {
+                if cfg!(feature = "small") { wide::sum(x, f64::from(self)) } else { x + f64::from(self) }
             }
             #[inline(always)]
             fn to_f64(self) -> f64 {
@@ -195,6 +212,10 @@ macro_rules! real {
             }
             #[inline(always)]
             fn from_i32(n: i32) -> Self {
+                n as $t
+            }
+            #[inline(always)]
+            fn from_i64(n: i64) -> Self {
                 n as $t
             }
             #[inline(always)]
@@ -264,7 +285,7 @@ macro_rules! real {
             }
             #[inline]
             fn exp(self) -> Self {
-                libm::$exp(self)
+                $exp(self)
             }
             #[inline]
             fn expm1(self) -> Self {
@@ -272,7 +293,7 @@ macro_rules! real {
             }
             #[inline]
             fn log(self) -> Self {
-                libm::$log(self)
+                $log(self)
             }
             #[inline]
             fn log1p(self) -> Self {
@@ -318,6 +339,7 @@ macro_rules! real {
     };
 }
 
-real!(f32, 4, 24, 127, sqrt_f32, floorf ceilf roundf ldexpf expf expm1f logf log1pf powf sinf cosf erff erfcf
-      tgammaf lgammaf);
-real!(f64, 8, 53, 1023, sqrt_f64, floor ceil round ldexp exp expm1 log log1p pow sin cos erf erfc tgamma lgamma);
+real!(f32, 4, 24, 127, sqrt_f32, narrow, single::exp, single::log, floorf ceilf roundf ldexpf expm1f log1pf powf sinf cosf
+      erff erfcf tgammaf lgammaf);
+real!(f64, 8, 53, 1023, sqrt_f64, same, libm::exp, libm::log, floor ceil round ldexp expm1 log1p pow sin cos erf erfc tgamma
+      lgamma);

@@ -17,13 +17,16 @@ pub(crate) fn euler<T: Real>() -> DoubleWord<T> {
 pub(crate) fn exp<T: Real>(x: DoubleWord<T>) -> (DoubleWord<T>, i32) {
     let bound = T::from_i32(1 << 15);
     let x = if x.hi.abs() > bound { DoubleWord::from(bound.copysign(x.hi)) } else { x };
-    let n = (x.hi / log_2::<T>().hi).round();
+    // To the nearest whole number, or at a half's edge to the one beside it.
+    let quotient = x.hi / log_2::<T>().hi;
+    let n = (quotient + T::HALF.copysign(quotient)).to_i32();
+    let whole = T::from_i32(n);
     // |r| <= 0.35; the subtraction cancels at most the leading digits of exact products.
-    let r = x - log_2::<T>() * n;
+    let r = x - log_2::<T>() * whole;
     // 1 + r (1 + r/2 (1 + r/3 ...)): 0.35^k / k! is below u^2 at k = 14 (f32), 24 (f64).
     let terms = if T::DIGITS > 24 { 24 } else { 14 };
     let m = (1..=terms).rev().fold(DoubleWord::ONE, |sum, k| DoubleWord::ONE + r * sum / T::from_i32(k));
-    (m, n.to_i32())
+    (m, n)
 }
 
 /// log x for x > 0 in the normal range: absolute error below 100 u^2, and below 2 u relative, near x = 1 too.

@@ -67,18 +67,18 @@ const NARROW: [f32; 14] = {
 /// (1 / Gamma(1 + a) - 1) / a for 0 <= a <= 1 in single precision: the Chebyshev fit of degree 8, error 3.2e-10 (60 digits).
 /// (libm's functions of single precision compute in double, which is far too much for firmware.)
 fn gamma_rise<T: Real>(a: T) -> T {
-    const FIT: [f64; 9] = [
-        0.000127558322433,
-        -0.00167003153707,
-        0.00766385512614,
-        -0.00986252141615,
-        -0.0421190396049,
-        0.166523869637,
-        -0.0420012324901,
-        -0.655878123465,
-        0.577215665221,
+    const FIT: [f32; 9] = [
+        0.00012755832,
+        -0.001_670_031_6,
+        0.0076638551,
+        -0.009_862_522,
+        -0.04211904,
+        0.16652387,
+        -0.042001232,
+        -0.6558781,
+        0.5772157,
     ];
-    FIT.iter().fold(T::ZERO, |sum, &c| sum * a + T::from_f64(c))
+    FIT.iter().fold(T::ZERO, |sum, &c| sum * a + T::from_f32(c))
 }
 
 /// log(1 + y) for y > -1, and e^y - 1, with relative accuracy near zero: libm's, in single precision from what is linked anyway.
@@ -149,8 +149,7 @@ fn exponent<T: Real>(a: T, x: T) -> T {
 /// `a^a e^{-a} / Gamma(a + 1)`.
 fn scale<T: Real>(a: T) -> T {
     if T::DIGITS <= 24 && a < T::from_i32(3) {
-        // 1 / Gamma(1 + a) = 1 / (a (a - 1) ... Gamma(1 + f)), f the fractional part. In single precision the first term left out of
-        // Stirling's series is below 2e-8 from a = 3 on.
+        // 1 / Gamma(1 + a) = 1 / (a (a - 1) ... Gamma(1 + f)), f the fractional part.
         if a == T::ZERO {
             return T::ONE;
         }
@@ -166,9 +165,16 @@ fn scale<T: Real>(a: T) -> T {
     }
     // Stirling's series; the first term left out is below 7e-16 at a = 10.
     let (r, square) = (T::ONE / a, T::ONE / (a * a));
-    let tail = [1.0 / 1188.0, -1.0 / 1680.0, 1.0 / 1260.0, -1.0 / 360.0, 1.0 / 12.0]
-        .iter()
-        .fold(T::from_f64(-691.0 / 360_360.0), |sum, &c| sum * square + T::from_f64(c));
+    let tail = if T::DIGITS > 24 {
+        [1.0 / 1188.0, -1.0 / 1680.0, 1.0 / 1260.0, -1.0 / 360.0, 1.0 / 12.0]
+            .iter()
+            .fold(T::from_f64(-691.0 / 360_360.0), |sum, &c| sum * square + T::from_f64(c))
+    } else {
+        // And below 5e-8 at a = 3.
+        [-1.0 / 1680.0, 1.0 / 1260.0, -1.0 / 360.0, 1.0 / 12.0]
+            .iter()
+            .fold(T::ZERO, |sum, &c| sum * square + T::from_f32(c))
+    };
     (-(r * tail)).exp() / (T::TWO * T::PI * a).sqrt()
 }
 

@@ -247,7 +247,7 @@ where
             // SAFETY: the host's function, with its own context and pointers alive during the call.
             unsafe { call(options.context, progress.steps, progress.positions.as_ptr().cast(), density) == 0 }
         };
-        let mut advance = Advance { dt: T::from_f64(self.dt), steps: self.steps, after_step: None };
+        let mut advance = Advance { dt: T::from_wide(self.dt), steps: self.steps, after_step: None };
         if cfg!(not(feature = "small")) {
             advance.after_step = Some(&mut after_step);
         }

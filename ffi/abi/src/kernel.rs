@@ -46,6 +46,9 @@ impl mollis_kernel_term {
         let [parameter, _] = self.parameter;
         let law = match self.kind {
             MOLLIS_KERNEL_NEWTONIAN => Law::Newtonian,
+            MOLLIS_KERNEL_POWER..=MOLLIS_KERNEL_SCREENED if cfg!(not(feature = "kernels")) => {
+                return Err(Error::Unsupported);
+            }
             MOLLIS_KERNEL_POWER => Law::Power { exponent: parameter },
             MOLLIS_KERNEL_EXPONENTIAL => Law::Exponential { length: parameter },
             MOLLIS_KERNEL_SCREENED => Law::Screened { k: parameter },

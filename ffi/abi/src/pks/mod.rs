@@ -15,7 +15,7 @@ use mollis_core::grid::Grid;
 use mollis_core::kernel::Kernel;
 use mollis_core::pks::{self, Attraction, Counters, Event, Events, Report, Setting, State, Summed};
 use mollis_core::random::{Generator, Philox};
-use mollis_core::space::ALIGN;
+use mollis_core::space::{ALIGN, Plain};
 use mollis_core::{Error, Real, Result};
 
 use crate::buffers::{Input, Output, disjoint, workspace};
@@ -37,6 +37,7 @@ enum Chosen<'k, T: Real> {
 impl<T: Real> Chosen<'_, T> {
     /// # Safety
     /// The crate's contract for `attraction` and what it points to.
+    #[cfg_attr(feature = "small", inline(never))]
     unsafe fn read(attraction: *const mollis_pks_attraction) -> Result<Self> {
         if attraction.is_null() {
             return Err(Error::NullPointer);
@@ -94,8 +95,8 @@ unsafe fn size<T: Real>(
     let bytes = Output::new(bytes, 1)?;
     // SAFETY: the caller promises the crate's contract.
     let (options, chosen, run) =
-        unsafe { (structures::read(options)?, Chosen::<T>::read(attraction)?, HostRun::read(run)?) };
-    let (own, grid) = chosen.bytes(room, &core_options(&options)?, run.workers())?;
+        unsafe { (read_options::<T>(options)?, Chosen::<T>::read(attraction)?, HostRun::read(run)?) };
+    let (own, grid) = chosen.bytes(room, &options, run.workers())?;
     // SAFETY: as above.
     unsafe { bytes.slice() }.iter_mut().for_each(|slot| *slot = own + grid);
     Ok(())
@@ -147,8 +148,8 @@ unsafe fn fetch<X: Copy>(pointer: *const X) -> Result<X> {
     Ok(unsafe { pointer.read() })
 }
 
-#[expect(clippy::too_many_arguments, reason = "the arrays of a state, and what works on them")]
-unsafe fn step<T: Real>(
+/// The arguments of a step.
+struct Call<T> {
     options: *const mollis_pks_options,
     attraction: *const mollis_pks_attraction,
     room: usize,
@@ -163,115 +164,151 @@ unsafe fn step<T: Real>(
     steps: usize,
     events: *mut mollis_pks_events,
     report: *mut mollis_pks_report,
-    memory: *mut c_void,
-    bytes: usize,
+    workspace: *mut c_void,
+    workspace_bytes: usize,
     run: *const mollis_run,
-) -> Result<()> {
-    // SAFETY: the caller promises the crate's contract, here and below.
-    let (options, chosen, run) =
-        unsafe { (structures::read(options)?, Chosen::<T>::read(attraction), HostRun::read(run)?) };
-    // Looked at where it is: moving it out would take its size of the stack once more.
-    let chosen = chosen.as_ref().map_err(|&error| error)?;
-    let mut options = core_options::<T>(&options)?;
-    if let (Chosen::Mesh(mesh, _), None, true) = (chosen, options.search.domain, cfg!(not(feature = "small"))) {
-        options.search.domain = Some([mesh.lower(), mesh.upper()]);
-    }
-    let (positions, masses) = (Output::new(positions, room)?, Output::new(masses, room)?);
-    let (labels, species) = (Output::new(labels, room)?, Output::optional(species, room)?);
-    let (counted, reported) = (Output::new(counters, 1)?, Output::optional(report, 1)?);
-    let memory = workspace(memory, bytes)?;
-    // SAFETY: as above.
-    let given = unsafe { fetch(events)? };
-    let log = Output::new(given.events, given.room)?;
-    let absorbed = Output::new(given.labels, given.labels_room)?;
-    let own_log = Input::new(events.cast::<u8>(), size_of::<mollis_pks_events>())?;
-    disjoint(
-        &[
-            Some(positions.range()),
-            Some(masses.range()),
-            Some(labels.range()),
-            species.map(Output::range),
-            Some(counted.range()),
-            reported.map(Output::range),
-            Some(log.range()),
-            Some(absorbed.range()),
-            Some(memory.range()),
-        ],
-        &[own_log.range()],
-    )?;
-    if given.written > given.room || given.labels_written > given.labels_room {
-        return Err(Error::OutOfDomain);
-    }
-    // Without a grid the step finds out by itself whether the workspace is large enough.
-    let (own, grid_bytes) =
-        if cfg!(feature = "small") { (bytes, 0) } else { chosen.bytes(room, &options, run.workers())? };
-    if bytes < own + grid_bytes {
-        return Err(Error::WorkspaceTooSmall);
-    }
-    // The built-in generator would stay linked for those who bring their own.
-    if generator.is_null() && cfg!(feature = "small") {
-        return Err(Error::Unsupported);
-    }
-    // SAFETY: as above.
-    let mut host = if generator.is_null() { None } else { Some(unsafe { HostGenerator::read(generator) }?) };
-    let mut philox = Philox::new(seed);
-    let source: &mut dyn Generator = match &mut host {
-        Some(host) => host,
-        None => &mut philox,
-    };
-    let mut done = Report::default();
-    // SAFETY: as above; counters, events and report have the same layout as core's, checked below.
-    let (positions, masses, labels, species, log, absorbed, memory, counted, events, report) = unsafe {
-        let log = log.slice();
-        let log = core::slice::from_raw_parts_mut(log.as_mut_ptr().cast::<Event>(), log.len());
-        (
-            positions.slice(),
-            masses.slice(),
-            labels.slice(),
-            species.map(|s| s.slice()),
-            log,
-            absorbed.slice(),
-            memory.slice(),
-            &mut *counters.cast::<Counters>(),
-            &mut *events,
-            if report.is_null() { &mut done } else { &mut *report.cast::<Report>() },
-        )
-    };
-    let Some((own_memory, rest)) = memory.split_at_mut_checked(own) else {
-        return Err(Error::WorkspaceTooSmall);
-    };
-    let mut state = State { positions, masses, labels, species };
-    run.enter(|run| {
-        let mut grid = match chosen {
-            Chosen::Mesh(mesh, equation) if cfg!(not(feature = "small")) => {
-                Some(Grid::prepare(rest, *mesh, *equation, run.executor.workers())?)
-            }
-            _ => None,
-        };
-        for _ in 0..steps {
-            let attraction = match (&mut grid, chosen) {
-                (Some(grid), _) => Attraction::Mesh(grid),
-                (None, Chosen::Sum(kernel, options)) => Attraction::Sum(kernel, *options),
-                _ => Attraction::None,
-            };
-            let State { positions, masses, labels, species } = &mut state;
-            pks::step(
-                State { positions, masses, labels, species: species.as_deref_mut() },
-                counted,
-                &mut *source,
-                dt,
-                Events {
-                    events: log,
-                    labels: absorbed,
-                    written: &mut events.written,
-                    labels_written: &mut events.labels_written,
-                },
-                own_memory,
-                Setting { options: &options, attraction, run, report },
-            )?;
+}
+
+/// Its arrays.
+struct Buffers<T> {
+    positions: Output<[T; 2]>,
+    masses: Output<T>,
+    labels: Output<u64>,
+    species: Option<Output<u32>>,
+    log: Output<mollis_pks_event>,
+    absorbed: Output<u64>,
+    memory: Output<u8>,
+}
+
+impl<T: Real> Call<T>
+where
+    [T; 2]: Plain,
+{
+    /// The arrays, checked. Apart from the rest, so that this takes no stack of what follows.
+    ///
+    /// # Safety
+    /// The crate's contract.
+    #[cfg_attr(feature = "small", inline(never))]
+    unsafe fn buffers(&self) -> Result<Buffers<T>> {
+        let room = self.room;
+        let (positions, masses) = (Output::new(self.positions, room)?, Output::new(self.masses, room)?);
+        let (labels, species) = (Output::new(self.labels, room)?, Output::optional(self.species, room)?);
+        let (counted, reported) = (Output::new(self.counters, 1)?, Output::optional(self.report, 1)?);
+        let memory = workspace(self.workspace, self.workspace_bytes)?;
+        // SAFETY: the caller promises the crate's contract.
+        let given = unsafe { fetch(self.events)? };
+        let log = Output::new(given.events, given.room)?;
+        let absorbed = Output::new(given.labels, given.labels_room)?;
+        let own_log = Input::new(self.events.cast::<u8>(), size_of::<mollis_pks_events>())?;
+        disjoint(
+            &[
+                Some(positions.range()),
+                Some(masses.range()),
+                Some(labels.range()),
+                species.map(Output::range),
+                Some(counted.range()),
+                reported.map(Output::range),
+                Some(log.range()),
+                Some(absorbed.range()),
+                Some(memory.range()),
+            ],
+            &[own_log.range()],
+        )?;
+        if given.written > given.room || given.labels_written > given.labels_room {
+            return Err(Error::OutOfDomain);
         }
-        Ok(())
-    })
+        Ok(Buffers { positions, masses, labels, species, log, absorbed, memory })
+    }
+
+    /// # Safety
+    /// The crate's contract.
+    unsafe fn step(self) -> Result<()> {
+        // SAFETY: the caller promises the crate's contract, here and below.
+        let (options, chosen, run) =
+            unsafe { (read_options::<T>(self.options), Chosen::<T>::read(self.attraction), HostRun::read(self.run)?) };
+        // Looked at where they are: moving them out would take their size of the stack once more.
+        let (mut options, chosen) = (options?, chosen.as_ref().map_err(|&error| error)?);
+        if let (Chosen::Mesh(mesh, _), None, true) = (chosen, options.search.domain, cfg!(not(feature = "small"))) {
+            options.search.domain = Some([mesh.lower(), mesh.upper()]);
+        }
+        // SAFETY: as above.
+        let buffers = unsafe { self.buffers()? };
+        // Without a grid the step finds out by itself whether the workspace is large enough.
+        let bytes = self.workspace_bytes;
+        let (own, grid_bytes) =
+            if cfg!(feature = "small") { (bytes, 0) } else { chosen.bytes(self.room, &options, run.workers())? };
+        if bytes < own + grid_bytes {
+            return Err(Error::WorkspaceTooSmall);
+        }
+        // The built-in generator would stay linked for those who bring their own.
+        if self.generator.is_null() && cfg!(feature = "small") {
+            return Err(Error::Unsupported);
+        }
+        let mut host = if self.generator.is_null() {
+            None
+        } else {
+            // SAFETY: as above.
+            Some(unsafe { HostGenerator::read(self.generator) }?)
+        };
+        let mut philox = Philox::new(self.seed);
+        let source: &mut dyn Generator = match &mut host {
+            Some(host) => host,
+            None => &mut philox,
+        };
+        let mut done = Report::default();
+        // SAFETY: as above; counters, events and report have the same layout as core's, which is checked beside them.
+        let (mut state, log, absorbed, memory, counted, events, report) = unsafe {
+            let log = buffers.log.slice();
+            let log = core::slice::from_raw_parts_mut(log.as_mut_ptr().cast::<Event>(), log.len());
+            let state = State {
+                positions: buffers.positions.slice(),
+                masses: buffers.masses.slice(),
+                labels: buffers.labels.slice(),
+                species: buffers.species.map(|s| s.slice()),
+            };
+            (
+                state,
+                log,
+                buffers.absorbed.slice(),
+                buffers.memory.slice(),
+                &mut *self.counters.cast::<Counters>(),
+                &mut *self.events,
+                if self.report.is_null() { &mut done } else { &mut *self.report.cast::<Report>() },
+            )
+        };
+        let (own_memory, rest) = memory.split_at_mut_checked(own).ok_or(Error::WorkspaceTooSmall)?;
+        run.enter(|run| {
+            let mut grid = match chosen {
+                Chosen::Mesh(mesh, equation) if cfg!(not(feature = "small")) => {
+                    Some(Grid::prepare(rest, *mesh, *equation, run.executor.workers())?)
+                }
+                _ => None,
+            };
+            for _ in 0..self.steps {
+                let attraction = match (&mut grid, chosen) {
+                    (Some(grid), _) => Attraction::Mesh(grid),
+                    (None, Chosen::Sum(kernel, options)) => Attraction::Sum(kernel, *options),
+                    _ => Attraction::None,
+                };
+                let State { positions, masses, labels, species } = &mut state;
+                pks::step(
+                    State { positions, masses, labels, species: species.as_deref_mut() },
+                    counted,
+                    &mut *source,
+                    self.dt,
+                    Events {
+                        events: log,
+                        labels: absorbed,
+                        written: &mut events.written,
+                        labels_written: &mut events.labels_written,
+                    },
+                    own_memory,
+                    Setting { options: &options, attraction, run, report },
+                )?;
+            }
+            Ok(())
+        })
+    }
 }
 
 /// Advances coalescing particles by `steps` steps of length dt (Zhelezov & Fatkullin, Section 3.2): finds the clusters that may collide, moves
@@ -318,28 +355,27 @@ pub unsafe extern "C" fn mollis_pks_step(
     workspace_bytes: usize,
     run: *const mollis_run,
 ) -> mollis_status {
+    let call = Call {
+        options,
+        attraction,
+        room,
+        positions,
+        masses,
+        labels,
+        species,
+        counters,
+        generator,
+        seed,
+        dt,
+        steps,
+        events,
+        report,
+        workspace,
+        workspace_bytes,
+        run,
+    };
     // SAFETY: the caller promises the crate's contract.
-    status(unsafe {
-        step(
-            options,
-            attraction,
-            room,
-            positions,
-            masses,
-            labels,
-            species,
-            counters,
-            generator,
-            seed,
-            dt,
-            steps,
-            events,
-            report,
-            workspace,
-            workspace_bytes,
-            run,
-        )
-    })
+    status(unsafe { call.step() })
 }
 
 /// As mollis_pks_step, in single precision.
@@ -363,26 +399,25 @@ pub unsafe extern "C" fn mollis_pks_step_f32(
     workspace_bytes: usize,
     run: *const mollis_run,
 ) -> mollis_status {
+    let call = Call {
+        options,
+        attraction,
+        room,
+        positions,
+        masses,
+        labels,
+        species,
+        counters,
+        generator,
+        seed,
+        dt,
+        steps,
+        events,
+        report,
+        workspace,
+        workspace_bytes,
+        run,
+    };
     // SAFETY: the caller promises the crate's contract.
-    status(unsafe {
-        step(
-            options,
-            attraction,
-            room,
-            positions,
-            masses,
-            labels,
-            species,
-            counters,
-            generator,
-            seed,
-            dt,
-            steps,
-            events,
-            report,
-            workspace,
-            workspace_bytes,
-            run,
-        )
-    })
+    status(unsafe { call.step() })
 }

@@ -99,8 +99,15 @@ pub unsafe extern "C" fn mollis_pks_options_init(options: *mut mollis_pks_option
     status(unsafe { options::init(options, size) })
 }
 
-pub(super) fn core_options<T: Real>(options: &mollis_pks_options) -> Result<pks::Options<T>> {
-    let mut out = pks::Options::new(T::from_f64(options.chi), T::from_f64(options.noise));
+/// The caller's options, checked.
+///
+/// # Safety
+/// The crate's contract for `options`.
+#[cfg_attr(feature = "small", inline(never))]
+pub(super) unsafe fn read_options<T: Real>(options: *const mollis_pks_options) -> Result<pks::Options<T>> {
+    // SAFETY: the caller promises the crate's contract.
+    let options = unsafe { options::read(options)? };
+    let mut out = pks::Options::new(T::from_wide(options.chi), T::from_wide(options.noise));
     out.law = match options.law {
         MOLLIS_PKS_LAW_EXACT => CollisionLaw::Exact,
         MOLLIS_PKS_LAW_PRINTED => CollisionLaw::Printed,
@@ -117,18 +124,18 @@ pub(super) fn core_options<T: Real>(options: &mollis_pks_options) -> Result<pks:
         MOLLIS_PKS_SCHEME_STRANG_RK4 => Scheme::StrangRk4,
         _ => return Err(Error::UnknownValue),
     };
-    out.gamma = T::from_f64(options.gamma);
-    out.probability = T::from_f64(options.probability);
+    out.gamma = T::from_wide(options.gamma);
+    out.probability = T::from_wide(options.probability);
     // By bits, as a comparison of doubles is a function where there are none.
-    let zero = |x: f64| x.to_bits() << 1 == 0;
-    out.control.width = if zero(options.width) { T::INFINITY } else { T::from_f64(options.width) };
+    let zero = |x: f64| x.to_bits() as u32 | ((x.to_bits() >> 32) as u32) << 1 == 0;
+    out.control.width = if zero(options.width) { T::INFINITY } else { T::from_wide(options.width) };
     out.control.at_least = options.at_least;
     out.control.at_most = options.at_most;
-    out.search.separation = T::from_f64(options.separation);
+    out.search.separation = T::from_wide(options.separation);
     out.search.mesh = options.mesh;
     out.search.shifted = options.shifted != 0;
     if !options.domain.iter().all(|&x| zero(x)) {
-        let [a, b, c, d] = options.domain.map(T::from_f64);
+        let [a, b, c, d] = options.domain.map(T::from_wide);
         out.search.domain = Some([[a, b], [c, d]]);
     }
     out.check()?;
