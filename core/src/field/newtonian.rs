@@ -171,26 +171,35 @@ pub(super) struct Softened<C> {
 }
 
 impl<T: Real> Softened<T> {
+    /// Without a mollifier, in no units yet.
+    pub const NONE: Self = Self { edge: T::ZERO, inside: None, log_exponent: T::ZERO };
+
     /// Prepares the numbers, in units of which delta is at most about 1; without `P` not those of the potential.
-    #[cfg_attr(feature = "small", inline(never))]
     pub fn new<const D: usize, const P: bool>(blob: &Blob<T, D>, units: Units<T>) -> Self {
+        let mut this = Self::NONE;
+        this.prepare::<D, P>(blob, units);
+        this
+    }
+
+    /// As [`Softened::new`], where it is: stacks may be short.
+    #[cfg_attr(feature = "small", inline(never))]
+    pub fn prepare<const D: usize, const P: bool>(&mut self, blob: &Blob<T, D>, units: Units<T>) {
         let least = power_of_two::<T>(-least_square_exponent::<T>());
         let delta = blob.delta() * power_of_two(units.position);
         let square = delta * delta;
-        // Filled where it is: stacks may be short.
-        let mut this = Self { edge: least, inside: None, log_exponent: T::from_i32(units.position.saturating_mul(-2)) };
+        self.edge = least;
+        self.log_exponent = T::from_i32(units.position.saturating_mul(-2));
         match blob.mollifier() {
             Mollifier::Compact { .. } if square >= least => {
-                this.edge = square;
-                Self::shape::<D, P>(this.inside.insert(Inside::NONE), blob, delta);
+                self.edge = square;
+                Self::shape::<D, P>(self.inside.get_or_insert(Inside::NONE), blob, delta);
             }
             Mollifier::Gaussian { .. } if cfg!(feature = "gaussian") => {
                 let support = blob.delta() * T::from_f64(GAUSSIAN_SUPPORT) * power_of_two(units.position);
-                this.edge = least.max(support * support);
+                self.edge = least.max(support * support);
             }
             _ => {}
         }
-        this
     }
 
     /// A compact mollifier inside its support.

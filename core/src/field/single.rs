@@ -18,6 +18,9 @@ use crate::space::Carve;
 /// Targets between two questions whether to stop.
 const TASK: usize = 128;
 
+const PLAIN: Options =
+    Options { accumulation: Accumulation::Blocked, combination: (1.0, 0.0), tolerance: 0.0, method: None };
+
 /// Overwrites the outputs.
 ///
 /// Not `FULL`: no potential is wanted, the options are the defaults. What the others need is then not linked.
@@ -26,86 +29,89 @@ pub(super) fn sums<T: Real, const D: usize, const FULL: bool>(
     workspace: &mut [u8],
     run: &mut Run<'_>,
 ) -> Result<()> {
-    Level::Portable.run(Sum::<T, D, FULL> { call, workspace, run })
+    let units = call.units();
+    let Call { kernel, options, sources, targets, mut outputs } = call;
+    let mut packed = Packed::<T, D>::lay(&mut Carve::reopen(workspace)?, sources.positions.len())?;
+    packed.fill_tame(units, sources.positions, sources.masses);
+    let mut softened = Softened::NONE;
+    softened.prepare::<D, FULL>(kernel.blob, units);
+    if kernel.blob.mollifier() != Mollifier::None && !softened.has_polynomials() {
+        return Err(Error::Unsupported);
+    }
+    let scales = Scales::new::<D>(kernel.coefficient, units, if FULL { options } else { &PLAIN });
+    let compensated = FULL && options.accumulation == Accumulation::Compensated;
+    let wanted = outputs.wanted();
+    // Compensated sums always carry both, whatever is wanted: the gradient's division is then the logarithm's.
+    let (potential, gradient) = (FULL && wanted.potential || compensated, wanted.gradient || compensated);
+    let pair = Pair { kernel: &softened, potential, gradient, laplacian: wanted.laplacian, compensated };
+    let (positions, masses) = packed.tame();
+    for (i, target) in targets.iter().enumerate() {
+        if i % TASK == 0 && run.should_stop.is_some_and(|stop| stop()) {
+            return Err(Error::Stopped);
+        }
+        let x = units.tame_point(target);
+        let (mut total, mut sums, mut lost) = (Totals::ZERO, Totals::ZERO, Totals::ZERO);
+        for (k, (source, &mass)) in positions.iter().zip(masses).enumerate() {
+            // A compensated sum has nothing to gain from blocks.
+            if k % BLOCK == 0 && !compensated {
+                total.add(&sums);
+                sums = Totals::ZERO;
+            }
+            pair.add::<D, FULL>(&x, source, mass, &mut sums, &mut lost);
+        }
+        total.add(&sums);
+        if FULL {
+            total.add(&lost);
+            if let Some(to) = outputs.potential.as_mut().and_then(|p| p.get_mut(i)) {
+                *to = scales.value(total.potential, scales.potential);
+            }
+        }
+        if let Some(to) = outputs.gradient.as_mut().and_then(|g| g.get_mut(i)) {
+            for (to, &sum) in to.iter_mut().zip(&total.gradient) {
+                *to = scales.value(sum, scales.gradient);
+            }
+            if FULL {
+                scales.combine(to);
+            }
+        }
+        if let Some(to) = outputs.laplacian.as_mut().and_then(|l| l.get_mut(i)) {
+            *to = scales.value(total.laplacian, scales.laplacian);
+        }
+    }
+    // Solvers count nothing.
+    if FULL && let Some(counters) = run.counters.as_deref_mut() {
+        let pairs = (packed.len() as u64).saturating_mul(targets.len() as u64);
+        let massless = sources.masses.len().saturating_sub(packed.len()) as u64;
+        counters.pairs = counters.pairs.saturating_add(pairs);
+        counters.massless_sources = counters.massless_sources.saturating_add(massless);
+    }
+    Ok(())
 }
 
-const PLAIN: Options =
-    Options { accumulation: Accumulation::Blocked, combination: (1.0, 0.0), tolerance: 0.0, method: None };
-
-struct Sum<'a, 'r, T: Real, const D: usize, const FULL: bool> {
-    call: Call<'a, T, D>,
-    workspace: &'a mut [u8],
-    run: &'a mut Run<'r>,
+/// A pair outside the support whose potential is wanted too.
+struct Far<T, const D: usize> {
+    exponent: T,
+    mass: T,
+    d: [T; D],
+    square: T,
+    gradient: bool,
 }
 
-impl<T: Real, const D: usize, const FULL: bool> Job<T> for Sum<'_, '_, T, D, FULL> {
-    type Out = Result<()>;
+impl<T: Real, const D: usize> Job<T> for Far<T, D> {
+    type Out = (T, T);
 
     #[inline(always)]
-    fn run<I: Isa<T>>(self, isa: I) -> Result<()> {
-        let Self { call, workspace, run } = self;
-        let units = call.units();
-        let Call { kernel, options, sources, targets, mut outputs } = call;
-        let mut packed = Packed::<T, D>::lay(&mut Carve::reopen(workspace)?, sources.positions.len())?;
-        packed.fill_tame(units, sources.positions, sources.masses);
-        let softened = Softened::new::<D, FULL>(kernel.blob, units);
-        if kernel.blob.mollifier() != Mollifier::None && !softened.has_polynomials() {
-            return Err(Error::Unsupported);
-        }
-        let scales = Scales::new::<D>(kernel.coefficient, units, if FULL { options } else { &PLAIN });
-        let compensated = FULL && options.accumulation == Accumulation::Compensated;
-        let wanted = outputs.wanted();
-        // Compensated sums always carry both, whatever is wanted: the gradient's division is then the logarithm's.
-        let (potential, gradient) = (FULL && wanted.potential || compensated, wanted.gradient || compensated);
-        let pair = Pair { kernel: &softened, potential, gradient, laplacian: wanted.laplacian, compensated };
-        let (positions, masses) = packed.tame();
-        for (i, target) in targets.iter().enumerate() {
-            if i % TASK == 0 && run.should_stop.is_some_and(|stop| stop()) {
-                return Err(Error::Stopped);
-            }
-            let x = units.tame_point(target);
-            let (mut total, mut sums, mut lost) = (Totals::ZERO, Totals::ZERO, Totals::ZERO);
-            for (k, (source, &mass)) in positions.iter().zip(masses).enumerate() {
-                // A compensated sum has nothing to gain from blocks.
-                if k % BLOCK == 0 && !compensated {
-                    total.add(&sums);
-                    sums = Totals::ZERO;
-                }
-                pair.add::<I, D, FULL>(isa, &x, source, mass, &mut sums, &mut lost);
-            }
-            total.add(&sums);
-            if FULL {
-                total.add(&lost);
-                if let Some(to) = outputs.potential.as_mut().and_then(|p| p.get_mut(i)) {
-                    *to = scales.value(total.potential, scales.potential);
-                }
-            }
-            if let Some(to) = outputs.gradient.as_mut().and_then(|g| g.get_mut(i)) {
-                for (to, &sum) in to.iter_mut().zip(&total.gradient) {
-                    *to = scales.value(sum, scales.gradient);
-                }
-                if FULL {
-                    scales.combine(to);
-                }
-            }
-            if let Some(to) = outputs.laplacian.as_mut().and_then(|l| l.get_mut(i)) {
-                *to = scales.value(total.laplacian, scales.laplacian);
-            }
-        }
-        if let Some(counters) = run.counters.as_deref_mut() {
-            let pairs = (packed.len() as u64).saturating_mul(targets.len() as u64);
-            let massless = sources.masses.len().saturating_sub(packed.len()) as u64;
-            counters.pairs = counters.pairs.saturating_add(pairs);
-            counters.massless_sources = counters.massless_sources.saturating_add(massless);
-        }
-        Ok(())
+    fn run<I: Isa<T>>(self, isa: I) -> (T, T) {
+        let lane = |vector: I::V| isa.store(vector).first().copied().unwrap_or(T::ZERO);
+        let (e, mass) = (isa.splat(self.exponent), isa.splat(self.mass));
+        let (d, r2) = ([self.d.map(|d| isa.splat(d))], [isa.splat(self.square)]);
+        let [(value, factor)] = if self.gradient {
+            outside::<T, I, D, 1, true, true>(isa, e, mass, &d, &r2)
+        } else {
+            outside::<T, I, D, 1, true, false>(isa, e, mass, &d, &r2)
+        };
+        (lane(value), lane(factor))
     }
-}
-
-/// The number in the first lane.
-#[inline(always)]
-fn lane<T: Real, I: Isa<T>>(isa: I, vector: I::V) -> T {
-    isa.store(vector).first().copied().unwrap_or(T::ZERO)
 }
 
 /// Sums for one target, as [`super::newtonian::Sums`] are for many.
@@ -138,9 +144,8 @@ struct Pair<'a, T> {
 
 impl<T: Real> Pair<'_, T> {
     #[inline(always)]
-    fn add<I: Isa<T>, const D: usize, const FULL: bool>(
+    fn add<const D: usize, const FULL: bool>(
         &self,
-        isa: I,
         x: &[T; D],
         source: &[T; D],
         mass: T,
@@ -167,14 +172,8 @@ impl<T: Real> Pair<'_, T> {
                 b = inside.density_at(t);
             }
         } else if FULL && self.potential {
-            let d = [d.map(|d| isa.splat(d))];
-            let (e, mass, r2) = (isa.splat(*self.kernel.log_exponent()), isa.splat(mass), [isa.splat(square)]);
-            let [(value, factor)] = if self.gradient {
-                outside::<T, I, D, 1, true, true>(isa, e, mass, &d, &r2)
-            } else {
-                outside::<T, I, D, 1, true, false>(isa, e, mass, &d, &r2)
-            };
-            (k, g) = (lane(isa, value), lane(isa, factor));
+            let exponent = *self.kernel.log_exponent();
+            (k, g) = Level::Portable.run(Far { exponent, mass, d, square, gradient: self.gradient });
         } else if self.gradient {
             g = far_gradient::<T, D>(mass, square);
         } else {

@@ -71,7 +71,7 @@ pub struct Cluster<T> {
 }
 
 /// The search's part of the workspace.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Scratch<'w, T> {
     /// Morton key in the high half; in the low half the particle's place among the [`Sorted`], for members of clusters the particle.
     words: &'w mut [u64],
@@ -94,29 +94,28 @@ pub struct Scratch<'w, T> {
 }
 
 impl<'w, T: Real> Scratch<'w, T> {
-    /// Lays out the scratch for `n` particles.
+    /// Lays out the scratch for `n` particles, where it is: stacks may be short.
     ///
     /// # Errors
     /// Those of [`Space::array`]; [`Error::TooLarge`]: more particles than 32 bits count.
-    pub fn lay(space: &mut impl Space<'w>, n: usize) -> Result<Self> {
+    pub fn lay(&mut self, space: &mut impl Space<'w>, n: usize) -> Result<()> {
         u32::try_from(n).ok().filter(|&n| n < u32::MAX).ok_or(Error::TooLarge)?;
-        let many = cfg!(not(feature = "small")) && n > sort::FEW;
+        self.words = space.array(n)?;
+        // Few particles are sorted in place.
+        if cfg!(not(feature = "small")) && n > sort::FEW {
+            self.spare = space.array(n)?;
+            self.particles = space.array(n)?;
+            self.buckets = space.array(BUCKETS)?;
+            self.counts = space.array(sort::BUCKETS)?;
+        }
         let stack = if n > 0 { STACK } else { 0 };
-        Ok(Self {
-            words: space.array(n)?,
-            // Few particles are sorted in place.
-            spare: if many { space.array(n)? } else { &mut [] },
-            particles: if many { space.array(n)? } else { &mut [] },
-            buckets: if many { space.array(BUCKETS)? } else { &mut [] },
-            counts: if many { space.array(sort::BUCKETS)? } else { &mut [] },
-            nodes: space.array(stack)?,
-            weights: space.array(stack)?,
-            moments: space.array(stack)?,
-            shared: space.array(n)?,
-            ranges: space.array(n / 2)?,
-            values: space.array(n / 2)?,
-            found: 0,
-        })
+        self.nodes = space.array(stack)?;
+        self.weights = space.array(stack)?;
+        self.moments = space.array(stack)?;
+        self.shared = space.array(n)?;
+        self.ranges = space.array(n / 2)?;
+        self.values = space.array(n / 2)?;
+        Ok(())
     }
 
     /// The number of clusters of the last search.
@@ -290,14 +289,19 @@ impl<T: Real> Mesh<T> {
     #[cfg_attr(feature = "small", inline(never))]
     fn new(search: &Search<T>, positions: &[[T; 2]], step: u64) -> Self {
         let first = positions.first().copied().unwrap_or_default();
-        let (mut low, mut high) = positions.iter().fold((first, first), |(low, high), x| {
-            ([low[0].min(x[0]), low[1].min(x[1])], [high[0].max(x[0]), high[1].max(x[1])])
-        });
-        if let Some([from, to]) = search.domain {
-            low = [low[0].min(from[0]), low[1].min(from[1])];
-            high = [high[0].max(to[0]), high[1].max(to[1])];
+        let (mut low, mut high) = (first, first);
+        let mut include = |x: &[T; 2]| {
+            for ((low, high), &x) in low.iter_mut().zip(&mut high).zip(x) {
+                *low = if x < *low { x } else { *low };
+                *high = if x > *high { x } else { *high };
+            }
+        };
+        positions.iter().for_each(&mut include);
+        if let Some(corners) = &search.domain {
+            corners.iter().for_each(&mut include);
         }
-        let [nx, ny] = search.mesh.map(|n| n.max(1));
+        let [nx, ny] = search.mesh;
+        let (nx, ny) = (nx.max(1), ny.max(1));
         let extent = [high[0] - low[0], high[1] - low[1]];
         let cell = (extent[0] / T::from_usize(nx as usize)).max(extent[1] / T::from_usize(ny as usize));
         // The bounding box of a few particles is no domain: seen from it nothing is separated.

@@ -9,7 +9,7 @@ use crate::real::Real;
 use crate::space::Space;
 
 /// The collapsed clusters of a step: kept from the decision to the last merge.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Queue<'w, T> {
     /// Where the cluster's members begin, in the high half, and how many they are: in the order of their lowest labels.
     ranges: &'w mut [u64],
@@ -24,14 +24,17 @@ pub struct Queue<'w, T> {
 const MAGIC: u64 = 0x6D6F_6C6C_6973_4D71;
 
 impl<'w, T: Real> Queue<'w, T> {
-    /// Lays out the queue of `n` particles.
+    /// Lays out the queue of `n` particles, where it is.
     ///
     /// # Errors
     /// Those of [`Space::array`].
-    pub fn lay(space: &mut impl Space<'w>, n: usize) -> Result<Self> {
+    pub fn lay(&mut self, space: &mut impl Space<'w>, n: usize) -> Result<()> {
         let half = n / 2;
-        let (ranges, lowest) = (space.array(half)?, space.array(half)?);
-        Ok(Self { ranges, lowest, values: space.array(half)?, head: space.array(6)? })
+        self.ranges = space.array(half)?;
+        self.lowest = space.array(half)?;
+        self.values = space.array(half)?;
+        self.head = space.array(6)?;
+        Ok(())
     }
 
     /// Forgets a queue left in the memory.
@@ -83,8 +86,9 @@ impl<'w, T: Real> Queue<'w, T> {
         if let Some(ranges) = self.ranges.get_mut(..length) {
             sort::by_key(ranges, &|range| lowest.get((range >> 33) as usize).copied().unwrap_or(u64::MAX));
         }
-        let head = [MAGIC, counters.step, counters.count, length as u64, 0, 0];
-        self.head.iter_mut().zip(head).for_each(|(to, from)| *to = from);
+        if let Some(head) = self.head.first_chunk_mut() {
+            *head = [MAGIC, counters.step, counters.count, length as u64, 0, 0];
+        }
     }
 
     /// Merges left to do.
@@ -154,23 +158,24 @@ fn merge<T: Real>(state: &mut State<'_, T>, members: &mut [u64], absorbed: &mut 
     let (start, label) = (*state.positions.get(kept)?, *labels.get(kept)?);
     let mut mass = *state.masses.get(kept)?;
     // First moments about the kept particle, each sum with its rounding errors carried along (Kahan & Babuska).
-    let (mut sum, mut lost) = ([T::ZERO; 2], [T::ZERO; 2]);
+    let mut sums = [(T::ZERO, T::ZERO); 2];
+    let add = |(sum, lost): &mut (T, T), term: T| {
+        let total = *sum + term;
+        *lost += if sum.abs() >= term.abs() { (*sum - total) + term } else { (term - total) + *sum };
+        *sum = total;
+    };
     for (&word, to) in others.iter().zip(absorbed) {
         let k = particle(word);
         let (x, m) = (*state.positions.get(k)?, state.masses.get_mut(k)?);
-        for ((sum, lost), (a, b)) in sum.iter_mut().zip(&mut lost).zip(x.into_iter().zip(start)) {
-            let term = *m * (a - b);
-            let total = *sum + term;
-            *lost += if sum.abs() >= term.abs() { (*sum - total) + term } else { (term - total) + *sum };
-            *sum = total;
-        }
+        add(&mut sums[0], *m * (x[0] - start[0]));
+        add(&mut sums[1], *m * (x[1] - start[1]));
         mass += *m;
         *m = T::ZERO;
         *to = *labels.get(k)?;
     }
     let place = state.positions.get_mut(kept)?;
-    for (x, (sum, lost)) in place.iter_mut().zip(sum.into_iter().zip(lost)) {
-        *x += (sum + lost) / mass;
+    for (x, (sum, lost)) in place.iter_mut().zip(&sums) {
+        *x += (*sum + *lost) / mass;
     }
     *state.masses.get_mut(kept)? = mass;
     Some((label, mass))

@@ -312,9 +312,23 @@ fn jump<T: Real>(
     if noise == T::ZERO {
         return Ok(());
     }
-    // A smaller tile: this path is the firmware's, whose stack is short.
-    const FEW: usize = if cfg!(feature = "small") { 4 } else { 32 };
     let (twice, root) = (T::TWO * noise * s, s.sqrt());
+    if cfg!(feature = "small") {
+        // One by one, which draws the same from a stream.
+        for (k, ((&label, &m), x)) in moving.labels.iter().zip(moving.masses).zip(positions).enumerate() {
+            let mut normals = [[T::ZERO; 2]];
+            normals_of_labels(generator, &[label], moving.step, substep, &mut normals)?;
+            let [z] = normals;
+            let spread = (twice / m).sqrt();
+            *x = [x[0] + spread * z[0], x[1] + spread * z[1]];
+            if let (Some(1..), Some(to)) = (moving.recorded.get(k), increments.get_mut(k)) {
+                *to = [to[0] + root * z[0], to[1] + root * z[1]];
+            }
+        }
+        return Ok(());
+    }
+    // A smaller tile, for short stacks.
+    const FEW: usize = 32;
     let mut from = 0;
     while from < moving.labels.len() {
         let to = from.saturating_add(FEW).min(moving.labels.len());

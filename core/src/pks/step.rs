@@ -51,6 +51,7 @@ impl<'a, T: Real> Attraction<'a, '_, T> {
 pub type Summed<'a, T> = Option<(&'a dyn Interaction<T, 2>, field::Options)>;
 
 /// What the workspace holds. Only the queue and the clusters outlive a call, and only one that ended with [`Error::EventsFull`].
+#[derive(Default)]
 struct Arrays<'w, T> {
     queue: Queue<'w, T>,
     found: clusters::Scratch<'w, T>,
@@ -65,34 +66,33 @@ struct Arrays<'w, T> {
 
 /// The only statement of the layout. `n` is the room of the state's arrays, so that it does not change as particles merge.
 fn lay<'w, T: Real>(
+    arrays: &mut Arrays<'w, T>,
     space: &mut impl Space<'w>,
     n: usize,
-    summed: Summed<'_, T>,
+    summed: &Summed<'_, T>,
     options: &Options<T>,
     workers: usize,
-) -> Result<Arrays<'w, T>> {
+) -> Result<()> {
     let fixed = cfg!(not(feature = "small")) && options.scheme == Scheme::StrangRk4;
-    let field = match summed {
-        Some((kernel, field)) => sum_plan(kernel, n, &field)?.workspace_bytes(workers)?,
-        None => 0,
-    };
     // Nothing is searched for where nothing merges.
     let clustered = if options.merging == Merging::Never { 0 } else { n };
-    Ok(Arrays {
-        queue: Queue::lay(space, clustered)?,
-        found: clusters::Scratch::lay(space, clustered)?,
-        recorded: space.array(clustered)?,
-        moved: space.array(n)?,
-        increments: space.array(n)?,
-        substeps: space.array(motion::tiles_of(n))?,
-        gradient: space.array(if summed.is_some() && !fixed { n } else { 0 })?,
-        stages: if cfg!(feature = "small") {
-            rk4::Scratch::default()
-        } else {
-            rk4::Scratch::lay(space, if fixed { n.checked_mul(2).ok_or(Error::TooLarge)? } else { 0 })?
-        },
-        field: space.array(field)?,
-    })
+    let field = match summed {
+        Some((kernel, field)) => sum_plan(*kernel, n, field)?.workspace_bytes(workers)?,
+        None => 0,
+    };
+    arrays.queue.lay(space, clustered)?;
+    arrays.found.lay(space, clustered)?;
+    arrays.recorded = space.array(clustered)?;
+    arrays.moved = space.array(n)?;
+    arrays.increments = space.array(n)?;
+    arrays.substeps = space.array(motion::tiles_of(n))?;
+    arrays.gradient = space.array(if summed.is_some() && !fixed { n } else { 0 })?;
+    if cfg!(not(feature = "small")) {
+        let flat = if fixed { n.checked_mul(2).ok_or(Error::TooLarge)? } else { 0 };
+        arrays.stages = rk4::Scratch::lay(space, flat)?;
+    }
+    arrays.field = space.array(field)?;
+    Ok(())
 }
 
 fn sum_plan<T: Real>(kernel: &dyn Interaction<T, 2>, n: usize, options: &field::Options) -> Result<field::Plan> {
@@ -111,7 +111,7 @@ pub fn workspace_bytes<T: Real>(
     workers: usize,
 ) -> Result<usize> {
     options.check()?;
-    Measure::of(|space| lay(space, n, summed, options, workers).map(|_| ()))
+    Measure::of(|space| lay(&mut Arrays::default(), space, n, &summed, options, workers))
 }
 
 /// Everything that a step is given beside the state.
@@ -170,7 +170,9 @@ pub fn step<T: Real>(
         return Err(Error::TimeStep);
     }
     // Nothing is zeroed: what follows writes before it reads.
-    let mut arrays = lay(&mut Carve::reopen(workspace)?, room, attraction.summed(), options, run.executor.workers())?;
+    let mut arrays = Arrays::default();
+    let space = &mut Carve::reopen(workspace)?;
+    lay(&mut arrays, space, room, &attraction.summed(), options, run.executor.workers())?;
     if counters.pending > 0 {
         arrays.queue.run(&mut state, &mut arrays.found, &mut events, counters, report)?;
         return finish(&mut state, &mut arrays, counters, dt, n, true);
@@ -282,7 +284,9 @@ fn travel<T: Real>(
     if cfg!(feature = "small") {
         // Where flash and stack are dear, one way is left: common sub-steps in a summed field.
         let Attraction::Sum(kernel, options) = force else { return Err(Error::Unsupported) };
-        let plan = &sum_plan(*kernel, n, options)?;
+        // Looked at where it is: moving it out would take its size of the stack once more.
+        let plan = sum_plan(*kernel, n, options);
+        let plan = plan.as_ref().map_err(|&error| error)?;
         let mut sum = |points: &[[T; 2]], slopes: &mut [[T; 2]]| {
             stop(run)?;
             fields += 1;

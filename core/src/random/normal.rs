@@ -107,16 +107,16 @@ fn split_whole<T: Real>(word: u64) -> (T, T) {
     let scaled = whole << zeros;
     let exponent = T::from_i32(10 - zeros as i32);
     if scaled >> 11 & FRACTION < SQRT_HALF & FRACTION {
-        (T::from_i64((scaled ^ 1 << 63) as i64) * T::from_f64(power(-63)), exponent)
+        (T::from_i64((scaled ^ 1 << 63) as i64) * T::from_f32(power(-63)), exponent)
     } else {
         // Less 2^64, which is the number with a sign.
-        (T::from_i64(scaled as i64) * T::from_f64(power(-64)), exponent + T::ONE)
+        (T::from_i64(scaled as i64) * T::from_f32(power(-64)), exponent + T::ONE)
     }
 }
 
-/// 2^n, n > -1023.
-const fn power(n: i64) -> f64 {
-    f64::from_bits(((1023 + n) as u64) << 52)
+/// 2^n, n > -127.
+const fn power(n: i32) -> f32 {
+    f32::from_bits(((127 + n) as u32) << 23)
 }
 
 /// (cos, sin) of 2 pi v, v uniform: two bits choose the quadrant, 52 the angle in it from its middle.
@@ -125,7 +125,7 @@ fn direction<T: Real>(word: u64) -> [T; 2] {
     let c = T::from_f64;
     // (2 k + 1) 2^-53 - 1/2 of a quarter turn, exact but for one rounding; |x| < pi/4.
     let turn = if cfg!(feature = "small") && T::DIGITS <= 24 {
-        T::from_i64(((word << 2) >> 12 << 1 | 1) as i64 - (1 << 52)) * c(power(-53))
+        T::from_i64(((word << 2) >> 12 << 1 | 1) as i64 - (1 << 52)) * T::from_f32(power(-53))
     } else {
         c((f64::from_bits(ONE | (word << 2) >> 12) - 1.5) + f64::EPSILON / 2.0)
     };

@@ -241,11 +241,11 @@ macro_rules! real {
             }
             #[inline(always)]
             fn min(self, other: Self) -> Self {
-                $t::min(self, other)
+                if cfg!(feature = "small") { single::least(self, other) } else { $t::min(self, other) }
             }
             #[inline(always)]
             fn max(self, other: Self) -> Self {
-                $t::max(self, other)
+                if cfg!(feature = "small") { -single::least(-self, -other) } else { $t::max(self, other) }
             }
             #[inline(always)]
             fn sqrt(self) -> Self {

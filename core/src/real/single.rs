@@ -33,6 +33,12 @@ pub(crate) fn logarithm<T: Real>(f: T, e: T) -> T {
     e * high - ((half - (s * (half + r) + e * low)) - f)
 }
 
+/// The smaller one; the other one if one is NaN.
+#[cfg_attr(feature = "small", inline(never))]
+pub(super) fn least<T: Real>(a: T, b: T) -> T {
+    if a < b || b.is_nan() { a } else { b }
+}
+
 /// log x.
 pub(super) fn log(x: f32) -> f32 {
     if x.is_nan() || x <= 0.0 || x == f32::INFINITY {

@@ -66,33 +66,22 @@ fn added(a: f64, b: f64) -> f64 {
     let (a, b) = if magnitude(a) < magnitude(b) { (b, a) } else { (a, b) };
     let (large, small) = (magnitude(a), magnitude(b));
     let apart = (large >> 52).wrapping_sub(small >> 52) as u32;
-    let mut exponent = large >> 52;
-    if exponent == 0x7FF || small >> 52 == 0 {
+    if large >> 52 == 0x7FF || small >> 52 == 0 {
         return a;
     }
-    // Three bits for rounding: one is lost if the sum has another digit, two hold half a unit and what is below.
+    // Three bits for rounding, the lowest sticky; as numbers with a sign, the larger one positive.
     let significand = |bits: u64| (bits & FRACTION | 1 << 52) << 3;
-    let (mut left, right) = (significand(large), shift(significand(small), apart));
-    if (a.to_bits() ^ b.to_bits()) >> 63 == 0 {
-        left += right;
-        if left >> 56 != 0 {
-            left = shift(left, 1);
-            exponent += 1;
-        }
-    } else {
-        left -= right;
-        if left == 0 {
-            return 0.0;
-        }
-        while left >> 55 == 0 {
-            left <<= 1;
-            exponent -= 1;
-            if exponent == 0 {
-                return 0.0;
-            }
-        }
+    let right = shift(significand(small), apart);
+    let same = (a.to_bits() ^ b.to_bits()) >> 63 == 0;
+    let sum = significand(large).wrapping_add(if same { right } else { right.wrapping_neg() });
+    // Its first digit at bit 55.
+    let zeros = sum.leading_zeros();
+    let scaled = if zeros < 8 { shift(sum, 1) } else { sum << (zeros & 63) >> 8 };
+    let exponent = (large >> 52).wrapping_add(8).wrapping_sub(u64::from(zeros));
+    if zeros == 64 || exponent as i64 <= 0 {
+        return 0.0;
     }
-    let bits = (exponent << 52) + round(left) - (1 << 52);
+    let bits = (exponent << 52) + round(scaled) - (1 << 52);
     f64::from_bits(bits | a.to_bits() & 1 << 63)
 }
 

@@ -224,19 +224,26 @@ where
     /// The crate's contract.
     unsafe fn step(self) -> Result<()> {
         // SAFETY: the caller promises the crate's contract, here and below.
-        let (options, chosen, run) =
-            unsafe { (read_options::<T>(self.options), Chosen::<T>::read(self.attraction), HostRun::read(self.run)?) };
+        let (options, chosen) = unsafe { (read_options::<T>(self.options), Chosen::<T>::read(self.attraction)) };
         // Looked at where they are: moving them out would take their size of the stack once more.
-        let (mut options, chosen) = (options?, chosen.as_ref().map_err(|&error| error)?);
-        if let (Chosen::Mesh(mesh, _), None, true) = (chosen, options.search.domain, cfg!(not(feature = "small"))) {
-            options.search.domain = Some([mesh.lower(), mesh.upper()]);
-        }
+        let (options, chosen) = (options.as_ref().map_err(|&error| error)?, chosen.as_ref().map_err(|&error| error)?);
+        let mut whole;
+        let options = match chosen {
+            Chosen::Mesh(mesh, _) if cfg!(not(feature = "small")) && options.search.domain.is_none() => {
+                whole = *options;
+                whole.search.domain = Some([mesh.lower(), mesh.upper()]);
+                &whole
+            }
+            _ => options,
+        };
+        // SAFETY: as above.
+        let run = unsafe { HostRun::read(self.run)? };
         // SAFETY: as above.
         let buffers = unsafe { self.buffers()? };
         // Without a grid the step finds out by itself whether the workspace is large enough.
         let bytes = self.workspace_bytes;
         let (own, grid_bytes) =
-            if cfg!(feature = "small") { (bytes, 0) } else { chosen.bytes(self.room, &options, run.workers())? };
+            if cfg!(feature = "small") { (bytes, 0) } else { chosen.bytes(self.room, options, run.workers())? };
         if bytes < own + grid_bytes {
             return Err(Error::WorkspaceTooSmall);
         }
@@ -303,7 +310,7 @@ where
                         labels_written: &mut events.labels_written,
                     },
                     own_memory,
-                    Setting { options: &options, attraction, run, report },
+                    Setting { options, attraction, run, report },
                 )?;
             }
             Ok(())

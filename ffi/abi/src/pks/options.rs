@@ -2,6 +2,8 @@
 
 use core::ffi::c_void;
 
+use mollis_core::euler_maruyama::Control;
+use mollis_core::pks::clusters::Search;
 use mollis_core::pks::{self, CollisionLaw, Counters, Event, Merging, Report, Scheme, theory};
 use mollis_core::space::Plain;
 use mollis_core::{Error, Real, Result};
@@ -107,39 +109,48 @@ pub unsafe extern "C" fn mollis_pks_options_init(options: *mut mollis_pks_option
 pub(super) unsafe fn read_options<T: Real>(options: *const mollis_pks_options) -> Result<pks::Options<T>> {
     // SAFETY: the caller promises the crate's contract.
     let options = unsafe { options::read(options)? };
-    let mut out = pks::Options::new(T::from_wide(options.chi), T::from_wide(options.noise));
-    out.law = match options.law {
-        MOLLIS_PKS_LAW_EXACT => CollisionLaw::Exact,
-        MOLLIS_PKS_LAW_PRINTED => CollisionLaw::Printed,
-        _ => return Err(Error::UnknownValue),
-    };
-    out.merging = match options.merging {
-        MOLLIS_PKS_MERGE_ALL => Merging::All,
-        MOLLIS_PKS_MERGE_HARD => Merging::Hard,
-        MOLLIS_PKS_MERGE_NEVER => Merging::Never,
-        _ => return Err(Error::UnknownValue),
-    };
-    out.scheme = match options.scheme {
-        MOLLIS_PKS_SCHEME_EULER_MARUYAMA => Scheme::EulerMaruyama,
-        MOLLIS_PKS_SCHEME_STRANG_RK4 => Scheme::StrangRk4,
-        _ => return Err(Error::UnknownValue),
-    };
-    out.gamma = T::from_wide(options.gamma);
-    out.probability = T::from_wide(options.probability);
     // By bits, as a comparison of doubles is a function where there are none.
     let zero = |x: f64| x.to_bits() as u32 | ((x.to_bits() >> 32) as u32) << 1 == 0;
-    out.control.width = if zero(options.width) { T::INFINITY } else { T::from_wide(options.width) };
-    out.control.at_least = options.at_least;
-    out.control.at_most = options.at_most;
-    out.search.separation = T::from_wide(options.separation);
-    out.search.mesh = options.mesh;
-    out.search.shifted = options.shifted != 0;
-    if !options.domain.iter().all(|&x| zero(x)) {
-        let [a, b, c, d] = options.domain.map(T::from_wide);
-        out.search.domain = Some([[a, b], [c, d]]);
-    }
-    out.check()?;
-    Ok(out)
+    let [a, b, c, d] = options.domain;
+    let read = pks::Options {
+        chi: T::from_wide(options.chi),
+        noise: T::from_wide(options.noise),
+        gamma: T::from_wide(options.gamma),
+        control: Control {
+            width: if zero(options.width) { T::INFINITY } else { T::from_wide(options.width) },
+            at_least: options.at_least,
+            at_most: options.at_most,
+        },
+        scheme: match options.scheme {
+            MOLLIS_PKS_SCHEME_EULER_MARUYAMA => Scheme::EulerMaruyama,
+            MOLLIS_PKS_SCHEME_STRANG_RK4 => Scheme::StrangRk4,
+            _ => return Err(Error::UnknownValue),
+        },
+        search: Search {
+            separation: T::from_wide(options.separation),
+            mesh: options.mesh,
+            domain: if options.domain.iter().all(|&x| zero(x)) {
+                None
+            } else {
+                Some([[T::from_wide(a), T::from_wide(b)], [T::from_wide(c), T::from_wide(d)]])
+            },
+            shifted: options.shifted != 0,
+        },
+        probability: T::from_wide(options.probability),
+        law: match options.law {
+            MOLLIS_PKS_LAW_EXACT => CollisionLaw::Exact,
+            MOLLIS_PKS_LAW_PRINTED => CollisionLaw::Printed,
+            _ => return Err(Error::UnknownValue),
+        },
+        merging: match options.merging {
+            MOLLIS_PKS_MERGE_ALL => Merging::All,
+            MOLLIS_PKS_MERGE_HARD => Merging::Hard,
+            MOLLIS_PKS_MERGE_NEVER => Merging::Never,
+            _ => return Err(Error::UnknownValue),
+        },
+    };
+    read.check()?;
+    Ok(read)
 }
 
 /// Where the attraction comes from; the members of the other kinds are not looked at.
