@@ -129,7 +129,7 @@ fn sums<T: Real, const D: usize>(call: Call<'_, T, D>, workspace: &mut [u8], run
     packed.fill(units, sources.positions, sources.masses);
 
     let wanted = outputs.wanted();
-    let softened = Softened::new::<D, true>(kernel.blob, units);
+    let softened = Softened::new(kernel.blob, units);
     let tally = Tally::default();
     let should_stop = run.should_stop;
     let level = run.level;

@@ -229,6 +229,36 @@ pub(crate) fn flow<T: Real, const D: usize>(
     checked::<T, D, false>(plan, kernel, sources, targets, outputs, workspace, run)
 }
 
+/// The gradient of the sum over sources that are the targets too, for solvers that have checked everything but the positions: with the
+/// feature `small` there is nothing to plan.
+///
+/// # Errors
+/// As [`evaluate`].
+pub(crate) fn drift<T: Real, const D: usize>(
+    kernel: &dyn Interaction<T, D>,
+    sources: Sources<'_, T, D>,
+    gradient: &mut [[T; D]],
+    workspace: &mut [u8],
+    run: &mut Run<'_>,
+) -> Result<()> {
+    if !finite(sources.positions.as_flattened(), run.level) {
+        return Err(Error::NotFinite);
+    }
+    let (coefficient, blob) = kernel.newtonian().ok_or(Error::Unsupported)?;
+    let outputs = Outputs { gradient: Some(gradient), ..Outputs::default() };
+    let kernel = direct::Newtonian { blob, coefficient };
+    let call = direct::Call { kernel, options: &single::PLAIN, sources, targets: sources.positions, outputs };
+    single::sums::<T, D, false>(call, workspace, run)
+}
+
+/// Bytes that [`drift`] needs.
+///
+/// # Errors
+/// [`Error::TooLarge`].
+pub(crate) fn drift_bytes<T: Real, const D: usize>(n: usize) -> Result<usize> {
+    direct::workspace_bytes::<T, D>(n)
+}
+
 fn checked<T: Real, const D: usize, const FULL: bool>(
     plan: &Plan,
     kernel: &dyn Interaction<T, D>,

@@ -29,38 +29,60 @@ use crate::real::Real;
 /// Coefficients in powers of t, highest first.
 #[derive(Clone, Copy, Debug)]
 struct Descending<C> {
-    coefficients: [C; MAX_TERMS + 1],
+    coefficients: [C; MAX_TERMS],
     terms: usize,
 }
 
 impl<T: Real> Descending<T> {
-    const NONE: Self = Self { coefficients: [T::ZERO; MAX_TERMS + 1], terms: 0 };
-
-    fn new(ascending: &[T], scale: T) -> Self {
-        let mut coefficients = [T::ZERO; MAX_TERMS + 1];
-        coefficients.iter_mut().zip(ascending.iter().rev()).for_each(|(to, &c)| *to = c * scale);
-        Self { coefficients, terms: ascending.len().min(MAX_TERMS + 1) }
-    }
-
-    /// Overwrites them with those of a polynomial of the blob, where they are: stacks may be short.
-    fn fill<const D: usize>(&mut self, blob: &Blob<T, D>, polynomial: Polynomial, scale: T) {
-        self.terms = blob.terms(polynomial).unwrap_or(0).min(MAX_TERMS);
-        for (to, k) in self.coefficients.iter_mut().zip((0..self.terms).rev()) {
-            *to = blob.coefficient(polynomial, k) * scale;
-        }
-    }
-
-    /// Horner's rule for one number, rounded as at level portable.
-    fn value(&self, t: T) -> T {
-        let Some((&first, rest)) = self.coefficients.get(..self.terms).and_then(<[T]>::split_first) else {
-            return T::ZERO;
-        };
-        rest.iter().fold(first, |sum, &c| sum * t + c)
+    /// Those of a polynomial of the blob.
+    fn of<const D: usize>(blob: &Blob<T, D>, polynomial: Polynomial, scale: T) -> Self {
+        let mut coefficients = [T::ZERO; MAX_TERMS];
+        let terms = descending(&mut coefficients, blob, polynomial, scale);
+        Self { coefficients, terms }
     }
 
     #[inline(always)]
     fn lanes<I: Isa<T>>(&self, isa: I) -> Descending<I::V> {
         Descending { coefficients: self.coefficients.map(|c| isa.splat(c)), terms: self.terms }
+    }
+}
+
+/// The coefficients of a polynomial of the blob, times `scale`, highest power of t first; how many. None without a compact mollifier.
+#[cfg_attr(feature = "small", inline(never))]
+pub(super) fn descending<T: Real, const D: usize>(
+    to: &mut [T; MAX_TERMS],
+    blob: &Blob<T, D>,
+    polynomial: Polynomial,
+    scale: T,
+) -> usize {
+    let terms = blob.terms(polynomial).unwrap_or(0).min(MAX_TERMS);
+    for (to, k) in to.iter_mut().zip((0..terms).rev()) {
+        *to = blob.coefficient(polynomial, k) * scale;
+    }
+    terms
+}
+
+/// [`descending`] for what leads to S_D K, twice that in 2D, and what is added to it; `delta` is in units.
+pub(super) fn descending_potential<T: Real, const D: usize>(
+    to: &mut [T; MAX_TERMS],
+    blob: &Blob<T, D>,
+    delta: T,
+) -> (usize, T) {
+    let per = T::ONE / delta;
+    match D {
+        1 => {
+            // R_j = sum over k >= j of g_k / (k + 1); c = 1 - R_0 / 2: every term is positive for orders 2 to 6.
+            let terms = blob.terms(Polynomial::Gradient).unwrap_or(0).min(MAX_TERMS);
+            let mut sum = T::ZERO;
+            for (to, k) in to.iter_mut().zip((0..terms).rev()) {
+                sum += blob.coefficient(Polynomial::Gradient, k) / T::from_usize(k + 1);
+                // s R(t) = (r2 / delta^2) R(t); the r2 is multiplied later.
+                *to = sum * (T::HALF * per);
+            }
+            (terms, delta * (T::ONE - T::HALF * sum))
+        }
+        2 => (descending(to, blob, Polynomial::Potential, T::TWO), T::TWO * blob.delta().log()),
+        _ => (descending(to, blob, Polynomial::Potential, per), T::ZERO),
     }
 }
 
@@ -112,41 +134,6 @@ impl<V: Copy> Inside<V> {
     }
 }
 
-impl<T: Real> Inside<T> {
-    const NONE: Self = Self {
-        per_square: T::ZERO,
-        gradient: Descending::NONE,
-        potential: Descending::NONE,
-        offset: T::ZERO,
-        density: Descending::NONE,
-    };
-
-    /// 1 - r2 / delta^2.
-    #[inline(always)]
-    pub fn t(&self, r2: T) -> T {
-        T::ONE - r2 * self.per_square
-    }
-
-    /// S_D g at one place.
-    #[inline(always)]
-    pub fn gradient_at(&self, t: T) -> T {
-        self.gradient.value(t)
-    }
-
-    /// S_D K at one place, twice that in 2D.
-    #[inline(always)]
-    pub fn potential_at<const D: usize>(&self, t: T, r2: T) -> T {
-        let k = self.potential.value(t);
-        if D == 1 { k * r2 + self.offset } else { k + self.offset }
-    }
-
-    /// S_D Laplacian K at one place.
-    #[inline(always)]
-    pub fn density_at(&self, t: T) -> T {
-        self.density.value(t)
-    }
-}
-
 /// The inside of the support, in units.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Inside<C> {
@@ -171,67 +158,39 @@ pub(super) struct Softened<C> {
 }
 
 impl<T: Real> Softened<T> {
-    /// Without a mollifier, in no units yet.
-    pub const NONE: Self = Self { edge: T::ZERO, inside: None, log_exponent: T::ZERO };
-
-    /// Prepares the numbers, in units of which delta is at most about 1; without `P` not those of the potential.
-    pub fn new<const D: usize, const P: bool>(blob: &Blob<T, D>, units: Units<T>) -> Self {
-        let mut this = Self::NONE;
-        this.prepare::<D, P>(blob, units);
-        this
-    }
-
-    /// As [`Softened::new`], where it is: stacks may be short.
-    #[cfg_attr(feature = "small", inline(never))]
-    pub fn prepare<const D: usize, const P: bool>(&mut self, blob: &Blob<T, D>, units: Units<T>) {
+    /// Prepares the numbers, in units of which delta is at most about 1.
+    pub fn new<const D: usize>(blob: &Blob<T, D>, units: Units<T>) -> Self {
         let least = power_of_two::<T>(-least_square_exponent::<T>());
         let delta = blob.delta() * power_of_two(units.position);
         let square = delta * delta;
-        self.edge = least;
-        self.log_exponent = T::from_i32(units.position.saturating_mul(-2));
-        match blob.mollifier() {
-            Mollifier::Compact { .. } if square >= least => {
-                self.edge = square;
-                Self::shape::<D, P>(self.inside.get_or_insert(Inside::NONE), blob, delta);
-            }
-            Mollifier::Gaussian { .. } if cfg!(feature = "gaussian") => {
+        let inside = match blob.mollifier() {
+            Mollifier::Compact { .. } if square >= least => Some(Self::shape(blob, delta)),
+            _ => None,
+        };
+        let edge = match blob.mollifier() {
+            _ if inside.is_some() => square,
+            Mollifier::Gaussian { .. } => {
                 let support = blob.delta() * T::from_f64(GAUSSIAN_SUPPORT) * power_of_two(units.position);
-                self.edge = least.max(support * support);
+                least.max(support * support)
             }
-            _ => {}
-        }
+            _ => least,
+        };
+        Self { edge, inside, log_exponent: T::from_i32(units.position.saturating_mul(-2)) }
     }
 
     /// A compact mollifier inside its support.
-    #[inline]
-    fn shape<const D: usize, const P: bool>(inside: &mut Inside<T>, blob: &Blob<T, D>, delta: T) {
+    fn shape<const D: usize>(blob: &Blob<T, D>, delta: T) -> Inside<T> {
         let per = T::ONE / delta;
         let scale = per.powi(D as u32);
-        inside.per_square = per * per;
-        match D {
-            _ if !P => {}
-            1 => {
-                // R_j = sum over k >= j of g_k / (k + 1); c = 1 - R_0 / 2: every term is positive for orders 2 to 6.
-                let Some(gradient) = blob.series(Polynomial::Gradient) else { return };
-                let gradient = gradient.coefficients();
-                let (mut rise, mut sum) = ([T::ZERO; MAX_TERMS], T::ZERO);
-                for ((k, &g), r) in gradient.iter().enumerate().rev().zip(rise.iter_mut().rev()) {
-                    sum += g / T::from_usize(k + 1);
-                    *r = sum;
-                }
-                let rise = rise.get(MAX_TERMS.saturating_sub(gradient.len())..).unwrap_or(&[]);
-                // s R(t) = (r2 / delta^2) R(t); the r2 is multiplied later.
-                inside.potential = Descending::new(rise, T::HALF * per);
-                inside.offset = delta * (T::ONE - T::HALF * sum);
-            }
-            2 => {
-                inside.potential.fill(blob, Polynomial::Potential, T::TWO);
-                inside.offset = T::TWO * blob.delta().log();
-            }
-            _ => inside.potential.fill(blob, Polynomial::Potential, per),
+        let mut coefficients = [T::ZERO; MAX_TERMS];
+        let (terms, offset) = descending_potential(&mut coefficients, blob, delta);
+        Inside {
+            per_square: per * per,
+            gradient: Descending::of(blob, Polynomial::Gradient, scale),
+            potential: Descending { coefficients, terms },
+            offset,
+            density: Descending::of(blob, Polynomial::Density, scale),
         }
-        inside.gradient.fill(blob, Polynomial::Gradient, scale);
-        inside.density.fill(blob, Polynomial::Density, scale);
     }
 
     /// The same in every lane.
@@ -262,18 +221,6 @@ impl<V> Softened<V> {
     #[inline(always)]
     pub fn gradient_terms(&self) -> usize {
         self.inside.as_ref().map_or(0, |inside| inside.gradient.terms)
-    }
-
-    /// Added to the exponent of r2, so that its logarithm is that of true units.
-    #[inline(always)]
-    pub fn log_exponent(&self) -> &V {
-        &self.log_exponent
-    }
-
-    /// The inside of the support, if it is evaluated in lanes.
-    #[inline(always)]
-    pub fn inside(&self) -> Option<&Inside<V>> {
-        self.inside.as_ref()
     }
 
     /// Whether the inside of the support is evaluated in lanes.

@@ -6,19 +6,20 @@
 //! mollifier closer than 2^-28 (2^-60) of the largest coordinate count as coincident, and a delta below that is refused.
 
 use super::direct::{Call, Scales};
-use super::newtonian::{BLOCK, Softened, far_gradient, outside};
-use super::packed::Packed;
+use super::newtonian::{BLOCK, descending, descending_potential, far_gradient, outside};
+use super::packed::{Packed, least_square_exponent, power_of_two};
 use super::{Accumulation, Options, Run};
 use crate::error::{Error, Result};
 use crate::isa::{Isa, Job, Level};
-use crate::mollifier::Mollifier;
+use crate::mollifier::{MAX_TERMS, Mollifier, Polynomial};
 use crate::real::Real;
 use crate::space::Carve;
 
 /// Targets between two questions whether to stop.
 const TASK: usize = 128;
 
-const PLAIN: Options =
+/// The defaults.
+pub(super) const PLAIN: Options =
     Options { accumulation: Accumulation::Blocked, combination: (1.0, 0.0), tolerance: 0.0, method: None };
 
 /// Overwrites the outputs.
@@ -33,17 +34,49 @@ pub(super) fn sums<T: Real, const D: usize, const FULL: bool>(
     let Call { kernel, options, sources, targets, mut outputs } = call;
     let mut packed = Packed::<T, D>::lay(&mut Carve::reopen(workspace)?, sources.positions.len())?;
     packed.fill_tame(units, sources.positions, sources.masses);
-    let mut softened = Softened::NONE;
-    softened.prepare::<D, FULL>(kernel.blob, units);
-    if kernel.blob.mollifier() != Mollifier::None && !softened.has_polynomials() {
+    let (blob, wanted) = (kernel.blob, outputs.wanted());
+    let mollified = blob.mollifier() != Mollifier::None;
+    let least = power_of_two::<T>(-least_square_exponent::<T>());
+    let delta = blob.delta() * power_of_two(units.position);
+    let square = delta * delta;
+    if mollified && (square < least || blob.terms(Polynomial::Gradient).is_none()) {
         return Err(Error::Unsupported);
     }
     let scales = Scales::new::<D>(kernel.coefficient, units, if FULL { options } else { &PLAIN });
     let compensated = FULL && options.accumulation == Accumulation::Compensated;
-    let wanted = outputs.wanted();
     // Compensated sums always carry both, whatever is wanted: the gradient's division is then the logarithm's.
     let (potential, gradient) = (FULL && wanted.potential || compensated, wanted.gradient || compensated);
-    let pair = Pair { kernel: &softened, potential, gradient, laplacian: wanted.laplacian, compensated };
+    // What is not wanted takes no stack where that is known when this is compiled.
+    let (mut of_gradient, mut of_potential, mut of_density) =
+        ([T::ZERO; MAX_TERMS], [T::ZERO; MAX_TERMS], [T::ZERO; MAX_TERMS]);
+    let mut pair = Pair {
+        edge: if mollified { square } else { least },
+        per_square: T::ZERO,
+        offset: T::ZERO,
+        log_exponent: T::from_i32(units.position.saturating_mul(-2)),
+        potential: potential.then_some(&[]),
+        gradient: gradient.then_some(&[]),
+        laplacian: wanted.laplacian.then_some(&[]),
+        mollified,
+        compensated,
+    };
+    if mollified {
+        let per = T::ONE / delta;
+        let scale = per.powi(D as u32);
+        pair.per_square = per * per;
+        if gradient {
+            let terms = descending(&mut of_gradient, blob, Polynomial::Gradient, scale);
+            pair.gradient = of_gradient.get(..terms);
+        }
+        if potential {
+            let (terms, offset) = descending_potential(&mut of_potential, blob, delta);
+            (pair.potential, pair.offset) = (of_potential.get(..terms), offset);
+        }
+        if wanted.laplacian {
+            let terms = descending(&mut of_density, blob, Polynomial::Density, scale);
+            pair.laplacian = of_density.get(..terms);
+        }
+    }
     let (positions, masses) = packed.tame();
     for (i, target) in targets.iter().enumerate() {
         if i % TASK == 0 && run.should_stop.is_some_and(|stop| stop()) {
@@ -133,13 +166,29 @@ impl<T: Real, const D: usize> Totals<T, D> {
     }
 }
 
-/// What every pair has in common.
+/// What every pair has in common: [`super::newtonian::Softened`] for one number at a time.
 struct Pair<'a, T> {
-    kernel: &'a Softened<T>,
-    potential: bool,
-    gradient: bool,
-    laplacian: bool,
+    /// Pairs with r2 below this are inside the support, or coincident.
+    edge: T,
+    /// 1 / delta^2.
+    per_square: T,
+    /// Added to the potential's polynomial.
+    offset: T,
+    /// Added to the exponent of r2, so that its logarithm is that of true units.
+    log_exponent: T,
+    /// Polynomials in t, highest power first, of what is wanted.
+    potential: Option<&'a [T]>,
+    gradient: Option<&'a [T]>,
+    laplacian: Option<&'a [T]>,
+    mollified: bool,
     compensated: bool,
+}
+
+/// Horner's rule, rounded as at level portable.
+#[cfg_attr(feature = "small", inline(never))]
+fn horner<T: Real>(coefficients: &[T], t: T) -> T {
+    let Some((&first, rest)) = coefficients.split_first() else { return T::ZERO };
+    rest.iter().fold(first, |sum, &c| sum * t + c)
 }
 
 impl<T: Real> Pair<'_, T> {
@@ -159,22 +208,26 @@ impl<T: Real> Pair<'_, T> {
             square = if k == 0 { *d * *d } else { *d * *d + square };
         }
         let (mut k, mut g, mut b) = (T::ZERO, T::ZERO, T::ZERO);
-        if square < *self.kernel.edge() {
-            let Some(inside) = self.kernel.inside() else { return };
-            let t = inside.t(square);
-            if self.gradient {
-                g = mass * inside.gradient_at(t);
+        let has_potential = FULL && self.potential.is_some();
+        if square < self.edge {
+            if !self.mollified {
+                return;
             }
-            if FULL && self.potential {
-                k = inside.potential_at::<D>(t, square);
+            let t = T::ONE - square * self.per_square;
+            if let Some(coefficients) = self.gradient {
+                g = mass * horner(coefficients, t);
             }
-            if self.laplacian {
-                b = inside.density_at(t);
+            if let (Some(coefficients), true) = (self.potential, FULL) {
+                let polynomial = horner(coefficients, t);
+                k = if D == 1 { polynomial * square + self.offset } else { polynomial + self.offset };
             }
-        } else if FULL && self.potential {
-            let exponent = *self.kernel.log_exponent();
-            (k, g) = Level::Portable.run(Far { exponent, mass, d, square, gradient: self.gradient });
-        } else if self.gradient {
+            if let Some(coefficients) = self.laplacian {
+                b = horner(coefficients, t);
+            }
+        } else if has_potential {
+            let (exponent, gradient) = (self.log_exponent, self.gradient.is_some());
+            (k, g) = Level::Portable.run(Far { exponent, mass, d, square, gradient });
+        } else if self.gradient.is_some() {
             g = far_gradient::<T, D>(mass, square);
         } else {
             return;

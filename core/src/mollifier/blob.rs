@@ -5,7 +5,7 @@ use super::distance::Distance;
 use super::gaussian::{Around, Gaussian};
 use super::newtonian::Newtonian;
 use super::scaled::Scaled;
-use super::series::{Polynomial, Polynomials, Series};
+use super::series::{Polynomial, Polynomials};
 use super::{Mollifier, Quantity};
 use crate::error::{Error, Result};
 use crate::real::Real;
@@ -84,14 +84,6 @@ impl<T: Real, const D: usize> Blob<T, D> {
     pub fn polynomials(&self) -> Option<Polynomials<T>> {
         match &self.shape {
             Shape::Compact(shape) => Some(Polynomials::new(&shape.series, self.delta)),
-            Shape::None | Shape::Gaussian(_) => None,
-        }
-    }
-
-    /// The coefficients of one polynomial in t; none but for compact mollifiers.
-    pub(crate) fn series(&self, of: Polynomial) -> Option<Series<T>> {
-        match &self.shape {
-            Shape::Compact(shape) => Some(shape.series.plain(of)),
             Shape::None | Shape::Gaussian(_) => None,
         }
     }

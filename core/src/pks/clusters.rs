@@ -16,7 +16,6 @@
 use super::collision::Criterion;
 use super::sort;
 use super::theory::Group;
-use crate::error::{Error, Result};
 use crate::real::Real;
 use crate::space::Space;
 
@@ -71,7 +70,7 @@ pub struct Cluster<T> {
 }
 
 /// The search's part of the workspace.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Scratch<'w, T> {
     /// Morton key in the high half; in the low half the particle's place among the [`Sorted`], for members of clusters the particle.
     words: &'w mut [u64],
@@ -94,28 +93,25 @@ pub struct Scratch<'w, T> {
 }
 
 impl<'w, T: Real> Scratch<'w, T> {
-    /// Lays out the scratch for `n` particles, where it is: stacks may be short.
-    ///
-    /// # Errors
-    /// Those of [`Space::array`]; [`Error::TooLarge`]: more particles than 32 bits count.
-    pub fn lay(&mut self, space: &mut impl Space<'w>, n: usize) -> Result<()> {
-        u32::try_from(n).ok().filter(|&n| n < u32::MAX).ok_or(Error::TooLarge)?;
-        self.words = space.array(n)?;
+    /// Lays out the scratch for `n` particles, fewer than 32 bits count.
+    pub fn lay(space: &mut impl Space<'w>, n: usize) -> Self {
         // Few particles are sorted in place.
-        if cfg!(not(feature = "small")) && n > sort::FEW {
-            self.spare = space.array(n)?;
-            self.particles = space.array(n)?;
-            self.buckets = space.array(BUCKETS)?;
-            self.counts = space.array(sort::BUCKETS)?;
-        }
+        let many = cfg!(not(feature = "small")) && n > sort::FEW;
         let stack = if n > 0 { STACK } else { 0 };
-        self.nodes = space.array(stack)?;
-        self.weights = space.array(stack)?;
-        self.moments = space.array(stack)?;
-        self.shared = space.array(n)?;
-        self.ranges = space.array(n / 2)?;
-        self.values = space.array(n / 2)?;
-        Ok(())
+        Self {
+            words: space.part(n),
+            spare: if many { space.part(n) } else { &mut [] },
+            particles: if many { space.part(n) } else { &mut [] },
+            buckets: if many { space.part(BUCKETS) } else { &mut [] },
+            counts: if many { space.part(sort::BUCKETS) } else { &mut [] },
+            nodes: space.part(stack),
+            weights: space.part(stack),
+            moments: space.part(stack),
+            shared: space.part(n),
+            ranges: space.part(n / 2),
+            values: space.part(n / 2),
+            found: 0,
+        }
     }
 
     /// The number of clusters of the last search.
@@ -128,6 +124,11 @@ impl<'w, T: Real> Scratch<'w, T> {
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.found == 0
+    }
+
+    /// Finds again so many clusters that an earlier search left in the memory.
+    pub fn resume(&mut self, clusters: usize) {
+        self.found = clusters;
     }
 
     /// Forgets the clusters.
@@ -325,15 +326,6 @@ impl<T: Real> Mesh<T> {
         Self { origin, side, scale: T::ONE.ldexp(32) / side, coarsest: levels }
     }
 
-    /// eta s^2 for the cells of each level: s is the diagonal.
-    fn areas(&self, search: &Search<T>) -> [T; DEPTH as usize + 1] {
-        let mut area = search.separation * (T::TWO * self.side * self.side);
-        core::array::from_fn(|_| {
-            let quarter = area * T::from_f64(0.25);
-            core::mem::replace(&mut area, quarter)
-        })
-    }
-
     /// The cell coordinates at the finest level.
     #[inline]
     fn cell(&self, x: &[T; 2]) -> [u32; 2] {
@@ -350,6 +342,30 @@ impl<T: Real> Mesh<T> {
     fn word(&self, x: &[T; 2], i: usize) -> u64 {
         let [cx, cy] = self.cell(x);
         u64::from(interleave(cx >> 16, cy >> 16)) << 32 | i as u64
+    }
+}
+
+/// eta s^2 for the cells of each level, s being the diagonal: a table, or where stacks are short the first one, from which a power of
+/// two leads to the others.
+struct Areas<T>([T; if cfg!(feature = "small") { 1 } else { DEPTH as usize + 1 }]);
+
+impl<T: Real> Areas<T> {
+    fn new(mesh: &Mesh<T>, search: &Search<T>) -> Self {
+        let mut area = search.separation * (T::TWO * mesh.side * mesh.side);
+        Self(core::array::from_fn(|_| {
+            let quarter = area * T::from_f64(0.25);
+            core::mem::replace(&mut area, quarter)
+        }))
+    }
+
+    /// None beyond the finest.
+    #[inline]
+    fn of(&self, level: u32) -> Option<T> {
+        if cfg!(not(feature = "small")) {
+            return self.0.get(level as usize).copied();
+        }
+        let [area, ..] = self.0;
+        (level <= DEPTH).then(|| area.ldexp(-2 * level as i32))
     }
 }
 
@@ -404,7 +420,7 @@ pub fn find<T: Real>(
     let Some(words) = words.get_mut(..n) else { return };
     let shared = shared.get(..n).unwrap_or(&[]);
     let mut tree = Tree {
-        areas: mesh.areas(search),
+        areas: Areas::new(&mesh, search),
         mesh: &mesh,
         criterion,
         words,
@@ -450,6 +466,7 @@ pub fn find<T: Real>(
 }
 
 /// The coarsest level whose cells hold few particles on average.
+#[cfg_attr(feature = "small", inline(never))]
 fn fine(shared: &[u8]) -> u32 {
     let mut parts = [0_u32; DEPTH as usize + 1];
     for &level in shared {
@@ -472,7 +489,7 @@ fn fine(shared: &[u8]) -> u32 {
 struct Tree<'a, 'w, T> {
     mesh: &'a Mesh<T>,
     /// eta s^2 of the cells of each level.
-    areas: [T; DEPTH as usize + 1],
+    areas: Areas<T>,
     criterion: &'a Criterion<T>,
     words: &'a [u64],
     places: &'a [[T; 2]],
@@ -600,7 +617,7 @@ impl<T: Real> Tree<'_, '_, T> {
         let level = parent.map_or(0, |p| p + 1).max(self.mesh.coarsest);
         let Moments { group, spread, centre } = moments;
         // Y / s^2 < eta
-        if self.areas.get(level as usize).is_none_or(|&area| *spread >= area * group.mass) {
+        if self.areas.of(level).is_none_or(|area| *spread >= area * group.mass) {
             return;
         }
         let moment = *spread / group.mass;

@@ -9,7 +9,7 @@ use crate::real::Real;
 use crate::space::Space;
 
 /// The collapsed clusters of a step: kept from the decision to the last merge.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Queue<'w, T> {
     /// Where the cluster's members begin, in the high half, and how many they are: in the order of their lowest labels.
     ranges: &'w mut [u64],
@@ -24,17 +24,10 @@ pub struct Queue<'w, T> {
 const MAGIC: u64 = 0x6D6F_6C6C_6973_4D71;
 
 impl<'w, T: Real> Queue<'w, T> {
-    /// Lays out the queue of `n` particles, where it is.
-    ///
-    /// # Errors
-    /// Those of [`Space::array`].
-    pub fn lay(&mut self, space: &mut impl Space<'w>, n: usize) -> Result<()> {
+    /// Lays out the queue of `n` particles.
+    pub fn lay(space: &mut impl Space<'w>, n: usize) -> Self {
         let half = n / 2;
-        self.ranges = space.array(half)?;
-        self.lowest = space.array(half)?;
-        self.values = space.array(half)?;
-        self.head = space.array(6)?;
-        Ok(())
+        Self { ranges: space.part(half), lowest: space.part(half), values: space.part(half), head: space.part(6) }
     }
 
     /// Forgets a queue left in the memory.

@@ -64,12 +64,25 @@ pub fn starts(counts: &mut [u32]) {
 /// Sorts by a key in place, O(n log n) whatever the order (O(n^2) with the feature `small`), without a panic path. Not stable. One function for all keys.
 #[cfg_attr(feature = "small", inline(never))]
 pub fn by_key(words: &mut [u64], key: &dyn Fn(u64) -> u64) {
-    heap(words, |&word| key(word));
+    if cfg!(not(feature = "small")) {
+        return heap(words, |&word| key(word));
+    }
+    // By insertion where flash is dear, as there the sums over all pairs take far longer.
+    for end in 1..words.len() {
+        let mut at = end;
+        while let Some([a, b]) = words.get_mut(at.wrapping_sub(1)..).and_then(<[u64]>::first_chunk_mut) {
+            if key(*a) <= key(*b) {
+                break;
+            }
+            core::mem::swap(a, b);
+            at -= 1;
+        }
+    }
 }
 
 fn heap(words: &mut [u64], key: impl Fn(&u64) -> u64) {
-    // Straight insertion for the shortest; and where flash is dear, as there the sums over all pairs take far longer.
-    if cfg!(feature = "small") || words.len() <= 16 {
+    // Straight insertion for the shortest.
+    if words.len() <= 16 {
         for end in 1..words.len() {
             let mut at = end;
             while at > 0 && matches!((words.get(at - 1), words.get(at)), (Some(a), Some(b)) if key(a) > key(b)) {

@@ -51,7 +51,6 @@ impl<'a, T: Real> Attraction<'a, '_, T> {
 pub type Summed<'a, T> = Option<(&'a dyn Interaction<T, 2>, field::Options)>;
 
 /// What the workspace holds. Only the queue and the clusters outlive a call, and only one that ended with [`Error::EventsFull`].
-#[derive(Default)]
 struct Arrays<'w, T> {
     queue: Queue<'w, T>,
     found: clusters::Scratch<'w, T>,
@@ -66,33 +65,51 @@ struct Arrays<'w, T> {
 
 /// The only statement of the layout. `n` is the room of the state's arrays, so that it does not change as particles merge.
 fn lay<'w, T: Real>(
-    arrays: &mut Arrays<'w, T>,
     space: &mut impl Space<'w>,
     n: usize,
     summed: &Summed<'_, T>,
     options: &Options<T>,
     workers: usize,
-) -> Result<()> {
+) -> Result<Arrays<'w, T>> {
+    u32::try_from(n).ok().filter(|&n| n < u32::MAX).ok_or(Error::TooLarge)?;
     let fixed = cfg!(not(feature = "small")) && options.scheme == Scheme::StrangRk4;
     // Nothing is searched for where nothing merges.
     let clustered = if options.merging == Merging::Never { 0 } else { n };
     let field = match summed {
-        Some((kernel, field)) => sum_plan(*kernel, n, field)?.workspace_bytes(workers)?,
+        Some((kernel, field)) => field_bytes(*kernel, n, field, workers)?,
         None => 0,
     };
-    arrays.queue.lay(space, clustered)?;
-    arrays.found.lay(space, clustered)?;
-    arrays.recorded = space.array(clustered)?;
-    arrays.moved = space.array(n)?;
-    arrays.increments = space.array(n)?;
-    arrays.substeps = space.array(motion::tiles_of(n))?;
-    arrays.gradient = space.array(if summed.is_some() && !fixed { n } else { 0 })?;
+    let arrays = Arrays {
+        queue: Queue::lay(space, clustered),
+        found: clusters::Scratch::lay(space, clustered),
+        recorded: space.part(clustered),
+        moved: space.part(n),
+        increments: space.part(n),
+        substeps: space.part(motion::tiles_of(n)),
+        gradient: space.part(if summed.is_some() && !fixed { n } else { 0 }),
+        stages: if cfg!(feature = "small") {
+            rk4::Scratch::default()
+        } else {
+            rk4::Scratch::lay(space, if fixed { n.checked_mul(2).ok_or(Error::TooLarge)? } else { 0 })?
+        },
+        field: space.part(field),
+    };
+    space.finish()?;
+    Ok(arrays)
+}
+
+/// Bytes of the sum's own workspace.
+fn field_bytes<T: Real>(
+    kernel: &dyn Interaction<T, 2>,
+    n: usize,
+    options: &field::Options,
+    workers: usize,
+) -> Result<usize> {
     if cfg!(not(feature = "small")) {
-        let flat = if fixed { n.checked_mul(2).ok_or(Error::TooLarge)? } else { 0 };
-        arrays.stages = rk4::Scratch::lay(space, flat)?;
+        return sum_plan(kernel, n, options)?.workspace_bytes(workers);
     }
-    arrays.field = space.array(field)?;
-    Ok(())
+    // Every sum is direct and by default options, so there is nothing to plan.
+    if Real::is_finite(options.tolerance) { field::drift_bytes::<T, 2>(n) } else { Err(Error::NotFinite) }
 }
 
 fn sum_plan<T: Real>(kernel: &dyn Interaction<T, 2>, n: usize, options: &field::Options) -> Result<field::Plan> {
@@ -111,7 +128,7 @@ pub fn workspace_bytes<T: Real>(
     workers: usize,
 ) -> Result<usize> {
     options.check()?;
-    Measure::of(|space| lay(&mut Arrays::default(), space, n, &summed, options, workers))
+    Measure::of(|space| lay(space, n, &summed, options, workers).map(|_| ()))
 }
 
 /// Everything that a step is given beside the state.
@@ -147,7 +164,7 @@ pub struct Setting<'a, 'g, 'r, T: Real> {
 /// [`Error::EventsFull`]: see above. [`Error::NotPrepared`]: merges are pending, but the workspace does not hold them.
 #[cfg_attr(feature = "small", inline(never))]
 pub fn step<T: Real>(
-    mut state: State<'_, T>,
+    state: State<'_, T>,
     counters: &mut Counters,
     generator: &mut dyn Generator,
     dt: T,
@@ -169,13 +186,11 @@ pub fn step<T: Real>(
     if !(dt > T::ZERO && dt.is_finite()) {
         return Err(Error::TimeStep);
     }
-    // Nothing is zeroed: what follows writes before it reads.
-    let mut arrays = Arrays::default();
-    let space = &mut Carve::reopen(workspace)?;
-    lay(&mut arrays, space, room, &attraction.summed(), options, run.executor.workers())?;
+    let workers = if cfg!(feature = "small") { 1 } else { run.executor.workers() };
+    let layout = Layout { room, summed: attraction.summed(), options, workers };
     if counters.pending > 0 {
-        arrays.queue.run(&mut state, &mut arrays.found, &mut events, counters, report)?;
-        return finish(&mut state, &mut arrays, counters, dt, n, true);
+        let to = Log { events: &mut events, counters, report };
+        return layout.settle(workspace, state, n, dt, to, None);
     }
     let before = (part(state.positions, n)?, part(state.masses, n)?, part(state.labels, n)?);
     let (largest, total) = check(before.0, before.1)?;
@@ -188,28 +203,12 @@ pub fn step<T: Real>(
     );
 
     // Section 3.2 (1): clusters.
-    arrays.queue.clear();
-    arrays.found.clear();
     let attracted = !matches!(attraction, Attraction::None) && options.chi != T::ZERO;
     let searched = n > 1 && attracted && !criterion.impossible(largest, total);
+    let found = layout.search(workspace, searched.then_some(&criterion), before, counters.step)?;
     if searched {
         report.searches += 1;
-        // Until the motion writes them these two are free.
-        let sorted = clusters::Sorted { positions: arrays.moved, masses: arrays.increments.as_flattened_mut() };
-        clusters::find(&options.search, &criterion, counters.step, before.0, before.1, sorted, &mut arrays.found);
-        report.clusters += arrays.found.len() as u64;
-    }
-    let clustered = !arrays.found.is_empty();
-    let recorded = if clustered { arrays.recorded.get_mut(..n).unwrap_or(&mut []) } else { &mut [] };
-    recorded.fill(0);
-    if clustered {
-        for cluster in arrays.found.clusters() {
-            for k in arrays.found.members(cluster.first, cluster.count) {
-                if let Some(flag) = recorded.get_mut(k) {
-                    *flag = 1;
-                }
-            }
-        }
+        report.clusters += found as u64;
     }
 
     // (2): motion, into the workspace.
@@ -223,38 +222,147 @@ pub fn step<T: Real>(
         limited.control.width = limited.control.width.min(h).min(k);
         used = &limited;
     }
+    let Motion { recorded, moved, gradient, mut stages, field } = layout.motion(workspace, n, found > 0)?;
+    let Moved { positions: ends, increments, substeps } = moved;
     let moving =
         Moving { positions: before.0, masses: before.1, labels: before.2, recorded, options: used, dt, step: number };
-    let moved = Moved {
-        positions: arrays.moved.get_mut(..n).ok_or(Error::LengthMismatch)?,
-        increments: arrays.increments.get_mut(..n).ok_or(Error::LengthMismatch)?,
-        substeps: arrays.substeps.get_mut(..motion::tiles_of(n)).ok_or(Error::LengthMismatch)?,
-    };
-    let buffers = Buffers { gradient: arrays.gradient, stages: &mut arrays.stages, field: arrays.field };
+    let buffers = Buffers { gradient, stages: &mut stages, field };
     let force = if attracted && n > 0 { &mut attraction } else { &mut Attraction::None };
+    let moved = Moved { positions: &mut *ends, increments, substeps };
     travel(&moving, moved, force, generator, buffers, run, report)?;
     if cfg!(not(feature = "small"))
         && let Attraction::Mesh(grid) = &attraction
         && grid.equation().walls == Walls::NoFlux
     {
         // Sub-steps beyond a wall were made in the mirrored field: folding the end is reflecting the path.
-        arrays.moved.iter_mut().take(n).for_each(|x| *x = grid.mesh().reflect(*x).0);
+        ends.iter_mut().for_each(|x| *x = grid.mesh().reflect(*x).0);
     }
-    let moved = arrays.moved.get(..n).ok_or(Error::LengthMismatch)?;
-    if !all_finite(moved) {
+    if !all_finite(ends) {
         return Err(Error::BecameNotFinite);
     }
 
     // (3): collisions, decided on the positions before the motion.
-    if clustered {
-        arrays.queue.decide(&criterion, &mut arrays.found, before, arrays.increments, counters);
+    let to = Log { events: &mut events, counters, report };
+    layout.settle(workspace, state, n, dt, to, Some((&criterion, found)))
+}
+
+/// What the layout depends on. Each part of a step lays the workspace out for itself, so that the arrays of one take no stack of
+/// another.
+struct Layout<'a, T: Real> {
+    room: usize,
+    summed: Summed<'a, T>,
+    options: &'a Options<T>,
+    workers: usize,
+}
+
+/// Where a step's end is told.
+struct Log<'a, 'e> {
+    events: &'a mut Events<'e>,
+    counters: &'a mut Counters,
+    report: &'a mut Report,
+}
+
+/// The workspace in the eyes of the motion.
+struct Motion<'w, T> {
+    recorded: &'w [u8],
+    moved: Moved<'w, T>,
+    gradient: &'w mut [[T; 2]],
+    stages: rk4::Scratch<'w, T>,
+    field: &'w mut [u8],
+}
+
+impl<T: Real> Layout<'_, T> {
+    /// Nothing is zeroed: what follows writes before it reads.
+    #[cfg_attr(feature = "small", inline(never))]
+    fn open<'w>(&self, workspace: &'w mut [u8]) -> Result<Arrays<'w, T>> {
+        lay(&mut Carve::reopen(workspace)?, self.room, &self.summed, self.options, self.workers)
     }
-    state.positions.iter_mut().zip(moved).for_each(|(to, from)| *to = *from);
-    let merges = clustered && arrays.queue.left(counters)? > 0;
-    if merges {
-        arrays.queue.run(&mut state, &mut arrays.found, &mut events, counters, report)?;
+
+    /// Finds the clusters that may collide, if there is a criterion, and marks their particles; how many.
+    #[cfg_attr(feature = "small", inline(never))]
+    fn search(
+        &self,
+        workspace: &mut [u8],
+        criterion: Option<&Criterion<T>>,
+        (positions, masses, _): (&[[T; 2]], &[T], &[u64]),
+        step: u64,
+    ) -> Result<usize> {
+        // Not moved, as stacks may be short.
+        let mut arrays = self.open(workspace);
+        let Arrays { queue, found, recorded, moved, increments, .. } = arrays.as_mut().map_err(|error| *error)?;
+        queue.clear();
+        found.clear();
+        if let Some(criterion) = criterion {
+            // Until the motion writes them these two are free.
+            let sorted = clusters::Sorted { positions: moved, masses: increments.as_flattened_mut() };
+            clusters::find(&self.options.search, criterion, step, positions, masses, sorted, found);
+        }
+        if !found.is_empty() {
+            recorded.fill(0);
+            for cluster in found.clusters() {
+                for k in found.members(cluster.first, cluster.count) {
+                    if let Some(flag) = recorded.get_mut(k) {
+                        *flag = 1;
+                    }
+                }
+            }
+        }
+        Ok(found.len())
     }
-    finish(&mut state, &mut arrays, counters, dt, n, merges)
+
+    #[cfg_attr(feature = "small", inline(never))]
+    fn motion<'w>(&self, workspace: &'w mut [u8], n: usize, clustered: bool) -> Result<Motion<'w, T>> {
+        let arrays = self.open(workspace)?;
+        let recorded: &[u8] = arrays.recorded;
+        let of = |points: &'w mut [[T; 2]]| points.get_mut(..n).ok_or(Error::LengthMismatch);
+        Ok(Motion {
+            recorded: if clustered { recorded.get(..n).unwrap_or(&[]) } else { &[] },
+            moved: Moved {
+                positions: of(arrays.moved)?,
+                increments: of(arrays.increments)?,
+                substeps: arrays.substeps.get_mut(..motion::tiles_of(n)).ok_or(Error::LengthMismatch)?,
+            },
+            gradient: arrays.gradient,
+            stages: arrays.stages,
+            field: arrays.field,
+        })
+    }
+
+    /// Decides the clusters, if there is a criterion (else merges are pending), takes the new positions over, merges, and ends the step.
+    #[cfg_attr(feature = "small", inline(never))]
+    fn settle(
+        &self,
+        workspace: &mut [u8],
+        mut state: State<'_, T>,
+        n: usize,
+        dt: T,
+        to: Log<'_, '_>,
+        criterion: Option<(&Criterion<T>, usize)>,
+    ) -> Result<()> {
+        let mut arrays = self.open(workspace);
+        let arrays = arrays.as_mut().map_err(|error| *error)?;
+        let Log { events, counters, report } = to;
+        let mut merges = true;
+        if let Some((criterion, clusters)) = criterion {
+            if clusters > 0 {
+                arrays.found.resume(clusters);
+                let before = (part(state.positions, n)?, part(state.masses, n)?, part(state.labels, n)?);
+                arrays.queue.decide(criterion, &mut arrays.found, before, arrays.increments, counters);
+            }
+            let moved = arrays.moved.get(..n).ok_or(Error::LengthMismatch)?;
+            state.positions.iter_mut().zip(moved).for_each(|(to, from)| *to = *from);
+            merges = clusters > 0 && arrays.queue.left(counters)? > 0;
+        }
+        if merges {
+            arrays.queue.run(&mut state, &mut arrays.found, events, counters, report)?;
+            counters.count = compact(&mut state, n) as u64;
+            arrays.queue.clear();
+        }
+        counters.pending = 0;
+        counters.time = dt.add_to(counters.time);
+        counters.step += 1;
+        Ok(())
+    }
 }
 
 /// What [`travel`] writes on the way.
@@ -283,23 +391,11 @@ fn travel<T: Real>(
     let mut fields = 0;
     if cfg!(feature = "small") {
         // Where flash and stack are dear, one way is left: common sub-steps in a summed field.
-        let Attraction::Sum(kernel, options) = force else { return Err(Error::Unsupported) };
-        // Looked at where it is: moving it out would take its size of the stack once more.
-        let plan = sum_plan(*kernel, n, options);
-        let plan = plan.as_ref().map_err(|&error| error)?;
+        let Attraction::Sum(kernel, _) = force else { return Err(Error::Unsupported) };
         let mut sum = |points: &[[T; 2]], slopes: &mut [[T; 2]]| {
             stop(run)?;
             fields += 1;
-            let outputs = Outputs { gradient: Some(slopes), ..Outputs::default() };
-            field::flow(
-                plan,
-                *kernel,
-                Sources { positions: points, masses: moving.masses },
-                points,
-                outputs,
-                buffers.field,
-                run,
-            )
+            field::drift(*kernel, Sources { positions: points, masses: moving.masses }, slopes, buffers.field, run)
         };
         let gradient = buffers.gradient.get_mut(..n).ok_or(Error::LengthMismatch)?;
         let made = n as u64 * motion::together(moving, &mut sum, generator, moved, gradient)?;
@@ -355,25 +451,6 @@ fn travel<T: Real>(
     report.fields += fields;
     report.substeps += made;
     report.normals += if noisy { made * draws } else { 0 };
-    Ok(())
-}
-
-/// Ends the step: absorbed particles go, the counters advance.
-fn finish<T: Real>(
-    state: &mut State<'_, T>,
-    arrays: &mut Arrays<'_, T>,
-    counters: &mut Counters,
-    dt: T,
-    n: usize,
-    merged: bool,
-) -> Result<()> {
-    if merged {
-        counters.count = compact(state, n) as u64;
-        arrays.queue.clear();
-    }
-    counters.pending = 0;
-    counters.time = dt.add_to(counters.time);
-    counters.step += 1;
     Ok(())
 }
 

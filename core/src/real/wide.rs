@@ -137,7 +137,8 @@ mod tests {
             let near = [a * (1.0 + 1e-16), -a * (1.0 - 1e-15), -a, a * 0.75, -a * 0.5, a * 1e-16, -a * 1.7e-16];
             for b in near.into_iter().chain(numbers.iter().skip(i % 7).step_by(41).copied()) {
                 let want = a + b;
-                if want.abs() < f64::MIN_POSITIVE || !want.is_finite() {
+                let whole = |x: f64| x == 0.0 || x.is_normal();
+                if !(whole(a) && whole(b) && whole(want)) {
                     continue;
                 }
                 assert_eq!(added(a, b).to_bits(), want.to_bits(), "{a:e} {b:e}");

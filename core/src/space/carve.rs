@@ -35,6 +35,15 @@ pub trait Space<'w> {
     /// # Errors
     /// [`Error::TooLarge`]: the size overflows. [`Error::WorkspaceTooSmall`]: not enough bytes are left.
     fn array<T: Plain>(&mut self, n: usize) -> Result<&'w mut [T]>;
+
+    /// As [`Space::array`] for layouts of many arrays, which ask for an error once, by [`Space::finish`]: none has elements after one.
+    fn part<T: Plain>(&mut self, n: usize) -> &'w mut [T];
+
+    /// The first error of a [`Space::part`].
+    ///
+    /// # Errors
+    /// As [`Space::array`].
+    fn finish(&self) -> Result<()>;
 }
 
 /// Bytes that `n` elements of so many bytes occupy, rounded up to whole lines of [`ALIGN`] bytes.
@@ -49,6 +58,7 @@ fn padded_bytes(each: usize, n: usize) -> Result<usize> {
 #[derive(Debug, Default)]
 pub struct Measure {
     bytes: usize,
+    error: Option<Error>,
 }
 
 impl Measure {
@@ -78,11 +88,30 @@ impl Measure {
     }
 }
 
+impl Measure {
+    #[cfg_attr(feature = "small", inline(never))]
+    fn note(&mut self, each: usize, n: usize) {
+        if let Err(error) = self.add(each, n) {
+            self.error.get_or_insert(error);
+        }
+    }
+}
+
 impl<'w> Space<'w> for Measure {
     #[inline]
     fn array<T: Plain>(&mut self, n: usize) -> Result<&'w mut [T]> {
         self.add(size_of::<T>(), n)?;
         Ok(&mut [])
+    }
+
+    #[inline]
+    fn part<T: Plain>(&mut self, n: usize) -> &'w mut [T] {
+        self.note(size_of::<T>(), n);
+        &mut []
+    }
+
+    fn finish(&self) -> Result<()> {
+        self.error.map_or(Ok(()), Err)
     }
 }
 
@@ -92,6 +121,7 @@ pub struct Carve<'w> {
     next: *mut u8,
     left: usize,
     fresh: bool,
+    error: Option<Error>,
     owner: PhantomData<&'w mut [MaybeUninit<u8>]>,
 }
 
@@ -125,7 +155,7 @@ impl<'w> Carve<'w> {
         if left > 0 && !next.addr().is_multiple_of(ALIGN) {
             return Err(Error::Misaligned);
         }
-        Ok(Self { next, left, fresh, owner: PhantomData })
+        Ok(Self { next, left, fresh, error: None, owner: PhantomData })
     }
 
     /// Bytes not handed out yet.
@@ -158,6 +188,18 @@ impl Carve<'_> {
         self.left -= bytes;
         Ok(start)
     }
+
+    /// As [`Carve::take`]; after an error there are no elements.
+    #[cfg_attr(feature = "small", inline(never))]
+    fn take_part(&mut self, each: usize, n: usize) -> (*mut u8, usize) {
+        match self.take(each, n) {
+            Ok(start) if self.error.is_none() => (start, n),
+            result => {
+                self.error = self.error.or(result.err());
+                (core::ptr::without_provenance_mut(ALIGN), 0)
+            }
+        }
+    }
 }
 
 impl<'w> Space<'w> for Carve<'w> {
@@ -169,6 +211,19 @@ impl<'w> Space<'w> for Carve<'w> {
         // SAFETY: the range is in the buffer or empty, aligned to ALIGN (the start is, and all steps are multiples), initialised
         // (zeroed above, or initialised by `reopen`'s type), valid as `T: Plain`, and handed out once.
         Ok(unsafe { core::slice::from_raw_parts_mut(start.cast::<T>(), n) })
+    }
+
+    #[inline]
+    #[expect(unsafe_code, reason = "turns a checked part of the buffer into an array")]
+    fn part<T: Plain>(&mut self, n: usize) -> &'w mut [T] {
+        const { assert!(align_of::<T>() <= ALIGN) }
+        let (start, n) = self.take_part(size_of::<T>(), n);
+        // SAFETY: as in `array`; none after an error, where the address is aligned for any type.
+        unsafe { core::slice::from_raw_parts_mut(start.cast::<T>(), n) }
+    }
+
+    fn finish(&self) -> Result<()> {
+        self.error.map_or(Ok(()), Err)
     }
 }
 

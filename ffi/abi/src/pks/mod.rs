@@ -224,9 +224,12 @@ where
     /// The crate's contract.
     unsafe fn step(self) -> Result<()> {
         // SAFETY: the caller promises the crate's contract, here and below.
-        let (options, chosen) = unsafe { (read_options::<T>(self.options), Chosen::<T>::read(self.attraction)) };
-        // Looked at where they are: moving them out would take their size of the stack once more.
-        let (options, chosen) = (options.as_ref().map_err(|&error| error)?, chosen.as_ref().map_err(|&error| error)?);
+        let options = unsafe { read_options::<T>(self.options) };
+        // Looked at where it is: moving it out would take its size of the stack once more.
+        let options = options.as_ref().map_err(|&error| error)?;
+        // SAFETY: as above.
+        let chosen = unsafe { Chosen::<T>::read(self.attraction) };
+        let chosen = chosen.as_ref().map_err(|&error| error)?;
         let mut whole;
         let options = match chosen {
             Chosen::Mesh(mesh, _) if cfg!(not(feature = "small")) && options.search.domain.is_none() => {
@@ -283,18 +286,19 @@ where
                 if self.report.is_null() { &mut done } else { &mut *self.report.cast::<Report>() },
             )
         };
+        #[cfg_attr(feature = "small", expect(unused_variables, reason = "the grid's, which is not there"))]
         let (own_memory, rest) = memory.split_at_mut_checked(own).ok_or(Error::WorkspaceTooSmall)?;
         run.enter(|run| {
+            #[cfg(not(feature = "small"))]
             let mut grid = match chosen {
-                Chosen::Mesh(mesh, equation) if cfg!(not(feature = "small")) => {
-                    Some(Grid::prepare(rest, *mesh, *equation, run.executor.workers())?)
-                }
+                Chosen::Mesh(mesh, equation) => Some(Grid::prepare(rest, *mesh, *equation, run.executor.workers())?),
                 _ => None,
             };
             for _ in 0..self.steps {
-                let attraction = match (&mut grid, chosen) {
-                    (Some(grid), _) => Attraction::Mesh(grid),
-                    (None, Chosen::Sum(kernel, options)) => Attraction::Sum(kernel, *options),
+                let attraction = match chosen {
+                    #[cfg(not(feature = "small"))]
+                    Chosen::Mesh(..) => grid.as_mut().map_or(Attraction::None, Attraction::Mesh),
+                    Chosen::Sum(kernel, options) => Attraction::Sum(kernel, *options),
                     _ => Attraction::None,
                 };
                 let State { positions, masses, labels, species } = &mut state;

@@ -112,12 +112,18 @@ pub(super) unsafe fn read_options<T: Real>(options: *const mollis_pks_options) -
     // By bits, as a comparison of doubles is a function where there are none.
     let zero = |x: f64| x.to_bits() as u32 | ((x.to_bits() >> 32) as u32) << 1 == 0;
     let [a, b, c, d] = options.domain;
+    let mesh = !options.domain.iter().all(|&x| zero(x));
+    let given =
+        [options.chi, options.noise, options.gamma, options.separation, options.probability, options.width, a, b, c, d];
+    let mut numbers = [T::ZERO; 10];
+    numbers.iter_mut().zip(&given).for_each(|(to, &x)| *to = T::from_wide(x));
+    let [chi, noise, gamma, separation, probability, width, a, b, c, d] = numbers;
     let read = pks::Options {
-        chi: T::from_wide(options.chi),
-        noise: T::from_wide(options.noise),
-        gamma: T::from_wide(options.gamma),
+        chi,
+        noise,
+        gamma,
         control: Control {
-            width: if zero(options.width) { T::INFINITY } else { T::from_wide(options.width) },
+            width: if zero(options.width) { T::INFINITY } else { width },
             at_least: options.at_least,
             at_most: options.at_most,
         },
@@ -127,16 +133,12 @@ pub(super) unsafe fn read_options<T: Real>(options: *const mollis_pks_options) -
             _ => return Err(Error::UnknownValue),
         },
         search: Search {
-            separation: T::from_wide(options.separation),
+            separation,
             mesh: options.mesh,
-            domain: if options.domain.iter().all(|&x| zero(x)) {
-                None
-            } else {
-                Some([[T::from_wide(a), T::from_wide(b)], [T::from_wide(c), T::from_wide(d)]])
-            },
+            domain: if mesh { Some([[a, b], [c, d]]) } else { None },
             shifted: options.shifted != 0,
         },
-        probability: T::from_wide(options.probability),
+        probability,
         law: match options.law {
             MOLLIS_PKS_LAW_EXACT => CollisionLaw::Exact,
             MOLLIS_PKS_LAW_PRINTED => CollisionLaw::Printed,
