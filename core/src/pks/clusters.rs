@@ -16,6 +16,7 @@
 use super::collision::Criterion;
 use super::sort;
 use super::theory::Group;
+use crate::error::{Error, Result};
 use crate::real::Real;
 use crate::space::Space;
 
@@ -93,8 +94,19 @@ pub struct Scratch<'w, T> {
 }
 
 impl<'w, T: Real> Scratch<'w, T> {
-    /// Lays out the scratch for `n` particles, fewer than 32 bits count.
-    pub fn lay(space: &mut impl Space<'w>, n: usize) -> Self {
+    /// Lays out the scratch for `n` particles.
+    ///
+    /// # Errors
+    /// Those of [`Space::array`]; [`Error::TooLarge`]: more particles than 32 bits count.
+    pub fn lay(space: &mut impl Space<'w>, n: usize) -> Result<Self> {
+        u32::try_from(n).ok().filter(|&n| n < u32::MAX).ok_or(Error::TooLarge)?;
+        let scratch = Self::parts(space, n);
+        space.finish()?;
+        Ok(scratch)
+    }
+
+    /// As [`Scratch::lay`], for no more than 32 bits count, as parts of a layout that is asked for errors at its end.
+    pub(super) fn parts(space: &mut impl Space<'w>, n: usize) -> Self {
         // Few particles are sorted in place.
         let many = cfg!(not(feature = "small")) && n > sort::FEW;
         let stack = if n > 0 { STACK } else { 0 };

@@ -81,7 +81,7 @@ fn lay<'w, T: Real>(
     };
     let arrays = Arrays {
         queue: Queue::lay(space, clustered),
-        found: clusters::Scratch::lay(space, clustered),
+        found: clusters::Scratch::parts(space, clustered),
         recorded: space.part(clustered),
         moved: space.part(n),
         increments: space.part(n),
