@@ -43,6 +43,7 @@ fn shift(value: u64, by: u32) -> u64 {
 }
 
 /// The nearest f32, by its bits.
+#[cfg(any(feature = "small", test))]
 fn rounded(x: f64) -> f32 {
     let (bits, sign) = (x.to_bits() & !(1 << 63), (x.to_bits() >> 32) as u32 & 1 << 31);
     let exponent = (bits >> 52) as u32;
