@@ -204,7 +204,7 @@ impl<T: Real> Pair<'_, T> {
         let mut d = *source;
         let mut square = T::ZERO;
         for (k, (d, &x)) in d.iter_mut().zip(x).enumerate() {
-            *d = *d - x;
+            *d -= x;
             square = if k == 0 { *d * *d } else { *d * *d + square };
         }
         let (mut k, mut g, mut b) = (T::ZERO, T::ZERO, T::ZERO);
