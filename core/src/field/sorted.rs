@@ -18,8 +18,8 @@ use crate::space::{Carve, Measure, Space};
 
 /// Targets between two questions whether to stop.
 const ASK: usize = 4096;
-/// Near sources side by side: most targets have fewer, so that one round of long dependent chains serves them.
-const LANES: usize = 16;
+/// Near sources side by side (sixteen take longer, though one round would then do for most targets).
+const LANES: usize = 8;
 
 struct Arrays<'w, T> {
     entries: &'w mut [Entry],
