@@ -4,6 +4,7 @@ use mollis_core::kernel::{Kernel, Law, Term};
 use mollis_core::mollifier::Mollifier;
 use mollis_reference::kernel::mollified;
 use mollis_reference::mollifier::Compact;
+use mollis_tests::Aligned;
 
 /// Numbers in [0, 1), the same ones every time (splitmix).
 fn numbers() -> impl FnMut() -> f64 {
@@ -61,10 +62,8 @@ fn check<const D: usize>(laws: &[Law], next: &mut impl FnMut() -> f64) {
         let delta = 0.1 + 1.5 * next();
         let (mollifier, terms) = (Mollifier::Compact { order, exponent }, [Term { law, coefficient: 1.0 }]);
         let bytes = Kernel::<f64, D>::workspace_bytes(&terms, mollifier).unwrap();
-        let mut memory = vec![0_u8; bytes + 64];
-        let start = memory.as_ptr().align_offset(64);
-        let memory = &mut memory[start..start + bytes];
-        let kernel = match Kernel::<f64, D>::prepare(memory, &terms, mollifier, delta) {
+        let mut memory = Aligned::new(bytes);
+        let kernel = match Kernel::<f64, D>::prepare(memory.bytes(), &terms, mollifier, delta) {
             Ok(kernel) => kernel,
             Err(error) => panic!("{D} {law:?} {mollifier:?} delta {delta}: {error:?}"),
         };

@@ -209,7 +209,7 @@ pub fn species(args: &Args) -> anyhow::Result<bool> {
                 let mut system = System::new(&bumps, Some(mesh), options, seed, args.threads)?.within(args.walls());
                 let spread: f64 = kinds.iter().map(|kind| 4.0 * kind.mu * kind.mass).sum();
                 let first_rate = spread + system.pull()?;
-                let (mut lines, mut off) = ([const { Vec::new() }; 3], [0.0; 3]);
+                let mut lines = [const { Vec::new() }; 3];
                 let (mut philox, mut mirrored) = (Philox::new(seed), Opposite(Philox::new(seed)));
                 for _ in 0..=steps {
                     let t = system.counters.time;
@@ -220,17 +220,15 @@ pub fn species(args: &Args) -> anyhow::Result<bool> {
                     lines.iter_mut().zip(values).for_each(|(line, y)| line.push((t, y)));
                     system.step(if opposite { &mut mirrored } else { &mut philox }, dt)?;
                 }
-                for ((line, sum), off) in lines.iter().zip(&mut of_pair).zip(&mut off) {
-                    let rate = slope(line);
-                    *sum += 0.5 * rate;
-                    *off = residual(line, rate);
-                }
+                let of_run = lines.each_ref().map(|line| slope(line));
+                let off = [0, 1, 2].map(|k| residual(&lines[k], of_run[k]));
+                of_pair.iter_mut().zip(of_run).for_each(|(sum, rate)| *sum += 0.5 * rate);
                 println!(
                     "{name} seed {seed}{}: rates {:.2} {:.2} total {:.3} (at the start by the mesh's field, without noise, {first_rate:.3}); 1 - R^2 {:.1e} {:.1e} {:.1e}; {} particles, heaviest {:.4}, {:.1} sub-steps a particle and step, {:.0} s",
                     if opposite { ", opposite noise" } else { "" },
-                    slope(&lines[0]),
-                    slope(&lines[1]),
-                    slope(&lines[2]),
+                    of_run[0],
+                    of_run[1],
+                    of_run[2],
                     off[0],
                     off[1],
                     off[2],

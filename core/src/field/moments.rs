@@ -129,12 +129,8 @@ impl<T: Real, const D: usize> Sum<'_, T, D> {
             }
             for [single, high, low] in running.iter_mut() {
                 for ((single, high), low) in single.iter_mut().zip(high).zip(low) {
-                    // a double word and a number (Knuth's two-sum, and one renormalisation)
-                    let sum = DoubleWord::sum(*high, *single);
-                    let rest = sum.lo + *low;
-                    *high = sum.hi + rest;
-                    *low = rest - (*high - sum.hi);
-                    *single = T::ZERO;
+                    let sum = DoubleWord { hi: *high, lo: *low }.plus(*single);
+                    (*high, *low, *single) = (sum.hi, sum.lo, T::ZERO);
                 }
             }
         }
@@ -335,7 +331,7 @@ fn choose(n: usize, k: usize) -> f64 {
 /// A polynomial of one variable by Horner's rule, lane by lane: the first `N` of `c`, lowest power first.
 #[inline(always)]
 fn row<T: Real, const N: usize>(c: &[T], x: &[T; LANES]) -> [T; LANES] {
-    let Some(([rest @ .., highest], _)) = c.split_first_chunk::<N>().map(|(c, rest)| (&c[..], rest)) else {
+    let Some([rest @ .., highest]) = c.first_chunk::<N>().map(|c| &c[..]) else {
         return [T::ZERO; LANES];
     };
     let mut sum = [*highest; LANES];

@@ -52,11 +52,7 @@ type Moments<T, const N: usize> = [DoubleWord<T>; N];
 fn add<T: Real, const N: usize>(moments: &mut Moments<T, N>, y: T, m: T) {
     let mut term = m;
     for value in moments {
-        // a sum of a double word and a number (Knuth's two-sum, and one renormalisation)
-        let sum = DoubleWord::sum(value.hi, term);
-        let lo = sum.lo + value.lo;
-        let hi = sum.hi + lo;
-        *value = DoubleWord { hi, lo: lo - (hi - sum.hi) };
+        *value = value.plus(term);
         term *= y;
     }
 }

@@ -63,6 +63,14 @@ impl<T: Real> DoubleWord<T> {
         Self { hi, lo: (a - a_part) + (b - b_part) }
     }
 
+    /// The sum with a number: a two-sum and one renormalisation, for running sums.
+    #[inline(always)]
+    #[must_use]
+    pub fn plus(self, b: T) -> Self {
+        let sum = Self::sum(self.hi, b);
+        fast_two_sum(sum.hi, sum.lo + self.lo)
+    }
+
     /// `a b`, exactly (Dekker).
     #[inline(always)]
     #[must_use]
