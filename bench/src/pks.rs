@@ -227,7 +227,7 @@ impl Pks {
                     options: &options,
                     attraction: Attraction::Mesh(&mut grid),
                     run: &mut Run { executor, ..Run::default() },
-                    report: &mut made,
+                    report: Some(&mut made),
                 },
             )?;
             seconds.push((clock() - begin).as_secs_f64());

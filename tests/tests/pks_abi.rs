@@ -262,8 +262,9 @@ macro_rules! scalar {
                 };
                 let mut grid_block = Aligned::new(Grid::workspace_bytes(&mesh, &equation, 1).unwrap());
                 let mut grid = Grid::prepare(grid_block.bytes(), mesh, equation, 1).unwrap();
+                let exactly = field::Options::default();
                 let summed: pks::Summed<'_, $t> =
-                    (scene.force == Force::Sum).then_some((&kernel as _, field::Options::default()));
+                    (scene.force == Force::Sum).then_some((&kernel as _, &exactly));
                 let own = pks::workspace_bytes(N, summed, &options, 1).unwrap();
                 let mut workspace = Aligned::new(own);
                 let (mut philox, mut stream) = (Philox::new(7), Split(5));
@@ -275,7 +276,7 @@ macro_rules! scalar {
                     let attraction = match scene.force {
                         Force::None => Attraction::None,
                         Force::Free | Force::Box => Attraction::Mesh(&mut grid),
-                        Force::Sum => Attraction::Sum(&kernel, field::Options::default()),
+                        Force::Sum => Attraction::Sum(&kernel, &exactly),
                     };
                     let done = pks::step(
                         pks::State {
@@ -294,7 +295,7 @@ macro_rules! scalar {
                             labels_written: &mut labels_written,
                         },
                         workspace.bytes(),
-                        pks::Setting { options: &options, attraction, run: &mut Run::default(), report: &mut report },
+                        pks::Setting { options: &options, attraction, run: &mut Run::default(), report: Some(&mut report) },
                     );
                     if let Err(error) = done {
                         status = error as i32;

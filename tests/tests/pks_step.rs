@@ -163,9 +163,10 @@ impl<T: Real> Rig<T> {
             }
             _ => None,
         };
+        let exactly = field::Options::default();
         let attraction = match (&mut grid, self.force) {
             (Some(grid), _) => Attraction::Mesh(grid),
-            (None, Force::Sum) => Attraction::Sum(&Plummer, field::Options::default()),
+            (None, Force::Sum) => Attraction::Sum(&Plummer, &exactly),
             _ => Attraction::None,
         };
         let [written, labels_written] = &mut self.written;
@@ -185,7 +186,7 @@ impl<T: Real> Rig<T> {
                 options: &self.options,
                 attraction,
                 run: &mut Run { executor, ..Run::default() },
-                report: &mut self.report,
+                report: Some(&mut self.report),
             },
         );
         assert!(self.workspace.canaries_live() && self.grid.canaries_live());

@@ -5,7 +5,7 @@ use crate::memory::Memory;
 use mollis_core::euler_maruyama::Control;
 use mollis_core::field::{self, Interaction, Run};
 use mollis_core::pks::{
-    Attraction, CollisionLaw, Counters, Event, Events, Options, Report, Setting, State, step, workspace_bytes,
+    Attraction, CollisionLaw, Counters, Event, Events, Options, Setting, State, step, workspace_bytes,
 };
 use mollis_core::random::Philox;
 use mollis_core::special::incomplete_gamma;
@@ -38,7 +38,8 @@ fn times(nu: f64, law: CollisionLaw, n: usize, seed: u64, horizon: f64, smallest
     options.law = law;
     options.probability = 1e-12;
     options.control = Control { width: f64::INFINITY, at_least: 64, at_most: 1000 };
-    let attraction = Attraction::Sum(&Log, field::Options::default());
+    let exactly = field::Options::default();
+    let attraction = Attraction::Sum(&Log, &exactly);
     let bytes = workspace_bytes(2, attraction.summed(), &options, 1)?;
     let mut memory = Memory::new(bytes);
     let memory = memory.slice();
@@ -47,7 +48,6 @@ fn times(nu: f64, law: CollisionLaw, n: usize, seed: u64, horizon: f64, smallest
         let (mut positions, mut masses, mut labels) = ([[0.0_f64, 0.0], [1.0, 0.0]], [1.0; 2], [0, 1]);
         let mut counters = Counters { count: 2, ..Counters::default() };
         let (mut events, mut absorbed, mut written, mut labels_written) = ([Event::default()], [0], 0, 0);
-        let mut report = Report::default();
         loop {
             let d = [positions[0][0] - positions[1][0], positions[0][1] - positions[1][1]];
             let moment = 0.25 * (d[0] * d[0] + d[1] * d[1]);
@@ -67,9 +67,9 @@ fn times(nu: f64, law: CollisionLaw, n: usize, seed: u64, horizon: f64, smallest
                 memory,
                 Setting {
                     options: &options,
-                    attraction: Attraction::Sum(&Log, field::Options::default()),
+                    attraction: Attraction::Sum(&Log, &exactly),
                     run: &mut Run::default(),
-                    report: &mut report,
+                    report: None,
                 },
             )?;
             if counters.count == 1 {

@@ -147,7 +147,7 @@ impl System {
                     labels_written: &mut labels_written,
                 },
                 self.workspace.slice(),
-                Setting { options: &self.options, attraction, run: &mut run, report: &mut self.report },
+                Setting { options: &self.options, attraction, run: &mut run, report: Some(&mut self.report) },
             );
             for event in &events[..written] {
                 let from = event.first as usize;

@@ -174,7 +174,7 @@ impl Simulation for Coalescing<'_> {
                     options: &self.options,
                     attraction: Attraction::Mesh(&mut grid),
                     run: &mut run,
-                    report: &mut self.report,
+                    report: Some(&mut self.report),
                 },
             );
             for event in &events[..written] {

@@ -46,9 +46,10 @@ pub(super) fn sums<T: Real, const D: usize, const FULL: bool>(
     let compensated = FULL && options.accumulation == Accumulation::Compensated;
     // Compensated sums always carry both, whatever is wanted: the gradient's division is then the logarithm's.
     let (potential, gradient) = (FULL && wanted.potential || compensated, wanted.gradient || compensated);
-    // What is not wanted takes no stack where that is known when this is compiled.
-    let (mut of_gradient, mut of_potential, mut of_density) =
-        ([T::ZERO; MAX_TERMS], [T::ZERO; MAX_TERMS], [T::ZERO; MAX_TERMS]);
+    // What is not wanted takes no stack where that is known when this is compiled (which it is not of parts of a tuple).
+    let mut of_gradient = [T::ZERO; MAX_TERMS];
+    let mut of_potential = [T::ZERO; MAX_TERMS];
+    let mut of_density = [T::ZERO; MAX_TERMS];
     let mut pair = Pair {
         edge: if mollified { square } else { least },
         per_square: T::ZERO,

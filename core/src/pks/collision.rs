@@ -116,14 +116,14 @@ impl<T: Real> Criterion<T> {
         !negligible(a, x, self.probability) && incomplete_gamma::upper(a, x) > self.probability
     }
 
-    /// Whether the second moment takes one straight step: by the printed law, which the feature `small` refuses, and without noise.
+    /// Whether the second moment takes one straight step: by the printed law and without noise, which the feature `small` refuses.
     fn straight(&self) -> bool {
-        cfg!(not(feature = "small")) && self.law == CollisionLaw::Printed || self.constants.noise == T::ZERO
+        cfg!(not(feature = "small")) && (self.law == CollisionLaw::Printed || self.constants.noise == T::ZERO)
     }
 
     /// Y + alpha dt + 2 beta sqrt(Y dt) z: one Gaussian step of the second moment (3.2), (3.11).
     fn increment(&self, group: &Group<T>, moment: T, z: T) -> T {
-        let spread = if cfg!(feature = "small") || self.constants.noise == T::ZERO {
+        let spread = if self.constants.noise == T::ZERO {
             T::ZERO
         } else {
             T::TWO * (self.constants.beta_squared(group) * moment * self.dt).sqrt() * z

@@ -107,7 +107,7 @@ impl<'w, T: Real> Queue<'w, T> {
         found: &mut clusters::Scratch<'_, T>,
         events: &mut Events<'_>,
         counters: &mut Counters,
-        report: &mut Report,
+        report: &mut Option<&mut Report>,
     ) -> Result<()> {
         let left = self.left(counters)?;
         let [_, _, _, length, done, _] = &mut *self.head else { return Err(Error::NotPrepared) };
@@ -134,8 +134,7 @@ impl<'w, T: Real> Queue<'w, T> {
             *events.written += 1;
             *done += 1;
             counters.pending = length.saturating_sub(*done);
-            report.merges += 1;
-            report.absorbed += absorbed.len() as u64;
+            Report { merges: 1, absorbed: absorbed.len() as u64, ..Report::default() }.add_to(report);
         }
         Ok(())
     }

@@ -309,7 +309,7 @@ fn jump<T: Real>(
     increments: &mut [[T; 2]],
 ) -> Result<()> {
     let noise = moving.options.noise;
-    if noise == T::ZERO {
+    if cfg!(not(feature = "small")) && noise == T::ZERO {
         return Ok(());
     }
     let (twice, root) = (T::TWO * noise * s, s.sqrt());

@@ -124,7 +124,7 @@ impl<T: Real> Options<T> {
     /// # Errors
     /// [`Error::NotFinite`]: chi, noise or gamma. [`Error::OutOfDomain`]: noise < 0, width not positive, eta or p outside (0, 1), a mesh
     /// without cells or with more than 65,536 a side, a domain that is empty or not finite, no sub-step allowed.
-    /// [`Error::Unsupported`], with the feature `small`: the printed law, the scheme of Strang.
+    /// [`Error::Unsupported`], with the feature `small`: no noise, the printed law, the scheme of Strang.
     pub fn check(&self) -> Result<()> {
         if !(self.chi.is_finite() && self.noise.is_finite() && self.gamma.is_finite()) {
             return Err(Error::NotFinite);
@@ -145,8 +145,9 @@ impl<T: Real> Options<T> {
         if !fine {
             return Err(Error::OutOfDomain);
         }
-        let both = self.law == CollisionLaw::Printed || self.scheme == Scheme::StrangRk4;
-        if cfg!(feature = "small") && both { Err(Error::Unsupported) } else { Ok(()) }
+        let large =
+            self.noise == T::ZERO || self.law == CollisionLaw::Printed || self.scheme == Scheme::StrangRk4;
+        if cfg!(feature = "small") && large { Err(Error::Unsupported) } else { Ok(()) }
     }
 }
 
@@ -168,4 +169,22 @@ pub struct Report {
     pub merges: u64,
     /// Particles that ended in another one.
     pub absorbed: u64,
+}
+
+impl Report {
+    /// Adds this to the caller's, if there is one.
+    #[inline(always)]
+    pub(super) fn add_to(self, report: &mut Option<&mut Self>) {
+        if cfg!(not(feature = "small"))
+            && let Some(report) = report
+        {
+            report.substeps += self.substeps;
+            report.normals += self.normals;
+            report.fields += self.fields;
+            report.searches += self.searches;
+            report.clusters += self.clusters;
+            report.merges += self.merges;
+            report.absorbed += self.absorbed;
+        }
+    }
 }

@@ -20,7 +20,7 @@ pub enum Attraction<'a, 'g, T: Real> {
     None,
     /// The sum over all particles of a kernel, K = V: exact, without a mesh; all particles share their sub-steps, and each sub-step sums
     /// anew. A mollified kernel bounds the speed.
-    Sum(&'a dyn Interaction<T, 2>, field::Options),
+    Sum(&'a dyn Interaction<T, 2>, &'a field::Options),
     /// A mesh's field, solved once a step, in which every particle takes its own sub-steps, whose expected jumps stay below the
     /// mesh width. In a box with no-flux walls particles are reflected. The grid is written over. Not with the feature `small`.
     Mesh(&'a mut Grid<'g, T>),
@@ -48,7 +48,7 @@ impl<'a, T: Real> Attraction<'a, '_, T> {
 }
 
 /// The kernel of [`Attraction::Sum`] with its options, for size queries; `None` for the other kinds.
-pub type Summed<'a, T> = Option<(&'a dyn Interaction<T, 2>, field::Options)>;
+pub type Summed<'a, T> = Option<(&'a dyn Interaction<T, 2>, &'a field::Options)>;
 
 /// What the workspace holds. Only the queue and the clusters outlive a call, and only one that ended with [`Error::EventsFull`].
 struct Arrays<'w, T> {
@@ -140,8 +140,8 @@ pub struct Setting<'a, 'g, 'r, T: Real> {
     pub attraction: Attraction<'a, 'g, T>,
     /// Level, executor, `should_stop`.
     pub run: &'a mut Run<'r>,
-    /// Added to.
-    pub report: &'a mut Report,
+    /// Added to; `None` counts nothing, which is all that the feature `small` can do.
+    pub report: Option<&'a mut Report>,
 }
 
 /// Advances the particles by one step of length `dt`: finds the clusters that may collide, moves every particle, decides the collisions and
@@ -172,7 +172,7 @@ pub fn step<T: Real>(
     workspace: &mut [u8],
     setting: Setting<'_, '_, '_, T>,
 ) -> Result<()> {
-    let Setting { options, mut attraction, run, report } = setting;
+    let Setting { options, mut attraction, run, mut report } = setting;
     let room = state.positions.len();
     let lengths = state.masses.len() == room
         && state.labels.len() == room
@@ -207,8 +207,7 @@ pub fn step<T: Real>(
     let searched = n > 1 && attracted && !criterion.impossible(largest, total);
     let found = layout.search(workspace, searched.then_some(&criterion), before, counters.step)?;
     if searched {
-        report.searches += 1;
-        report.clusters += found as u64;
+        Report { searches: 1, clusters: found as u64, ..Report::default() }.add_to(&mut report);
     }
 
     // (2): motion, into the workspace.
@@ -229,7 +228,7 @@ pub fn step<T: Real>(
     let buffers = Buffers { gradient, stages: &mut stages, field };
     let force = if attracted && n > 0 { &mut attraction } else { &mut Attraction::None };
     let moved = Moved { positions: &mut *ends, increments, substeps };
-    travel(&moving, moved, force, generator, buffers, run, report)?;
+    travel(&moving, moved, force, generator, buffers, run, &mut report)?;
     if cfg!(not(feature = "small"))
         && let Attraction::Mesh(grid) = &attraction
         && grid.equation().walls == Walls::NoFlux
@@ -259,7 +258,7 @@ struct Layout<'a, T: Real> {
 struct Log<'a, 'e> {
     events: &'a mut Events<'e>,
     counters: &'a mut Counters,
-    report: &'a mut Report,
+    report: Option<&'a mut Report>,
 }
 
 /// The workspace in the eyes of the motion.
@@ -341,7 +340,7 @@ impl<T: Real> Layout<'_, T> {
     ) -> Result<()> {
         let mut arrays = self.open(workspace);
         let arrays = arrays.as_mut().map_err(|error| *error)?;
-        let Log { events, counters, report } = to;
+        let Log { events, counters, mut report } = to;
         let mut merges = true;
         if let Some((criterion, clusters)) = criterion {
             if clusters > 0 {
@@ -354,7 +353,7 @@ impl<T: Real> Layout<'_, T> {
             merges = clusters > 0 && arrays.queue.left(counters)? > 0;
         }
         if merges {
-            arrays.queue.run(&mut state, &mut arrays.found, events, counters, report)?;
+            arrays.queue.run(&mut state, &mut arrays.found, events, counters, &mut report)?;
             counters.count = compact(&mut state, n) as u64;
             arrays.queue.clear();
         }
@@ -381,7 +380,7 @@ fn travel<T: Real>(
     generator: &mut dyn Generator,
     buffers: Buffers<'_, '_, T>,
     run: &mut Run<'_>,
-    report: &mut Report,
+    report: &mut Option<&mut Report>,
 ) -> Result<()> {
     let n = moving.positions.len();
     let noisy = moving.options.noise > T::ZERO;
@@ -399,9 +398,8 @@ fn travel<T: Real>(
         };
         let gradient = buffers.gradient.get_mut(..n).ok_or(Error::LengthMismatch)?;
         let made = n as u64 * motion::together(moving, &mut sum, generator, moved, gradient)?;
-        report.fields += fields;
-        report.substeps += made;
-        report.normals += if noisy { made } else { 0 };
+        let normals = if noisy { made } else { 0 };
+        Report { fields, substeps: made, normals, ..Report::default() }.add_to(report);
         return Ok(());
     }
     let (made, draws) = match (fixed, force) {
@@ -418,7 +416,7 @@ fn travel<T: Real>(
         }
         (fixed, force) => {
             // Its plan is for the particles alive.
-            let plan = force.summed().map(|(kernel, field)| sum_plan(kernel, n, &field)).transpose()?;
+            let plan = force.summed().map(|(kernel, field)| sum_plan(kernel, n, field)).transpose()?;
             let none = matches!(force, Attraction::None);
             let mut sum = |points: &[[T; 2]], slopes: &mut [[T; 2]]| -> Result<()> {
                 stop(run)?;
@@ -448,9 +446,8 @@ fn travel<T: Real>(
             }
         }
     };
-    report.fields += fields;
-    report.substeps += made;
-    report.normals += if noisy { made * draws } else { 0 };
+    let normals = if noisy { made * draws } else { 0 };
+    Report { fields, substeps: made, normals, ..Report::default() }.add_to(report);
     Ok(())
 }
 

@@ -65,7 +65,7 @@ impl<T: Real> Chosen<'_, T> {
 
     fn summed(&self) -> Summed<'_, T> {
         match self {
-            Self::Sum(kernel, options) => Some((kernel, *options)),
+            Self::Sum(kernel, options) => Some((kernel, options)),
             _ => None,
         }
     }
@@ -192,6 +192,10 @@ where
     unsafe fn buffers(&self) -> Result<Buffers<T>> {
         let room = self.room;
         let (positions, masses) = (Output::new(self.positions, room)?, Output::new(self.masses, room)?);
+        // Who brings no report pays nothing for counting.
+        if cfg!(feature = "small") && !self.report.is_null() {
+            return Err(Error::Unsupported);
+        }
         let (labels, species) = (Output::new(self.labels, room)?, Output::optional(self.species, room)?);
         let (counted, reported) = (Output::new(self.counters, 1)?, Output::optional(self.report, 1)?);
         let memory = workspace(self.workspace, self.workspace_bytes)?;
@@ -265,9 +269,8 @@ where
             Some(host) => host,
             None => &mut philox,
         };
-        let mut done = Report::default();
         // SAFETY: as above; counters, events and report have the same layout as core's, which is checked beside them.
-        let (mut state, log, absorbed, memory, counted, events, report) = unsafe {
+        let (mut state, log, absorbed, memory, counted, events, mut report) = unsafe {
             let log = buffers.log.slice();
             let log = core::slice::from_raw_parts_mut(log.as_mut_ptr().cast::<Event>(), log.len());
             let state = State {
@@ -283,7 +286,7 @@ where
                 buffers.memory.slice(),
                 &mut *self.counters.cast::<Counters>(),
                 &mut *self.events,
-                if self.report.is_null() { &mut done } else { &mut *self.report.cast::<Report>() },
+                self.report.cast::<Report>().as_mut(),
             )
         };
         #[cfg_attr(feature = "small", expect(unused_variables, reason = "the grid's, which is not there"))]
@@ -298,7 +301,7 @@ where
                 let attraction = match chosen {
                     #[cfg(not(feature = "small"))]
                     Chosen::Mesh(..) => grid.as_mut().map_or(Attraction::None, Attraction::Mesh),
-                    Chosen::Sum(kernel, options) => Attraction::Sum(kernel, *options),
+                    Chosen::Sum(kernel, options) => Attraction::Sum(kernel, options),
                     _ => Attraction::None,
                 };
                 let State { positions, masses, labels, species } = &mut state;
@@ -314,7 +317,7 @@ where
                         labels_written: &mut events.labels_written,
                     },
                     own_memory,
-                    Setting { options, attraction, run, report },
+                    Setting { options, attraction, run, report: report.as_deref_mut() },
                 )?;
             }
             Ok(())
