@@ -15,8 +15,11 @@ use crate::space::Space;
 /// 1 + z/2 + z^2/6 + z^3/24 = 0, which is R(z) = 1, is -2.785293563...
 pub const REAL_STABILITY: f64 = 2.785_293_563;
 
-/// What a step needs beside the state; garbage between steps. By default that of an empty state.
-#[derive(Debug, Default)]
+/// Slices of the state's length in a [`Scratch`].
+pub const SLICES: usize = 3;
+
+/// What a step needs beside the state; garbage between steps.
+#[derive(Debug)]
 pub struct Scratch<'w, T> {
     /// The argument of the right-hand side, then the new state.
     stage: &'w mut [T],
@@ -40,13 +43,13 @@ impl<'w, T: Real> Scratch<'w, T> {
         self.slope
     }
 
-    /// The scratch of a state of `n` scalars, no more than it was laid out for: a state that has shrunk.
-    ///
-    /// # Errors
-    /// [`Error::LengthMismatch`]: it was laid out for fewer.
-    pub fn first(&mut self, n: usize) -> Result<Scratch<'_, T>> {
-        let part = |slice| <[T]>::get_mut(slice, ..n).ok_or(Error::LengthMismatch);
-        Ok(Scratch { stage: part(self.stage)?, slope: part(self.slope)?, sum: part(self.sum)? })
+    /// The scratch of a state of a third of `memory`'s length.
+    #[must_use]
+    pub fn split(memory: &'w mut [T]) -> Self {
+        let n = memory.len() / SLICES;
+        let (stage, rest) = memory.split_at_mut_checked(n).unwrap_or_default();
+        let (slope, rest) = rest.split_at_mut_checked(n).unwrap_or_default();
+        Self { stage, slope, sum: rest.get_mut(..n).unwrap_or_default() }
     }
 }
 

@@ -247,7 +247,7 @@ pub(crate) fn drift<T: Real, const D: usize>(
     let (coefficient, blob) = kernel.newtonian().ok_or(Error::Unsupported)?;
     let outputs = Outputs { gradient: Some(gradient), ..Outputs::default() };
     let kernel = direct::Newtonian { blob, coefficient };
-    let call = direct::Call { kernel, options: &single::PLAIN, sources, targets: sources.positions, outputs };
+    let call = direct::Call { kernel, options: &Options::DEFAULT, sources, targets: sources.positions, outputs };
     single::sums::<T, D, false>(call, workspace, run)
 }
 

@@ -29,9 +29,15 @@ pub struct Options {
     pub method: Option<Method>,
 }
 
+impl Options {
+    /// The defaults.
+    pub const DEFAULT: Self =
+        Self { accumulation: Accumulation::Blocked, combination: (1.0, 0.0), tolerance: 0.0, method: None };
+}
+
 impl Default for Options {
     fn default() -> Self {
-        Self { accumulation: Accumulation::Blocked, combination: (1.0, 0.0), tolerance: 0.0, method: None }
+        Self::DEFAULT
     }
 }
 

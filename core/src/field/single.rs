@@ -18,10 +18,6 @@ use crate::space::Carve;
 /// Targets between two questions whether to stop.
 const TASK: usize = 128;
 
-/// The defaults.
-pub(super) const PLAIN: Options =
-    Options { accumulation: Accumulation::Blocked, combination: (1.0, 0.0), tolerance: 0.0, method: None };
-
 /// Overwrites the outputs.
 ///
 /// Not `FULL`: no potential is wanted, the options are the defaults. What the others need is then not linked.
@@ -42,7 +38,7 @@ pub(super) fn sums<T: Real, const D: usize, const FULL: bool>(
     if mollified && (square < least || blob.terms(Polynomial::Gradient).is_none()) {
         return Err(Error::Unsupported);
     }
-    let scales = Scales::new::<D>(kernel.coefficient, units, if FULL { options } else { &PLAIN });
+    let scales = Scales::new::<D>(kernel.coefficient, units, if FULL { options } else { &Options::DEFAULT });
     let compensated = FULL && options.accumulation == Accumulation::Compensated;
     // Compensated sums always carry both, whatever is wanted: the gradient's division is then the logarithm's.
     let (potential, gradient) = (FULL && wanted.potential || compensated, wanted.gradient || compensated);

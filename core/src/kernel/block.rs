@@ -5,7 +5,7 @@ use super::fit::{Builder, Task, USER_OCTAVES, capacity};
 use super::law::{Law, MAX_TERMS, RadialKernel, Term};
 use super::part::{Outer, Part, RECORD};
 use super::profile::Profile;
-use super::{KEPT, Kernel, PARTS};
+use super::{KEPT, Kernel, OTHERS, Others};
 use crate::error::{Error, Result};
 use crate::mollifier::{Blob, Mollifier};
 use crate::real::Real;
@@ -100,10 +100,7 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
             newtonian: T::ZERO,
             terms: [term; KEPT],
             count: 0,
-            parts: [part; PARTS],
-            used: 0,
-            tables: &[],
-            fit_error: 0.0,
+            others: [Others { parts: [part; MAX_TERMS], used: 0, tables: &[], fit_error: 0.0 }; OTHERS],
         }
     }
 
@@ -284,22 +281,22 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
         let blob = Blob::new(mollifier, T::from_bits(delta.to_bits())).map_err(|_| Error::NotPrepared)?;
         let mut kernel = Self::empty(blob);
         kernel.newtonian = T::from_bits(newtonian.to_bits());
-        if !cfg!(feature = "kernels") {
+        let Some(others) = kernel.others.first_mut() else {
             // One Newtonian term, which is all that this build prepares.
             let &[_, _, coefficient] = rest.first_chunk::<TERM>().ok_or(Error::NotPrepared)?;
             kernel.terms = [Term { law: Law::Newtonian, coefficient }; KEPT];
             kernel.count = KEPT;
             return if used == 0 { Ok(kernel) } else { Err(Error::Unsupported) };
-        }
-        kernel.fit_error = fit_error;
-        kernel.tables = view.array(usize::try_from(size).map_err(|_| Error::NotPrepared)?)?;
+        };
+        others.fit_error = fit_error;
+        others.tables = view.array(usize::try_from(size).map_err(|_| Error::NotPrepared)?)?;
+        others.used = usize::try_from(used).unwrap_or(0).min(MAX_TERMS);
         kernel.count = usize::try_from(count).unwrap_or(0).min(MAX_TERMS);
-        kernel.used = usize::try_from(used).unwrap_or(0).min(MAX_TERMS);
         let (terms, parts) = rest.split_at_checked(MAX_TERMS * TERM).ok_or(Error::NotPrepared)?;
         for (slot, &[kind, parameter, coefficient]) in kernel.terms.iter_mut().zip(terms.as_chunks::<TERM>().0) {
             *slot = Term { law: Law::from_numbers(kind, parameter), coefficient };
         }
-        for (slot, record) in kernel.parts.iter_mut().zip(parts.as_chunks::<RECORD>().0) {
+        for (slot, record) in others.parts.iter_mut().zip(parts.as_chunks::<RECORD>().0) {
             *slot = Part::from_record(record);
             slot.panels = slot.panels.min(USER_OCTAVES + 2);
         }
@@ -311,6 +308,7 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
     /// # Errors
     /// [`Error::TooLarge`].
     pub fn block_bytes(&self) -> Result<usize> {
-        Measure::of(|space| lay::<T>(space, self.tables.len()).map(|_| ()))
+        let tables = self.others.first().map_or(0, |others| others.tables.len());
+        Measure::of(|space| lay::<T>(space, tables).map(|_| ()))
     }
 }

@@ -125,10 +125,11 @@ impl<T: Real, const D: usize> Kernel<'_, T, D> {
             }
             near.edge[0][0] += c * p.potential_offset;
         }
-        for part in self.parts.iter().take(self.used) {
-            let panel = part.panel(self.tables, 0)?;
+        let tables = self.others.first().map_or(&[][..], |others| others.tables);
+        for part in self.parts() {
+            let panel = part.panel(tables, 0)?;
             let end = panel.start.checked_add(panel.len.checked_mul(3)?)?;
-            let coefficients = self.tables.get(panel.start..end)?.as_chunks::<3>().0;
+            let coefficients = tables.get(panel.start..end)?.as_chunks::<3>().0;
             let to: [&mut [T]; 3] = match panel.variable {
                 Variable::EdgePowers if panel.len <= EDGE => {
                     near.edge_terms = near.edge_terms.max(panel.len);

@@ -40,9 +40,9 @@ use crate::mollifier::{Blob, Mollifier};
 use crate::real::Real;
 use part::Part;
 
-/// Terms that a kernel holds, and parts of those that are not Newtonian.
+/// Terms that a kernel holds, and whether some may not be Newtonian.
 const KEPT: usize = if cfg!(feature = "kernels") { MAX_TERMS } else { 1 };
-const PARTS: usize = if cfg!(feature = "kernels") { MAX_TERMS } else { 0 };
+const OTHERS: usize = if cfg!(feature = "kernels") { 1 } else { 0 };
 
 /// A prepared sum of kernels K_delta. It borrows its tables; a sum of Newtonian terms has none.
 #[derive(Clone, Copy, Debug)]
@@ -53,10 +53,22 @@ pub struct Kernel<'k, T: Real, const D: usize> {
     newtonian: T,
     terms: [Term; KEPT],
     count: usize,
-    parts: [Part<T>; PARTS],
+    others: [Others<'k, T>; OTHERS],
+}
+
+/// The terms of a kernel that are not Newtonian.
+#[derive(Clone, Copy, Debug)]
+struct Others<'k, T> {
+    parts: [Part<T>; MAX_TERMS],
     used: usize,
     tables: &'k [T],
     fit_error: f64,
+}
+
+impl<T> Others<'_, T> {
+    fn parts(&self) -> &[Part<T>] {
+        self.parts.get(..self.used).unwrap_or(&[])
+    }
 }
 
 impl<T: Real, const D: usize> Kernel<'_, T, D> {
@@ -112,7 +124,7 @@ impl<T: Real, const D: usize> Kernel<'_, T, D> {
     /// Whether every term is Newtonian, so that `newtonian_coefficient` and `blob` say everything.
     #[must_use]
     pub fn is_newtonian(&self) -> bool {
-        self.used == 0
+        self.parts().is_empty()
     }
 
     /// The terms, as they were given; a user's own kernel is not among them.
@@ -124,14 +136,19 @@ impl<T: Real, const D: usize> Kernel<'_, T, D> {
     /// Whether the terms say everything: false when a user's kernel takes part.
     #[must_use]
     pub fn is_known(&self) -> bool {
-        self.parts.iter().take(self.used).all(|part| part.law != Law::Newtonian)
+        self.parts().iter().all(|part| part.law != Law::Newtonian)
     }
 
     /// What the worst fit misses, relative to the size of the function on the fit's interval; 0 for closed forms. Above 1e-14
     /// only for mollifiers that are too rough for the kernel's Laplacian (M = 1 with p close to 1 - d).
     #[must_use]
     pub fn fit_error(&self) -> f64 {
-        self.fit_error
+        self.others.first().map_or(0.0, |others| others.fit_error)
+    }
+
+    /// The terms that are not Newtonian, prepared.
+    fn parts(&self) -> &[Part<T>] {
+        self.others.first().map_or(&[], Others::parts)
     }
 
     /// K_delta(r), r >= 0; 0 at r = 0 without a mollifier.
@@ -161,11 +178,12 @@ impl<T: Real, const D: usize> Kernel<'_, T, D> {
     #[inline]
     pub fn others(&self, r: T) -> [T; 3] {
         let mut sum = [T::ZERO; 3];
-        if !cfg!(feature = "kernels") || self.used == 0 || (r == T::ZERO && self.is_singular()) {
+        let Some(others) = self.others.first().filter(|others| others.used > 0) else { return sum };
+        if r == T::ZERO && self.is_singular() {
             return sum;
         }
-        for part in self.parts.iter().take(self.used) {
-            let [u, g, l] = part.at::<D>(self.tables, r);
+        for part in others.parts() {
+            let [u, g, l] = part.at::<D>(others.tables, r);
             sum = [sum[0] + u, sum[1] + g, sum[2] + l];
         }
         sum
@@ -228,22 +246,25 @@ impl<T: Real, const D: usize> Kernel<'_, T, D> {
         let (mut even, mut rest) = (*self, *self);
         even.newtonian = T::ZERO;
         for (kernel, wanted) in [(&mut even, true), (&mut rest, false)] {
-            (kernel.count, kernel.used) = (0, 0);
+            kernel.count = 0;
             for &term in self.terms().iter().filter(|term| is_even(term.law) == wanted) {
                 if let Some(slot) = kernel.terms.get_mut(kernel.count) {
                     *slot = term;
                     kernel.count += 1;
                 }
             }
-            for &part in self.parts.iter().take(self.used).filter(|part| is_even(part.law) == wanted) {
-                if let Some(slot) = kernel.parts.get_mut(kernel.used) {
-                    *slot = part;
-                    kernel.used += 1;
+            for others in &mut kernel.others {
+                others.used = 0;
+                for &part in self.parts().iter().filter(|part| is_even(part.law) == wanted) {
+                    if let Some(slot) = others.parts.get_mut(others.used) {
+                        *slot = part;
+                        others.used += 1;
+                    }
                 }
             }
         }
-        let some_left = rest.used > 0 || rest.newtonian != T::ZERO;
-        (even.used > 0 && some_left).then_some((even, rest))
+        let some_left = !rest.parts().is_empty() || rest.newtonian != T::ZERO;
+        (!even.parts().is_empty() && some_left).then_some((even, rest))
     }
 
     /// Value, gradient factor and Laplacian.

@@ -9,7 +9,6 @@ use crate::real::{DoubleWord, Real};
 /// A compact mollifier's shape: its coefficients, without a length.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Compact<T, const D: usize> {
-    exponent: u32,
     pub series: Exact<T, D>,
 }
 
@@ -25,7 +24,7 @@ pub(super) struct Inside<'a, T, const D: usize> {
 
 impl<T: Real, const D: usize> Compact<T, D> {
     pub fn new(order: u32, exponent: u32) -> Self {
-        Self { exponent, series: Exact::new(order, exponent) }
+        Self { series: Exact::new(order, exponent) }
     }
 
     /// The place at distance `r` <= `delta`.
@@ -37,7 +36,7 @@ impl<T: Real, const D: usize> Compact<T, D> {
 
 impl<T: Real, const D: usize> Inside<'_, T, D> {
     pub fn value(&self, quantity: Quantity) -> Scaled<T> {
-        let (n, m) = (D as u32, self.shape.exponent);
+        let (n, m) = (D as u32, self.shape.series.exponent());
         let (of, low, power) = match quantity {
             Quantity::Density => (Polynomial::Density, m, n),
             Quantity::DensitySlope => (Polynomial::DensitySlope, m - 1, n + 2),

@@ -75,8 +75,9 @@ pub(crate) enum Polynomial {
 /// Those of G are held. Every other one is made of one or two of them where it is used, which keeps the value small.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Exact<T, const D: usize> {
-    exponent: usize,
-    gradient: Series<DoubleWord<T>>,
+    exponent: u16,
+    terms: u16,
+    gradient: [DoubleWord<T>; MAX_TERMS - 1],
 }
 
 impl<T: Real, const D: usize> Exact<T, D> {
@@ -84,10 +85,11 @@ impl<T: Real, const D: usize> Exact<T, D> {
     pub fn new(order: u32, exponent: u32) -> Self {
         let (m, half_order) = (exponent as usize, order as usize / 2);
         let small = |n: usize| T::from_usize(n);
-        let mut gradient = Series::empty(DoubleWord::ZERO);
+        let mut gradient = [DoubleWord::ZERO; MAX_TERMS - 1];
+        let terms = m + half_order;
         let mut taylor = DoubleWord::ONE;
-        for k in 0..m + half_order {
-            gradient.set(k, taylor);
+        for (k, slot) in gradient.iter_mut().enumerate().take(terms) {
+            *slot = taylor;
             taylor = taylor * small(D + 2 * k) / small(2 * (k + 1));
         }
         // W_(M+i) is a sum over j = i..K-1 of whole numbers over 2^(K-1) (K-1)!, exact here: (-1)^(K-1+j) C(K-1, j) times the product of
@@ -97,15 +99,20 @@ impl<T: Real, const D: usize> Exact<T, D> {
         for j in (1..half_order).rev() {
             sum += (1..half_order).fold(factor, |product, s| product * small(D + 2 * (m + j + s)));
             factor = -(factor * small(j) / small(half_order - j));
-            if let Some(top) = gradient.coefficients.get_mut(m + j) {
+            if let Some(top) = gradient.get_mut(m + j) {
                 *top = *top * sum / below;
             }
         }
-        Self { exponent: m, gradient }
+        Self { exponent: m as u16, terms: terms as u16, gradient }
+    }
+
+    /// M.
+    pub fn exponent(&self) -> u32 {
+        u32::from(self.exponent)
     }
 
     fn g(&self, k: usize) -> DoubleWord<T> {
-        self.gradient.coefficients().get(k).copied().unwrap_or(DoubleWord::ZERO)
+        self.gradient.get(k).copied().unwrap_or(DoubleWord::ZERO)
     }
 
     /// `2 (k+1) g_(k+1)`.
@@ -118,7 +125,7 @@ impl<T: Real, const D: usize> Exact<T, D> {
         let small = |n: usize| T::from_usize(n);
         match of {
             // (N + 2k) g_k - 2 (k+1) g_(k+1); below k = M it is zero exactly
-            Polynomial::Density if k < self.exponent => DoubleWord::ZERO,
+            Polynomial::Density if k < usize::from(self.exponent) => DoubleWord::ZERO,
             Polynomial::Density => self.g(k) * small(D + 2 * k) - self.above(k),
             Polynomial::DensitySlope => -(self.coefficient(Polynomial::Density, k + 1) * small(2 * (k + 1))),
             Polynomial::Gradient => self.g(k),
@@ -140,7 +147,7 @@ impl<T: Real, const D: usize> Exact<T, D> {
 
     /// How many coefficients there are, zeros at the start counted.
     pub fn terms(&self, of: Polynomial) -> usize {
-        let terms = self.gradient.coefficients().len();
+        let terms = usize::from(self.terms);
         match of {
             Polynomial::Density | Polynomial::Gradient => terms,
             Polynomial::DensitySlope | Polynomial::Hessian => terms - 1,
@@ -157,7 +164,7 @@ impl<T: Real, const D: usize> Exact<T, D> {
     /// coefficients R_j, the sum over k >= j of g_k / (k+1), highest first. The centre is 1 - R_0 / 2.
     pub fn rise(&self) -> impl Iterator<Item = DoubleWord<T>> {
         let mut sum = DoubleWord::ZERO;
-        (0..self.gradient.coefficients().len()).rev().map(move |k| {
+        (0..usize::from(self.terms)).rev().map(move |k| {
             sum = sum + self.g(k) / T::from_usize(k + 1);
             sum
         })

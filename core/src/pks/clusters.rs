@@ -75,12 +75,7 @@ pub struct Cluster<T> {
 pub struct Scratch<'w, T> {
     /// Morton key in the high half; in the low half the particle's place among the [`Sorted`], for members of clusters the particle.
     words: &'w mut [u64],
-    spare: &'w mut [u64],
-    /// The particle at each place.
-    particles: &'w mut [u32],
-    buckets: &'w mut [u32],
-    /// Counts of the sort within a bucket.
-    counts: &'w mut [u32],
+    many: [Many<'w>; MANY],
     /// The quadtree's open nodes: their numbers, masses, and moments.
     nodes: &'w mut [[u32; 4]],
     weights: &'w mut [T],
@@ -91,6 +86,20 @@ pub struct Scratch<'w, T> {
     /// mass, pairs, moment, centre of each cluster.
     values: &'w mut [[T; 5]],
     found: usize,
+}
+
+/// Whether there may be many particles.
+const MANY: usize = if cfg!(feature = "small") { 0 } else { 1 };
+
+/// What many particles need; few are sorted in place.
+#[derive(Debug)]
+struct Many<'w> {
+    spare: &'w mut [u64],
+    /// The particle at each place.
+    particles: &'w mut [u32],
+    buckets: &'w mut [u32],
+    /// Counts of the sort within a bucket.
+    counts: &'w mut [u32],
 }
 
 impl<'w, T: Real> Scratch<'w, T> {
@@ -107,15 +116,16 @@ impl<'w, T: Real> Scratch<'w, T> {
 
     /// As [`Scratch::lay`], for no more than 32 bits count, as parts of a layout that is asked for errors at its end.
     pub(super) fn parts(space: &mut impl Space<'w>, n: usize) -> Self {
-        // Few particles are sorted in place.
-        let many = cfg!(not(feature = "small")) && n > sort::FEW;
+        let many = n > sort::FEW;
         let stack = if n > 0 { STACK } else { 0 };
         Self {
             words: space.part(n),
-            spare: if many { space.part(n) } else { &mut [] },
-            particles: if many { space.part(n) } else { &mut [] },
-            buckets: if many { space.part(BUCKETS) } else { &mut [] },
-            counts: if many { space.part(sort::BUCKETS) } else { &mut [] },
+            many: core::array::from_fn(|_| Many {
+                spare: if many { space.part(n) } else { &mut [] },
+                particles: if many { space.part(n) } else { &mut [] },
+                buckets: if many { space.part(BUCKETS) } else { &mut [] },
+                counts: if many { space.part(sort::BUCKETS) } else { &mut [] },
+            }),
             nodes: space.part(stack),
             weights: space.part(stack),
             moments: space.part(stack),
@@ -427,7 +437,7 @@ pub fn find<T: Real>(
         (positions, masses)
     };
     order(&mesh, places, scratch);
-    let Scratch { words, shared, particles, ranges, values, found, nodes, weights: masses_of_nodes, moments, .. } =
+    let Scratch { words, many, shared, ranges, values, found, nodes, weights: masses_of_nodes, moments } =
         scratch;
     let Some(words) = words.get_mut(..n) else { return };
     let shared = shared.get(..n).unwrap_or(&[]);
@@ -466,7 +476,7 @@ pub fn find<T: Real>(
         first += count;
     }
     *found = tree.found;
-    if gathered {
+    if let Some(Many { particles, .. }) = many.first().filter(|_| gathered) {
         // Members by their numbers.
         for &[first, count] in ranges.iter().take(*found) {
             for word in words.iter_mut().skip(first as usize).take(count as usize) {
@@ -487,7 +497,7 @@ fn fine(shared: &[u8]) -> u32 {
         }
     }
     let (mut level, mut cells) = (0, 0);
-    for count in parts {
+    for &count in &parts {
         if cells * FEW > shared.len() {
             break;
         }
@@ -673,7 +683,8 @@ fn gather<T: Real>(
     weights: &mut [T],
     scratch: &mut Scratch<'_, T>,
 ) {
-    let Scratch { words, spare, particles, buckets, counts, .. } = scratch;
+    let Scratch { words, many, .. } = scratch;
+    let Some(Many { spare, particles, buckets, counts }) = many.first_mut() else { return };
     let bucket = |word: u64| (word >> (64 - BUCKETS.ilog2())) as usize;
     buckets.fill(0);
     for (i, (word, x)) in spare.iter_mut().zip(positions).enumerate() {
@@ -707,7 +718,11 @@ fn gather<T: Real>(
 /// levels, or they are few.
 #[cfg_attr(feature = "small", inline(never))]
 fn order<T: Real>(mesh: &Mesh<T>, places: &[[T; 2]], scratch: &mut Scratch<'_, T>) {
-    let Scratch { words, spare, counts, shared, .. } = scratch;
+    let Scratch { words, many, shared, .. } = scratch;
+    let (spare, counts) = match many.first_mut() {
+        Some(Many { spare, counts, .. }) => (&mut **spare, &mut **counts),
+        None => Default::default(),
+    };
     // The state's arrays may have shrunk since the scratch was laid out.
     let n = places.len();
     let (Some(words), Some(shared)) = (words.get_mut(..n), shared.get_mut(..n)) else { return };

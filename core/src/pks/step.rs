@@ -58,8 +58,8 @@ struct Arrays<'w, T> {
     moved: &'w mut [[T; 2]],
     increments: &'w mut [[T; 2]],
     substeps: &'w mut [u32],
+    /// Of every particle the gradient, or what the scheme of Strang needs.
     gradient: &'w mut [[T; 2]],
-    stages: rk4::Scratch<'w, T>,
     field: &'w mut [u8],
 }
 
@@ -86,12 +86,11 @@ fn lay<'w, T: Real>(
         moved: space.part(n),
         increments: space.part(n),
         substeps: space.part(motion::tiles_of(n)),
-        gradient: space.part(if summed.is_some() && !fixed { n } else { 0 }),
-        stages: if cfg!(feature = "small") {
-            rk4::Scratch::default()
-        } else {
-            rk4::Scratch::lay(space, if fixed { n.checked_mul(2).ok_or(Error::TooLarge)? } else { 0 })?
-        },
+        gradient: space.part(match summed {
+            _ if fixed => n.checked_mul(rk4::SLICES).ok_or(Error::TooLarge)?,
+            Some(_) => n,
+            None => 0,
+        }),
         field: space.part(field),
     };
     space.finish()?;
@@ -221,11 +220,11 @@ pub fn step<T: Real>(
         limited.control.width = limited.control.width.min(h).min(k);
         used = &limited;
     }
-    let Motion { recorded, moved, gradient, mut stages, field } = layout.motion(workspace, n, found > 0)?;
+    let Motion { recorded, moved, gradient, field } = layout.motion(workspace, n, found > 0)?;
     let Moved { positions: ends, increments, substeps } = moved;
     let moving =
         Moving { positions: before.0, masses: before.1, labels: before.2, recorded, options: used, dt, step: number };
-    let buffers = Buffers { gradient, stages: &mut stages, field };
+    let buffers = Buffers { gradient, field };
     let force = if attracted && n > 0 { &mut attraction } else { &mut Attraction::None };
     let moved = Moved { positions: &mut *ends, increments, substeps };
     travel(&moving, moved, force, generator, buffers, run, &mut report)?;
@@ -266,7 +265,6 @@ struct Motion<'w, T> {
     recorded: &'w [u8],
     moved: Moved<'w, T>,
     gradient: &'w mut [[T; 2]],
-    stages: rk4::Scratch<'w, T>,
     field: &'w mut [u8],
 }
 
@@ -322,7 +320,6 @@ impl<T: Real> Layout<'_, T> {
                 substeps: arrays.substeps.get_mut(..motion::tiles_of(n)).ok_or(Error::LengthMismatch)?,
             },
             gradient: arrays.gradient,
-            stages: arrays.stages,
             field: arrays.field,
         })
     }
@@ -365,9 +362,8 @@ impl<T: Real> Layout<'_, T> {
 }
 
 /// What [`travel`] writes on the way.
-struct Buffers<'s, 'w, T> {
+struct Buffers<'s, T> {
     gradient: &'s mut [[T; 2]],
-    stages: &'s mut rk4::Scratch<'w, T>,
     field: &'s mut [u8],
 }
 
@@ -378,7 +374,7 @@ fn travel<T: Real>(
     moved: Moved<'_, T>,
     force: &mut Attraction<'_, '_, T>,
     generator: &mut dyn Generator,
-    buffers: Buffers<'_, '_, T>,
+    buffers: Buffers<'_, T>,
     run: &mut Run<'_>,
     report: &mut Option<&mut Report>,
 ) -> Result<()> {
@@ -437,7 +433,8 @@ fn travel<T: Real>(
             };
             let all = n as u64;
             if fixed {
-                let stages = &mut buffers.stages.first(2 * n)?;
+                let stages = buffers.gradient.get_mut(..rk4::SLICES * n).ok_or(Error::LengthMismatch)?;
+                let stages = &mut rk4::Scratch::split(stages.as_flattened_mut());
                 let sum: Option<&mut motion::Sum<'_, T>> = if none { None } else { Some(&mut sum) };
                 (all * motion::strang(moving, sum, generator, moved, stages)?, 2)
             } else {

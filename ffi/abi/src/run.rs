@@ -141,6 +141,7 @@ impl Stop {
 /// A C caller's wishes, checked and copied.
 pub(crate) struct HostRun {
     level: Level,
+    #[cfg(not(feature = "small"))]
     executor: Option<Host>,
     stop: Option<Stop>,
 }
@@ -155,10 +156,12 @@ impl HostRun {
         if !level.is_available() {
             return Err(Error::Unsupported);
         }
+        if cfg!(feature = "small") && !run.executor.is_null() {
+            return Err(Error::Unsupported);
+        }
+        #[cfg(not(feature = "small"))]
         let executor = if run.executor.is_null() {
             None
-        } else if cfg!(feature = "small") {
-            return Err(Error::Unsupported);
         } else {
             if !run.executor.is_aligned() {
                 return Err(Error::Misaligned);
@@ -172,23 +175,32 @@ impl HostRun {
             Some(Host { executor, parallel_for })
         };
         let stop = run.should_stop.map(|ask| Stop { ask, context: run.stop_context });
-        Ok(Self { level, executor, stop })
+        Ok(Self {
+            level,
+            #[cfg(not(feature = "small"))]
+            executor,
+            stop,
+        })
     }
 
     /// How many workers a workspace must serve.
     pub(crate) fn workers(&self) -> usize {
-        if cfg!(feature = "small") { 1 } else { self.executor.as_ref().map_or(1, Executor::workers) }
+        self.executor().workers()
+    }
+
+    fn executor(&self) -> &dyn Executor {
+        #[cfg(not(feature = "small"))]
+        if let Some(host) = &self.executor {
+            return host;
+        }
+        &Serial
     }
 
     /// Calls `body` with core's view of these wishes.
     pub(crate) fn enter<R>(&self, body: impl FnOnce(&mut Run<'_>) -> R) -> R {
         let stop = self.stop.as_ref().map(|stop| || stop.asked());
         let should_stop = stop.as_ref().map(|stop| stop as &(dyn Fn() -> bool + Sync));
-        let executor: &dyn Executor = match &self.executor {
-            Some(host) if cfg!(not(feature = "small")) => host,
-            _ => &Serial,
-        };
-        body(&mut Run { level: self.level, executor, should_stop, counters: None })
+        body(&mut Run { level: self.level, executor: self.executor(), should_stop, counters: None })
     }
 }
 

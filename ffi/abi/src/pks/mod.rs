@@ -26,12 +26,28 @@ use crate::random::{HostGenerator, mollis_generator};
 use crate::run::{HostRun, mollis_run};
 use crate::status::{mollis_status, status};
 
+/// The options of a sum: not held where there is nothing to choose.
+#[cfg(not(feature = "small"))]
+type SumOptions = field::Options;
+#[cfg(feature = "small")]
+type SumOptions = &'static field::Options;
+
+#[cfg(not(feature = "small"))]
+fn sum_options(tolerance: f64) -> Result<SumOptions> {
+    Ok(field::Options { tolerance, ..field::Options::default() })
+}
+
+#[cfg(feature = "small")]
+fn sum_options(tolerance: f64) -> Result<SumOptions> {
+    if Real::is_finite(tolerance) { Ok(&field::Options::DEFAULT) } else { Err(Error::NotFinite) }
+}
+
 /// A caller's choice of attraction, checked.
 #[expect(clippy::large_enum_variant, reason = "one lives at a time, on the stack: there is no heap to box in")]
 enum Chosen<'k, T: Real> {
     None,
     Mesh(mollis_core::grid::Mesh<T>, mollis_core::grid::Equation<T>),
-    Sum(Kernel<'k, T, 2>, field::Options),
+    Sum(Kernel<'k, T, 2>, SumOptions),
 }
 
 impl<T: Real> Chosen<'_, T> {
@@ -55,8 +71,7 @@ impl<T: Real> Chosen<'_, T> {
                     Ok(Self::Mesh(mollis_mesh2::read(given.mesh)?, equation(&structures::read(given.grid)?)?))
                 }
                 MOLLIS_PKS_ATTRACTION_SUM => {
-                    let options = field::Options { tolerance: given.tolerance, ..field::Options::default() };
-                    Ok(Self::Sum(kernel::open(given.kernel, given.kernel_bytes)?, options))
+                    Ok(Self::Sum(kernel::open(given.kernel, given.kernel_bytes)?, sum_options(given.tolerance)?))
                 }
                 _ => Err(Error::UnknownValue),
             }
