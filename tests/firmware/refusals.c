@@ -80,7 +80,7 @@ static int32_t advance(const void *with, double dt, void *workspace, size_t byte
 
 static void blobs(void) {
   const size_t bytes = MOLLIS_BLOB2_WORKSPACE_BYTES_F32(N);
-  mollis_blob_options options;
+  static mollis_blob_options options;
   float *before = &positions[0][0];
   put_status("options of no size", mollis_blob_options_init(&options, 0));
   put_status("options too large", mollis_blob_options_init(&options, sizeof options + 1));

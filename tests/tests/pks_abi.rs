@@ -263,8 +263,7 @@ macro_rules! scalar {
                 let mut grid_block = Aligned::new(Grid::workspace_bytes(&mesh, &equation, 1).unwrap());
                 let mut grid = Grid::prepare(grid_block.bytes(), mesh, equation, 1).unwrap();
                 let exactly = field::Options::default();
-                let summed: pks::Summed<'_, $t> =
-                    (scene.force == Force::Sum).then_some((&kernel as _, &exactly));
+                let summed: pks::Summed<'_, $t> = (scene.force == Force::Sum).then_some((&kernel as _, &exactly));
                 let own = pks::workspace_bytes(N, summed, &options, 1).unwrap();
                 let mut workspace = Aligned::new(own);
                 let (mut philox, mut stream) = (Philox::new(7), Split(5));
@@ -295,7 +294,12 @@ macro_rules! scalar {
                             labels_written: &mut labels_written,
                         },
                         workspace.bytes(),
-                        pks::Setting { options: &options, attraction, run: &mut Run::default(), report: Some(&mut report) },
+                        pks::Setting {
+                            options: &options,
+                            attraction,
+                            run: &mut Run::default(),
+                            report: Some(&mut report),
+                        },
                     );
                     if let Err(error) = done {
                         status = error as i32;

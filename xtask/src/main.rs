@@ -100,7 +100,7 @@ fn run(command: Command) -> Result<()> {
         Command::Features => features::run(),
         Command::Coverage => coverage::run(),
         Command::Figures { quick, threads, scenes } => figures::run(quick, threads, &scenes),
-        Command::Firmware => firmware::run(true).map(|_| ()),
+        Command::Firmware => firmware::run().map(|_| ()),
         Command::Install { prefix } => install::run(&prefix),
     }
 }

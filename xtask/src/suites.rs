@@ -29,26 +29,20 @@ const SUITES: &[Suite] = &[
     ("features", "each combination of features builds", || checked(features::run())),
     ("symbols", "nothing but memory functions is needed", || checked(symbols::run())),
     ("languages", "the header and programs in C, C++ and Fortran", || counted(languages())),
-    ("firmware", "bare machines give the host's bits, and hold no panic", || counted(firmware::run(false))),
-    ("budget", "firmware keeps to the flash and stack it may take", || counted(firmware::run(true))),
+    ("firmware", "bare machines give the host's bits, hold no panic and keep to their flash and stack", || {
+        counted(firmware::run())
+    }),
     ("valgrind", "the C programs touch no memory that is not theirs", || counted(examples::all(true))),
 ];
 
-/// Suites that have not passed yet, or not since the last large change. Without names they are left out, and said to be;
-/// `cargo xtask test NAME` runs them. The list must shrink to nothing before a release.
-const UNSETTLED: &[&str] = &["budget"];
-
-/// Runs the suites named, or all that are settled.
+/// Runs the suites named, or all.
 pub fn run(names: &[String]) -> Result<()> {
     if let Some(unknown) = names.iter().find(|n| !SUITES.iter().any(|(name, ..)| name == n)) {
         let known: Vec<_> = SUITES.iter().map(|(name, ..)| *name).collect();
         bail!("no suite `{unknown}`; there are {}", known.join(", "));
     }
     let mut rows = Vec::new();
-    let chosen = |name: &str| match names {
-        [] => !UNSETTLED.contains(&name),
-        _ => names.iter().any(|n| n == name),
-    };
+    let chosen = |name: &str| names.is_empty() || names.iter().any(|n| n == name);
     for (name, about, suite) in SUITES.iter().filter(|(name, ..)| chosen(name)) {
         println!("\n== {name}: {about}");
         let start = Instant::now();
@@ -67,9 +61,6 @@ pub fn run(names: &[String]) -> Result<()> {
         minutes += time;
     }
     println!("{:<12} {:>7} {:>7} {minutes:>8.2}", "all", sum.passed, sum.failed);
-    if names.is_empty() && !UNSETTLED.is_empty() {
-        println!("\nnot run, because not settled: {}", UNSETTLED.join(", "));
-    }
     println!("\n{} passed, {} failed", sum.passed, sum.failed);
     if sum.failed > 0 {
         std::process::exit(1);

@@ -5,7 +5,7 @@ use crate::memory::Memory;
 use mollis_core::euler_maruyama::Control;
 use mollis_core::field::{self, Interaction, Run};
 use mollis_core::pks::{
-    Attraction, CollisionLaw, Counters, Event, Events, Options, Setting, State, step, workspace_bytes,
+    Attraction, CollisionLaw, Counters, Event, Events, Options, Report, Setting, State, step, workspace_bytes,
 };
 use mollis_core::random::Philox;
 use mollis_core::special::incomplete_gamma;
@@ -48,6 +48,7 @@ fn times(nu: f64, law: CollisionLaw, n: usize, seed: u64, horizon: f64, smallest
         let (mut positions, mut masses, mut labels) = ([[0.0_f64, 0.0], [1.0, 0.0]], [1.0; 2], [0, 1]);
         let mut counters = Counters { count: 2, ..Counters::default() };
         let (mut events, mut absorbed, mut written, mut labels_written) = ([Event::default()], [0], 0, 0);
+        let mut report = Report::default();
         loop {
             let d = [positions[0][0] - positions[1][0], positions[0][1] - positions[1][1]];
             let moment = 0.25 * (d[0] * d[0] + d[1] * d[1]);
@@ -69,7 +70,7 @@ fn times(nu: f64, law: CollisionLaw, n: usize, seed: u64, horizon: f64, smallest
                     options: &options,
                     attraction: Attraction::Sum(&Log, &exactly),
                     run: &mut Run::default(),
-                    report: None,
+                    report: Some(&mut report),
                 },
             )?;
             if counters.count == 1 {

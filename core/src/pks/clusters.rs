@@ -437,8 +437,7 @@ pub fn find<T: Real>(
         (positions, masses)
     };
     order(&mesh, places, scratch);
-    let Scratch { words, many, shared, ranges, values, found, nodes, weights: masses_of_nodes, moments } =
-        scratch;
+    let Scratch { words, many, shared, ranges, values, found, nodes, weights: masses_of_nodes, moments } = scratch;
     let Some(words) = words.get_mut(..n) else { return };
     let shared = shared.get(..n).unwrap_or(&[]);
     let mut tree = Tree {

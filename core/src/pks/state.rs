@@ -145,8 +145,7 @@ impl<T: Real> Options<T> {
         if !fine {
             return Err(Error::OutOfDomain);
         }
-        let large =
-            self.noise == T::ZERO || self.law == CollisionLaw::Printed || self.scheme == Scheme::StrangRk4;
+        let large = self.noise == T::ZERO || self.law == CollisionLaw::Printed || self.scheme == Scheme::StrangRk4;
         if cfg!(feature = "small") && large { Err(Error::Unsupported) } else { Ok(()) }
     }
 }

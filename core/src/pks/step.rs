@@ -171,7 +171,7 @@ pub fn step<T: Real>(
     workspace: &mut [u8],
     setting: Setting<'_, '_, '_, T>,
 ) -> Result<()> {
-    let Setting { options, mut attraction, run, mut report } = setting;
+    let Setting { options, attraction, run, mut report } = setting;
     let room = state.positions.len();
     let lengths = state.masses.len() == room
         && state.labels.len() == room
@@ -210,34 +210,8 @@ pub fn step<T: Real>(
     }
 
     // (2): motion, into the workspace.
-    let mut limited;
-    let mut used = options;
-    if cfg!(not(feature = "small"))
-        && let Attraction::Mesh(grid) = &attraction
-    {
-        let [h, k] = grid.mesh().spacing();
-        limited = *options;
-        limited.control.width = limited.control.width.min(h).min(k);
-        used = &limited;
-    }
-    let Motion { recorded, moved, gradient, field } = layout.motion(workspace, n, found > 0)?;
-    let Moved { positions: ends, increments, substeps } = moved;
-    let moving =
-        Moving { positions: before.0, masses: before.1, labels: before.2, recorded, options: used, dt, step: number };
-    let buffers = Buffers { gradient, field };
-    let force = if attracted && n > 0 { &mut attraction } else { &mut Attraction::None };
-    let moved = Moved { positions: &mut *ends, increments, substeps };
-    travel(&moving, moved, force, generator, buffers, run, &mut report)?;
-    if cfg!(not(feature = "small"))
-        && let Attraction::Mesh(grid) = &attraction
-        && grid.equation().walls == Walls::NoFlux
-    {
-        // Sub-steps beyond a wall were made in the mirrored field: folding the end is reflecting the path.
-        ends.iter_mut().for_each(|x| *x = grid.mesh().reflect(*x).0);
-    }
-    if !all_finite(ends) {
-        return Err(Error::BecameNotFinite);
-    }
+    let start = Start { before, attracted, clustered: found > 0, dt, number };
+    layout.advance(workspace, &start, attraction, generator, run, &mut report)?;
 
     // (3): collisions, decided on the positions before the motion.
     let to = Log { events: &mut events, counters, report };
@@ -258,6 +232,18 @@ struct Log<'a, 'e> {
     events: &'a mut Events<'e>,
     counters: &'a mut Counters,
     report: Option<&'a mut Report>,
+}
+
+/// Where the motion starts.
+struct Start<'a, T> {
+    /// Positions, masses, labels.
+    before: (&'a [[T; 2]], &'a [T], &'a [u64]),
+    attracted: bool,
+    /// Whether some particles are marked.
+    clustered: bool,
+    dt: T,
+    /// The step's number.
+    number: u32,
 }
 
 /// The workspace in the eyes of the motion.
@@ -305,6 +291,44 @@ impl<T: Real> Layout<'_, T> {
             }
         }
         Ok(found.len())
+    }
+
+    /// Moves the particles into the workspace, with what the search marked recorded.
+    #[cfg_attr(feature = "small", inline(never))]
+    fn advance(
+        &self,
+        workspace: &mut [u8],
+        start: &Start<'_, T>,
+        mut attraction: Attraction<'_, '_, T>,
+        generator: &mut dyn Generator,
+        run: &mut Run<'_>,
+        report: &mut Option<&mut Report>,
+    ) -> Result<()> {
+        let &Start { before: (positions, masses, labels), attracted, clustered, dt, number: step } = start;
+        let mut limited;
+        let mut options = self.options;
+        if cfg!(not(feature = "small"))
+            && let Attraction::Mesh(grid) = &attraction
+        {
+            let [h, k] = grid.mesh().spacing();
+            limited = *options;
+            limited.control.width = limited.control.width.min(h).min(k);
+            options = &limited;
+        }
+        let Motion { recorded, moved, gradient, field } = self.motion(workspace, positions.len(), clustered)?;
+        let Moved { positions: ends, increments, substeps } = moved;
+        let moving = Moving { positions, masses, labels, recorded, options, dt, step };
+        let moved = Moved { positions: &mut *ends, increments, substeps };
+        let force = if attracted && !positions.is_empty() { &mut attraction } else { &mut Attraction::None };
+        travel(&moving, moved, force, generator, Buffers { gradient, field }, run, report)?;
+        if cfg!(not(feature = "small"))
+            && let Attraction::Mesh(grid) = &attraction
+            && grid.equation().walls == Walls::NoFlux
+        {
+            // Sub-steps beyond a wall were made in the mirrored field: folding the end is reflecting the path.
+            ends.iter_mut().for_each(|x| *x = grid.mesh().reflect(*x).0);
+        }
+        if all_finite(ends) { Ok(()) } else { Err(Error::BecameNotFinite) }
     }
 
     #[cfg_attr(feature = "small", inline(never))]
@@ -368,7 +392,7 @@ struct Buffers<'s, T> {
 }
 
 /// Moves all particles: chooses the way, sums or solves the field, counts.
-#[cfg_attr(feature = "small", inline(never))]
+#[inline]
 fn travel<T: Real>(
     moving: &Moving<'_, T>,
     moved: Moved<'_, T>,

@@ -5,6 +5,7 @@ use core::ffi::c_void;
 use mollis_core::field::Run;
 use mollis_core::isa::Level;
 use mollis_core::parallel::{Executor, Serial};
+#[cfg(not(feature = "small"))]
 use mollis_core::space::MAX_WORKERS;
 use mollis_core::{Error, Result};
 
