@@ -497,6 +497,15 @@ typedef struct mollis_grid2_options {
    * k >= 0 of Laplacian(u) - k^2 u = density. Default: 0.
    */
   double screening;
+  /**
+   * How fast the error falls with the mesh width where the density is smooth: 2 (five points; the default) or 4 (nine points, for cells
+   * whose sides are within a factor of 1.25 and at most 1/k). Solve and differences take 1.5 times as long.
+   */
+  int32_t order;
+  /**
+   * 0.
+   */
+  int32_t reserved;
 } mollis_grid2_options;
 
 /**
@@ -1807,8 +1816,8 @@ mollis_status mollis_grid2_options_init(struct mollis_grid2_options *options, si
  * The exact size of the workspace that mollis_grid2_eval needs for this mesh and these options, with this run's executor.
  *
  * Refused: MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_NOT_FINITE, MOLLIS_ERR_OUT_OF_DOMAIN (an empty rectangle, fewer than 2 cells),
- * MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_UNKNOWN_VALUE (walls), MOLLIS_ERR_KERNEL_PARAMETER (screening), MOLLIS_ERR_UNSUPPORTED (second moments with
- * screening), MOLLIS_ERR_OPTIONS_SIZE.
+ * MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_UNKNOWN_VALUE (walls, order), MOLLIS_ERR_KERNEL_PARAMETER (screening), MOLLIS_ERR_UNSUPPORTED (second
+ * moments with screening; order 4 with long or coarse cells), MOLLIS_ERR_OPTIONS_SIZE.
  */
 mollis_status mollis_grid2_workspace_bytes(const struct mollis_mesh2 *mesh,
                                            const struct mollis_grid2_options *options,

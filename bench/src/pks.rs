@@ -7,7 +7,7 @@ use std::time::Duration;
 use anyhow::{Context, Result, bail};
 use clap::Args;
 use mollis_core::field::Run;
-use mollis_core::grid::{Equation, Grid, MassScale, Mesh};
+use mollis_core::grid::{Equation, Grid, MassScale, Mesh, Order};
 use mollis_core::parallel::{Executor, Serial};
 use mollis_core::pks::{
     Attraction, Counters, Event, Events, Merging, Options, Report as Made, Setting, State, step, theory,
@@ -31,6 +31,9 @@ pub struct Pks {
     /// Cells along each axis.
     #[arg(long, default_value_t = 320)]
     grid: usize,
+    /// The mesh's scheme of fourth order.
+    #[arg(long)]
+    fourth: bool,
     /// Threads; times are then wall times, else CPU times of the thread.
     #[arg(long, default_value_t = 1)]
     threads: usize,
@@ -74,6 +77,11 @@ struct Peer {
 }
 
 impl Pks {
+    fn equation(&self) -> Equation<f64> {
+        let order = if self.fourth { Order::Fourth } else { Order::Second };
+        Equation { order, ..Equation::POISSON }
+    }
+
     /// Measures and prints.
     pub fn run(&self) -> Result<()> {
         let mut report = self.measure()?;
@@ -132,9 +140,9 @@ impl Pks {
         let pool = (self.threads > 1).then(|| mollis_mt::Pool::new(self.threads)).transpose()?;
         let executor: &dyn Executor = pool.as_ref().map_or(&Serial, |p| p);
         let mesh = Mesh::new([-1.5, -1.5], [1.5, 1.5], [self.grid; 2])?;
-        let bytes = Grid::workspace_bytes(&mesh, &Equation::POISSON, executor.workers())?;
+        let bytes = Grid::workspace_bytes(&mesh, &self.equation(), executor.workers())?;
         let mut memory = vec![0_u8; bytes + 64];
-        let mut grid = Grid::prepare(aligned(&mut memory), mesh, Equation::POISSON, executor.workers())?;
+        let mut grid = Grid::prepare(aligned(&mut memory), mesh, self.equation(), executor.workers())?;
         // Masses change when particles merge, not in a sub-step.
         let scale = MassScale::of(&masses)?;
         let clock = if self.threads > 1 { wall_time } else { cpu_time };
@@ -199,8 +207,8 @@ impl Pks {
         let mut options = Options { merging, ..Options::new(1.0, theory::noise(mass, 1.0, n)) };
         options.search.domain = Some([mesh.lower(), mesh.upper()]);
         let workers = executor.workers();
-        let mut grid_memory = vec![0; Grid::workspace_bytes(&mesh, &Equation::POISSON, workers)? + 64];
-        let mut grid = Grid::prepare(aligned(&mut grid_memory), mesh, Equation::POISSON, workers)?;
+        let mut grid_memory = vec![0; Grid::workspace_bytes(&mesh, &self.equation(), workers)? + 64];
+        let mut grid = Grid::prepare(aligned(&mut grid_memory), mesh, self.equation(), workers)?;
         let mut memory = vec![0; workspace_bytes(n, None, &options, workers)? + 64];
         let memory = aligned(&mut memory);
         let (mut events, mut absorbed) = (vec![Event::default(); n / 2 + 1], vec![0; n]);

@@ -8,7 +8,7 @@ mod system;
 use std::process::ExitCode;
 
 use clap::{Args as Arguments, ValueEnum};
-use mollis_core::grid::Walls;
+use mollis_core::grid::{Equation, Order, Walls};
 
 /// Which experiment.
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -58,6 +58,9 @@ pub struct Args {
     /// `species`: the border's field is that of all mass at its centre (the paper's), without second moments.
     #[arg(long)]
     monopole: bool,
+    /// The mesh's scheme is of fourth order, not the paper's of second.
+    #[arg(long)]
+    fourth: bool,
     /// `species`: steps; the experiment's own number if 0.
     #[arg(long, default_value_t = 0)]
     steps: u32,
@@ -85,6 +88,12 @@ pub fn main(args: Args) -> anyhow::Result<ExitCode> {
 }
 
 impl Args {
+    /// The mesh's field within these walls.
+    fn equation(&self, walls: Walls) -> Equation<f64> {
+        let order = if self.fourth { Order::Fourth } else { Order::Second };
+        Equation { walls, order, ..Equation::POISSON }
+    }
+
     fn walls(&self) -> Walls {
         if self.monopole { Walls::Free } else { Walls::FreeQuadrupole }
     }

@@ -3,7 +3,7 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use mollis_core::grid::{Equation, Grid, MassScale, Mesh, Walls};
+use mollis_core::grid::{Equation, Grid, MassScale, Mesh, Order, Walls};
 use mollis_core::parallel::{Executor, Serial};
 use mollis_core::space::ALIGN;
 use mollis_core::{Error, Real, Result};
@@ -104,7 +104,7 @@ fn agrees_with_the_dense_twin() {
                 let want = twin::field(&case, &x, &m, &targets);
                 let walls = if no_flux { Walls::NoFlux } else { Walls::Free };
                 let mesh = Mesh::new(case.lower, case.upper, cells).unwrap();
-                with_grid(mesh, Equation { screening, walls }, 1, |grid| {
+                with_grid(mesh, Equation { screening, walls, ..Equation::POISSON }, 1, |grid| {
                     grid.deposit(&x, &m, &Serial).unwrap();
                     grid.solve(&Serial).unwrap();
                     let (mut masses, mut u) = (vec![f64::NAN; mesh.nodes()], vec![f64::NAN; mesh.nodes()]);
@@ -157,7 +157,7 @@ fn manufactured_error(cells: [usize; 2], ratio: usize, walls: Walls) -> f64 {
             u[at(i, j)] = ((smooth + 0.1 * (next() - 0.5)) * 1e6 / step).round() as i64 * (4 * ratio as i64);
         }
     }
-    with_grid(mesh, Equation { screening: 0.0, walls }, 1, |grid| {
+    with_grid(mesh, Equation { screening: 0.0, walls, ..Equation::POISSON }, 1, |grid| {
         // A unit is 1.
         grid.begin(MassScale::for_total(2.0_f64.powi(49)).unwrap());
         assert_eq!(grid.scale().exponent(), 0);
@@ -275,6 +275,15 @@ fn any_order_any_number_of_threads_any_split_the_same_bits() {
         });
     }
     assert!(sum == want.0);
+    let square = Mesh::new(case.lower, case.upper, [48, 41]).unwrap();
+    let fourth = |executor: &dyn Executor| {
+        with_grid(square, Equation { order: Order::Fourth, ..Equation::POISSON }, executor.workers(), |grid| {
+            grid.deposit(&x, &m, executor).unwrap();
+            grid.solve(executor).unwrap();
+            grid.gradient().iter().map(|g| g.map(f64::to_bits)).collect::<Vec<_>>()
+        })
+    };
+    assert!(fourth(&Threads(3)) == fourth(&Serial));
     // One at a time is the same as all together.
     with_grid(mesh, Equation::POISSON, 1, |grid| {
         grid.deposit(&x, &m, &Serial).unwrap();
@@ -291,23 +300,25 @@ fn a_lone_particle_is_hardly_moved_by_itself() {
     // and the centred difference is antisymmetric. What is left is the error of the border data: the border takes the
     // monopole's value instead of the lattice Green's function, O((h / distance)^2) relative, a harmless smooth field.
     let mesh = Mesh::new([-1.0, -1.0], [1.0, 1.0], [64, 64]).unwrap();
-    with_grid(mesh, Equation::POISSON, 1, |grid| {
-        let mut next = random(4);
-        for _ in 0..50 {
-            let x = [next() - 0.5, next() - 0.5];
-            grid.deposit(&[x], &[1.0], &Serial).unwrap();
-            grid.solve(&Serial).unwrap();
-            let own = grid.gradient_at(x);
-            // The field one mesh width away is 1 / (2 pi h) = 5.
-            assert!(own[0].hypot(own[1]) < 1e-3, "{x:?} {own:?}");
-        }
-    });
+    for order in [Order::Second, Order::Fourth] {
+        with_grid(mesh, Equation { order, ..Equation::POISSON }, 1, |grid| {
+            let mut next = random(4);
+            for _ in 0..50 {
+                let x = [next() - 0.5, next() - 0.5];
+                grid.deposit(&[x], &[1.0], &Serial).unwrap();
+                grid.solve(&Serial).unwrap();
+                let own = grid.gradient_at(x);
+                // The field one mesh width away is 1 / (2 pi h) = 5.
+                assert!(own[0].hypot(own[1]) < 1e-3, "{order:?} {x:?} {own:?}");
+            }
+        });
+    }
 }
 
 #[test]
 fn no_flux_mirrors_what_is_outside() {
     let mesh = Mesh::new([0.0, 0.0], [2.0, 1.0], [20, 14]).unwrap();
-    let equation = Equation { screening: 2.0, walls: Walls::NoFlux };
+    let equation = Equation { screening: 2.0, walls: Walls::NoFlux, ..Equation::POISSON };
     let inside = [[0.3, 0.2], [1.9, 0.6], [0.25, 0.875]];
     // The same places seen through one or several mirrors (exact in binary where the sums are).
     let outside = [[-0.3, 0.2], [2.1, 1.4], [4.25, -0.875]];
@@ -367,11 +378,17 @@ fn refuses_what_it_must_and_leaves_the_rest() {
     assert_eq!(Mesh::new([0.0, 0.0], [1.0, 0.0], [8, 8]).err(), Some(Error::OutOfDomain));
     assert_eq!(Mesh::new([0.0, 0.0], [1.0, 1.0], [8, 1]).err(), Some(Error::OutOfDomain));
     assert_eq!(Mesh::new([0.0, 0.0], [1.0, 1.0], [8, usize::MAX]).err(), Some(Error::TooLarge));
-    let negative = Equation { screening: -1.0, walls: Walls::Free };
+    let negative = Equation { screening: -1.0, walls: Walls::Free, ..Equation::POISSON };
     assert_eq!(Grid::workspace_bytes(&mesh, &negative, 1), Err(Error::KernelParameter));
-    let infinite = Equation { screening: f64::INFINITY, walls: Walls::Free };
+    let infinite = Equation { screening: f64::INFINITY, walls: Walls::Free, ..Equation::POISSON };
     assert_eq!(Grid::workspace_bytes(&mesh, &infinite, 1), Err(Error::NotFinite));
-    let screened = Equation { screening: 1.0, walls: Walls::FreeQuadrupole };
+    let screened = Equation { screening: 1.0, walls: Walls::FreeQuadrupole, ..Equation::POISSON };
+    let fourth = Equation { order: Order::Fourth, ..Equation::POISSON };
+    let long = Mesh::new([0.0, 0.0], [1.0, 1.26], [8, 8]).unwrap();
+    assert_eq!(Grid::workspace_bytes(&long, &fourth, 1), Err(Error::Unsupported));
+    assert!(Grid::workspace_bytes(&Mesh::new([0.0, 0.0], [1.0, 1.24], [8, 8]).unwrap(), &fourth, 1).is_ok());
+    let coarse = Equation { screening: 8.1, ..fourth };
+    assert_eq!(Grid::workspace_bytes(&mesh, &coarse, 1), Err(Error::Unsupported));
     assert_eq!(Grid::workspace_bytes(&mesh, &screened, 1), Err(Error::Unsupported));
     with_grid(mesh, Equation::POISSON, 1, |grid| {
         grid.deposit(&[[0.5, 0.5]], &[1.0], &Serial).unwrap();
@@ -405,7 +422,7 @@ fn mass_far_outside_or_at_the_border_gives_finite_fields() {
                 continue;
             }
             for x in [[1e300, -1e300], [0.0, 0.0], [1.0, 0.5], [-0.1, 0.5], [1e-300, 1.0], [0.5, -1e4]] {
-                with_grid(mesh, Equation { screening, walls }, 1, |grid| {
+                with_grid(mesh, Equation { screening, walls, ..Equation::POISSON }, 1, |grid| {
                     grid.deposit(&[x, x], &[1.0, 1e-9], &Serial).unwrap();
                     grid.solve(&Serial).unwrap();
                     assert!(grid.gradient().iter().flatten().all(|g| g.is_finite()), "{screening} {x:?}");
@@ -433,7 +450,7 @@ fn second_moments_on_the_border_bring_the_field_of_divided_mass() {
     let x: Vec<[f64; 2]> = disc([0.35, -0.35]).chain(disc([-0.35, 0.35])).collect();
     let m = vec![1.0 / x.len() as f64; x.len()];
     let error = |walls| {
-        with_grid(mesh, Equation { screening: 0.0, walls }, 1, |grid| {
+        with_grid(mesh, Equation { screening: 0.0, walls, ..Equation::POISSON }, 1, |grid| {
             grid.deposit(&x, &m, &Serial).unwrap();
             grid.solve(&Serial).unwrap();
             let (mut worst, mut largest) = (0.0_f64, 0.0_f64);
@@ -457,4 +474,43 @@ fn second_moments_on_the_border_bring_the_field_of_divided_mass() {
     };
     let (monopole, quadrupole) = (error(Walls::Free), error(Walls::FreeQuadrupole));
     assert!(monopole > 0.05 && quadrupole < 0.02 && quadrupole < monopole / 5.0, "{monopole} {quadrupole}");
+}
+
+/// (3 / pi R^2) (1 - r^2 / R^2)^2, of mass 1, on a lattice: the sum of m x . grad u over all of it is 1 / (4 pi), whatever the shape (it is half of
+/// the sum over pairs of m m x . x / (2 pi r^2)). What a mesh loses of it is what the second moment's rate is off by.
+#[test]
+fn what_the_mesh_loses_of_the_attraction_falls_as_the_order_says() {
+    let radius: f64 = 0.5;
+    let fine = 1.0 / 1024.0;
+    let (mut x, mut m) = (Vec::new(), Vec::new());
+    for (i, j) in (-512..512).flat_map(|i| (-512..512).map(move |j| (i, j))) {
+        let at = [(f64::from(i) + 0.5) * fine, (f64::from(j) + 0.5) * fine];
+        let t = 1.0 - (at[0] * at[0] + at[1] * at[1]) / (radius * radius);
+        if t > 0.0 {
+            x.push(at);
+            m.push(3.0 / (std::f64::consts::PI * radius * radius) * t * t * fine * fine);
+        }
+    }
+    let total: f64 = m.iter().sum();
+    m.iter_mut().for_each(|m| *m /= total);
+    let lost = |order, cells: [usize; 2]| {
+        let mesh = Mesh::new([-1.0, -1.1], [1.0, 0.9], cells).unwrap();
+        with_grid(mesh, Equation { order, ..Equation::POISSON }, 1, |grid| {
+            grid.deposit(&x, &m, &Serial).unwrap();
+            grid.solve(&Serial).unwrap();
+            let mut g = vec![[0.0; 2]; x.len()];
+            grid.interpolate(&x, &mut g, &Serial).unwrap();
+            let virial: f64 = x.iter().zip(&m).zip(&g).map(|((x, m), g)| m * (x[0] * g[0] + x[1] * g[1])).sum();
+            (1.0 - virial * 4.0 * std::f64::consts::PI).abs()
+        })
+    };
+    // The second with the transform along y.
+    for coarse in [[32, 32], [36, 32]] {
+        let fine = coarse.map(|n| 2 * n);
+        let [a, b] = [coarse, fine].map(|cells| lost(Order::Second, cells));
+        let [c, d] = [coarse, fine].map(|cells| lost(Order::Fourth, cells));
+        // The root mean square radius is R / 2: 0.4 (h / a)^2, 2.5% and 0.6% for the square cells.
+        assert!((3.6..4.4).contains(&(a / b)) && (0.005..0.007).contains(&b), "{a:e} {b:e}");
+        assert!(c / d > 12.0 && d < b / 100.0, "{c:e} {d:e}");
+    }
 }

@@ -11,7 +11,7 @@ use std::ptr::{null, null_mut};
 use mollis_abi::*;
 use mollis_core::euler_maruyama::Control;
 use mollis_core::field::{self, Run};
-use mollis_core::grid::{Equation, Grid, Mesh, Walls};
+use mollis_core::grid::{Equation, Grid, Mesh, Order, Walls};
 use mollis_core::kernel::{Kernel, Law, Term};
 use mollis_core::mollifier::Mollifier;
 use mollis_core::pks::clusters::Search;
@@ -69,7 +69,7 @@ struct Scene {
     dt: f64,
 }
 
-const MESH: mollis_mesh2 = mollis_mesh2 { lower: [-2.0, -2.0], upper: [2.0, 2.0], cells: [16, 20] };
+const MESH: mollis_mesh2 = mollis_mesh2 { lower: [-2.0, -2.0], upper: [2.0, 2.0], cells: [17, 20] };
 const WALLS: f64 = 0.75;
 const DELTA: f64 = 0.05;
 const N: usize = 60;
@@ -161,7 +161,7 @@ macro_rules! scalar {
                     assert_eq!(mollis_grid2_options_init(grid.as_mut_ptr(), size_of::<mollis_grid2_options>()), 0);
                     grid.assume_init()
                 };
-                (grid.walls, grid.screening) = (MOLLIS_WALLS_NO_FLUX, WALLS);
+                (grid.walls, grid.screening, grid.order) = (MOLLIS_WALLS_NO_FLUX, WALLS, 4);
                 let mesh = MESH;
                 let attraction = mollis_pks_attraction {
                     kind: match scene.force {
@@ -257,7 +257,7 @@ macro_rules! scalar {
                 let kernel = kernel(block.bytes());
                 let mesh = Mesh::new(MESH.lower.map(|v| v as $t), MESH.upper.map(|v| v as $t), MESH.cells).unwrap();
                 let equation = match scene.force {
-                    Force::Box => Equation { screening: WALLS as $t, walls: Walls::NoFlux },
+                    Force::Box => Equation { screening: WALLS as $t, walls: Walls::NoFlux, order: Order::Fourth },
                     _ => Equation::POISSON,
                 };
                 let mut grid_block = Aligned::new(Grid::workspace_bytes(&mesh, &equation, 1).unwrap());

@@ -124,8 +124,8 @@ const CELLS: usize = 32;
 impl<T: Real> Rig<T> {
     fn new(p: Particles<T>, options: Options<T>, force: Force, room: (usize, usize), workers: usize) -> Self {
         let n = p.positions.len();
-        let summed: Option<(&dyn Interaction<T, 2>, field::Options)> =
-            (force == Force::Sum).then_some((&Plummer, field::Options::default()));
+        let exactly = field::Options::default();
+        let summed: Option<(&dyn Interaction<T, 2>, _)> = (force == Force::Sum).then_some((&Plummer, &exactly));
         let workspace = Memory::new(workspace_bytes(n, summed, &options, workers).unwrap());
         let grid = Memory::new(match force {
             Force::Mesh(walls) => Grid::workspace_bytes(&Self::mesh(), &Self::equation(walls), workers).unwrap(),
@@ -151,7 +151,7 @@ impl<T: Real> Rig<T> {
     }
 
     fn equation(walls: Walls) -> Equation<T> {
-        Equation { screening: T::ZERO, walls }
+        Equation { screening: T::ZERO, walls, ..Equation::POISSON }
     }
 
     fn step(&mut self, generator: &mut dyn Generator, dt: f64) -> Result<()> {

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use anyhow::{Context as _, ensure};
 use mollis_core::Error;
-use mollis_core::grid::Mesh;
+use mollis_core::grid::{Mesh, Walls};
 use mollis_core::pks::{CollisionLaw, Merging, Options, theory};
 use mollis_core::random::Philox;
 
@@ -24,7 +24,8 @@ fn options(args: &Args, chi: f64, noise: f64) -> Options<f64> {
 /// What the options have of the arguments.
 fn choice(args: &Args) -> String {
     let chosen = options(args, 1.0, 1.0);
-    format!("{:?} law, {:?} collisions merge", chosen.law, chosen.merging)
+    let order = args.equation(Walls::Free).order;
+    format!("{:?} law, {:?} collisions merge, mesh of {order:?} order", chosen.law, chosen.merging)
 }
 
 /// The mean of the second values over the times a..b.
@@ -54,7 +55,8 @@ pub fn transfer(args: &Args) -> anyhow::Result<bool> {
             Bump { centre: [5.0, 0.0], axes: [1.0, 7.0], mass: mass / 3.0, count: n / 3 },
         ];
         let mesh = Mesh::new([-15.0; 2], [15.0; 2], [270; 2])?;
-        let mut system = System::new(&bumps, Some(mesh), options, seed, args.threads)?;
+        let mut system =
+            System::new(&bumps, Some(mesh), options, seed, args.threads)?.within(args.equation(Walls::Free));
         // All particles weigh the same.
         system.masses.iter_mut().for_each(|m| *m = mass / n as f64);
         let mut line = vec![(0.0, system.second_moment())];
@@ -122,7 +124,8 @@ pub fn singularities(args: &Args) -> anyhow::Result<bool> {
             Bump { centre: [-3.0, -1.0], axes: [1.0; 2], mass: 0.7 * mass, count: n - light },
         ];
         let mesh = Mesh::new([-15.0; 2], [15.0; 2], [270; 2])?;
-        let mut system = System::new(&bumps, Some(mesh), options, seed, args.threads)?;
+        let mut system =
+            System::new(&bumps, Some(mesh), options, seed, args.threads)?.within(args.equation(Walls::Free));
         let (mut line, mut begun) = (Vec::new(), None);
         // The moment starts at about 8.9 and falls at 13.44: all is over before t = 2.
         while system.counters.time < 2.0 {
@@ -206,7 +209,8 @@ pub fn species(args: &Args) -> anyhow::Result<bool> {
                 let start = Instant::now();
                 let options = options(args, chi, theory::noise(mass, mu, n));
                 let mesh = Mesh::new([-1.5; 2], [1.5; 2], [320; 2])?;
-                let mut system = System::new(&bumps, Some(mesh), options, seed, args.threads)?.within(args.walls());
+                let mut system =
+                    System::new(&bumps, Some(mesh), options, seed, args.threads)?.within(args.equation(args.walls()));
                 let spread: f64 = kinds.iter().map(|kind| 4.0 * kind.mu * kind.mass).sum();
                 let first_rate = spread + system.pull()?;
                 let mut lines = [const { Vec::new() }; 3];
@@ -277,7 +281,8 @@ pub fn subcritical(args: &Args) -> anyhow::Result<bool> {
             let options = options(&args, 1.0, theory::noise(mass, 1.0, n));
             let bump = Bump { centre: [0.0; 2], axes: [1.0; 2], mass, count: n };
             let mesh = Mesh::new([-15.0; 2], [15.0; 2], [270; 2])?;
-            let mut system = System::new(&[bump], Some(mesh), options, seed, args.threads)?;
+            let mut system =
+                System::new(&[bump], Some(mesh), options, seed, args.threads)?.within(args.equation(Walls::Free));
             let mut line = vec![(0.0, system.second_moment())];
             // The line that alpha of the particles there are, step by step, would draw.
             let mut own = vec![(0.0, 0.0)];
@@ -325,7 +330,8 @@ pub fn stress(args: &Args) -> anyhow::Result<bool> {
         let bump = Bump { centre: [0.3, -0.1], axes: [1.0; 2], mass: 0.01 * mass, count: n - 1 };
         let heavy = Bump { centre: [0.0; 2], axes: [0.0; 2], mass: 0.99 * mass, count: 1 };
         let mesh = Mesh::new([-15.0; 2], [15.0; 2], [64; 2])?;
-        let mut system = System::new(&[heavy, bump], Some(mesh), options, 1, args.threads)?;
+        let mut system =
+            System::new(&[heavy, bump], Some(mesh), options, 1, args.threads)?.within(args.equation(Walls::Free));
         let initial = system.masses.clone();
         let mut refused = 0;
         for _ in 0..steps {

@@ -1,6 +1,6 @@
 //! A run: particles, grid and workspace in one place.
 
-use mollis_core::grid::{Equation, Grid, Mesh, Walls};
+use mollis_core::grid::{Equation, Grid, Mesh};
 use mollis_core::parallel::{Executor, Serial};
 use mollis_core::pks::theory::{Group, Law};
 use mollis_core::pks::{self, Attraction, Counters, Event, Events, Options, Report, Setting, State};
@@ -108,9 +108,9 @@ impl System {
         })
     }
 
-    /// The same with other walls around the mesh.
-    pub fn within(mut self, walls: Walls) -> Self {
-        self.equation.walls = walls;
+    /// The same with another field of the mesh.
+    pub fn within(mut self, equation: Equation<f64>) -> Self {
+        self.equation = equation;
         self
     }
 

@@ -3,7 +3,7 @@
 use anyhow::{Context, Result, ensure};
 use mollis_core::Error;
 use mollis_core::field::Run;
-use mollis_core::grid::{Equation, Grid, Mesh, Walls};
+use mollis_core::grid::{Equation, Grid, Mesh, Order, Walls};
 use mollis_core::isa::Level;
 use mollis_core::parallel::Executor;
 use mollis_core::pks::{
@@ -71,7 +71,8 @@ impl<'a> Coalescing<'a> {
         options.search.mesh = [count(pks.x), count(pks.y)].map(|n| n.try_into().unwrap_or(1));
         let workers = pool.workers();
         let walls = if pks.quadrupole { Walls::FreeQuadrupole } else { Walls::Free };
-        let equation = Equation { screening: 0.0, walls };
+        let order = if pks.fourth { Order::Fourth } else { Order::Second };
+        let equation = Equation { screening: 0.0, walls, order };
         let grid = Memory::new(Grid::workspace_bytes(&mesh, &equation, workers)?);
         let workspace = Memory::new(pks::workspace_bytes(n, None, &options, workers)?);
         let whole: f64 = start.masses.iter().sum();

@@ -270,6 +270,7 @@ fn pks(node: &Node) -> Pks {
         x: interval(node, "x").unwrap_or([-15.0, 15.0]),
         y: interval(node, "y").unwrap_or([-15.0, 15.0]),
         quadrupole: text(node, "border").as_deref() == Some("quadrupole"),
+        fourth: text(node, "scheme").as_deref() == Some("fourth"),
         printed: text(node, "law").as_deref() == Some("printed"),
         hard: text(node, "collapse").as_deref() == Some("hard"),
         cell: number(node, "cell").unwrap_or(1.0),

@@ -333,6 +333,13 @@ const PKS: &[Field] = &[
         "the field on the mesh's border: of all mass at its centre, or with its second moments",
     ),
     field(
+        "scheme",
+        Choice(&["second", "fourth"]),
+        "",
+        Otherwise("second"),
+        "order of the mesh's field: five points as in the paper, or nine; the latter wants nearly square cells",
+    ),
+    field(
         "law",
         Choice(&["exact", "printed"]),
         "",

@@ -185,6 +185,8 @@ pub struct Pks {
     pub y: [f64; 2],
     /// Second moments in the field on the mesh's border.
     pub quadrupole: bool,
+    /// The mesh's scheme of fourth order.
+    pub fourth: bool,
     /// The printed increment test instead of the exact law.
     pub printed: bool,
     /// Only clusters of index at most -1 merge.

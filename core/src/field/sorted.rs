@@ -16,8 +16,11 @@ use crate::kernel::{Far, Kernel, Near, POWERS};
 use crate::real::{DoubleWord, Real};
 use crate::space::{Carve, Measure, Space};
 
-/// Targets between two questions whether to stop.
-const ASK: usize = 4096;
+/// Targets whose results are written together: the outputs' order is another, so each write may miss every cache, and one after the other
+/// they wait for memory at the same time.
+const TOGETHER: usize = 64;
+/// So many between two questions whether to stop.
+const ASK: usize = 64 * TOGETHER;
 /// Near sources side by side (sixteen take longer, though one round would then do for most targets).
 const LANES: usize = 8;
 
@@ -216,51 +219,59 @@ impl<T: Real, const D: usize, const N: usize> Plain for Sweep<'_, '_, T, D, N> {
         let (mut low, mut high) = (0_usize, 0_usize);
         let source = |k: usize| Some((*sources.get(k)?, *source_masses.get(k)?));
         let mut near_pairs = 0_u64;
-        for (step, &index) in order.iter().enumerate() {
-            if step % ASK == 0 && should_stop.is_some_and(|stop| stop()) {
+        for (block, indices) in order.chunks(TOGETHER).enumerate() {
+            let first_step = block * TOGETHER;
+            if first_step % ASK == 0 && should_stop.is_some_and(|stop| stop()) {
                 return Err(Error::Stopped);
             }
-            let index = index as usize;
-            let x = match sorted_targets {
-                Some(sorted) => sorted.get(step).copied(),
-                None => targets.get(index).map(first),
-            };
-            let Some(x) = x else { continue };
-            while let Some((y, m)) = source(low).filter(|&(y, _)| x - y > reach) {
-                add(&mut left, y - centre, m);
-                low += 1;
-            }
-            while let Some((y, m)) = source(high).filter(|&(y, _)| y - x <= reach) {
-                add(&mut passed, y - centre, m);
-                high += 1;
-            }
-            let at = x - centre;
-            let (mut u, mut du, mut ddu) = (T::ZERO, T::ZERO, T::ZERO);
-            for &c in expand(&weights, &left, &passed, &total).iter().rev() {
-                // value, first and half the second derivative together
-                ddu = ddu * at + du;
-                du = du * at + u;
-                u = u * at + c;
-            }
-            ddu += ddu;
-            if !singular {
-                let count = high.saturating_sub(low);
-                near_pairs += count as u64;
-                let (behind, masses_behind) = (positions.get(low..).unwrap_or(&[]), masses.get(low..).unwrap_or(&[]));
-                let sums = match &near {
-                    Some(near) => near_polynomials(near, (x, reach), behind, masses_behind, count, wanted),
-                    None => near_one_by_one(kernel, x, (behind, masses_behind), count, wanted),
+            let mut results = [[T::ZERO; 3]; TOGETHER];
+            for ((step, &index), result) in (first_step..).zip(indices).zip(&mut results) {
+                let x = match sorted_targets {
+                    Some(sorted) => sorted.get(step).copied(),
+                    None => targets.get(index as usize).map(first),
                 };
-                (u, du, ddu) = (u + sums[0], du + sums[1], ddu + sums[2]);
+                let Some(x) = x else { continue };
+                while let Some((y, m)) = source(low).filter(|&(y, _)| x - y > reach) {
+                    add(&mut left, y - centre, m);
+                    low += 1;
+                }
+                while let Some((y, m)) = source(high).filter(|&(y, _)| y - x <= reach) {
+                    add(&mut passed, y - centre, m);
+                    high += 1;
+                }
+                let at = x - centre;
+                let (mut u, mut du, mut ddu) = (T::ZERO, T::ZERO, T::ZERO);
+                for &c in expand(&weights, &left, &passed, &total).iter().rev() {
+                    // value, first and half the second derivative together
+                    ddu = ddu * at + du;
+                    du = du * at + u;
+                    u = u * at + c;
+                }
+                ddu += ddu;
+                if !singular {
+                    let count = high.saturating_sub(low);
+                    near_pairs += count as u64;
+                    let behind = positions.get(low..).unwrap_or(&[]);
+                    let masses_behind = masses.get(low..).unwrap_or(&[]);
+                    let sums = match &near {
+                        Some(near) => near_polynomials(near, (x, reach), behind, masses_behind, count, wanted),
+                        None => near_one_by_one(kernel, x, (behind, masses_behind), count, wanted),
+                    };
+                    (u, du, ddu) = (u + sums[0], du + sums[1], ddu + sums[2]);
+                }
+                *result = [u, du, ddu];
             }
-            if let Some(slot) = outputs.potential.as_mut().and_then(|o| o.get_mut(index)) {
-                *slot = u;
+            let done = indices.iter().map(|&index| index as usize).zip(&results);
+            if let Some(out) = outputs.potential.as_deref_mut() {
+                done.clone().for_each(|(at, &[u, ..])| out.get_mut(at).into_iter().for_each(|slot| *slot = u));
             }
-            if let Some(slot) = outputs.laplacian.as_mut().and_then(|o| o.get_mut(index)) {
-                *slot = ddu;
+            if let Some(out) = outputs.gradient.as_deref_mut() {
+                for (at, &[_, du, _]) in done.clone() {
+                    out.get_mut(at).and_then(|g| g.first_mut()).into_iter().for_each(|slot| *slot = du);
+                }
             }
-            if let Some([slot, ..]) = outputs.gradient.as_mut().and_then(|o| o.get_mut(index)).map(|g| &mut g[..]) {
-                *slot = du;
+            if let Some(out) = outputs.laplacian.as_deref_mut() {
+                done.for_each(|(at, &[.., ddu])| out.get_mut(at).into_iter().for_each(|slot| *slot = ddu));
             }
         }
         Ok(near_pairs)

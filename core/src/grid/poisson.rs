@@ -5,14 +5,24 @@
 //!
 //! `-U_(s-1) + b U_s - U_(s+1) = F_s,  b = 2 + K^2 (4 sin^2(pi k / 2 n) / H^2 + kappa^2),  F = -K^2 (2 / n) density^`
 //!
-//! with the prescribed border values moved to the right-hand side. Three phases, each in tasks that write parts of their own:
+//! with the prescribed border values moved to the right-hand side. The scheme of nine points ([`Order::Fourth`]) for Laplacian(u) - kappa^2 u = f is
+//!
+//! `(Dxx + Dyy + (H^2 + K^2)/12 Dxx Dyy - kappa^2 P) u = P S f,  P = 1 + (H^2 Dxx + K^2 Dyy)/12`
+//!
+//! with D the second differences, and S = 1 - (H^2 Dxx + K^2 Dyy)/6 undoes the smoothing of cloud-in-cell deposit and interpolation, which
+//! together multiply a wave p by 1 - (p_x^2 H^2 + p_y^2 K^2)/6. P S is taken as 1 - (H^2 Dxx + K^2 Dyy)/12, the same up to the fourth
+//! order. A mode then obeys the equation above with
+//!
+//! `b = 2 + K^2 (l + kappa^2 (1 - l H^2 / 12)) / A,  A = 1 - (l (H^2 + K^2) + kappa^2 K^2)/12,  l = 4 sin^2(pi k / 2 n) / H^2`
+//!
+//! and F / A. Three phases, each in tasks that write parts of their own:
 //! rows, columns, rows.
 
 use super::deposit::TAIL;
 use super::fft::{Element, LANES, cost, half_root};
 use super::fixed::exact;
 use super::transform::{Kind, ROWS, Transform};
-use super::{Equation, MassScale, Mesh, Monopole, Walls};
+use super::{Equation, MassScale, Mesh, Monopole, Order, Walls};
 use crate::error::Result;
 use crate::isa::{Level, Plain, widest};
 use crate::parallel::Executor;
@@ -104,6 +114,8 @@ pub(super) struct Solver<'w, T: Real> {
     transform: Transform<'w, T>,
     /// b - 2 of each mode, padded.
     excess: &'w mut [T],
+    /// 1 / A of each mode, padded.
+    shares: &'w mut [T],
     /// The potential, between the phases its modes: rows of `pitch` elements.
     values: &'w mut [T],
     border: Frame<'w, T>,
@@ -130,6 +142,7 @@ impl<'w, T: Real> Solver<'w, T> {
             shape,
             transform: Transform::lay(space, shape.kind, shape.n)?,
             excess: space.array(shape.pitch)?,
+            shares: space.array(shape.pitch)?,
             values: space.array(shape.pitch.checked_mul(shape.m + 1).ok_or(size)?)?,
             border: Frame::lay(space, &shape)?,
             ghosts: Frame::lay(space, &shape)?,
@@ -143,12 +156,21 @@ impl<'w, T: Real> Solver<'w, T> {
         let [h, k] = self.shape.spacing(mesh);
         let ratio = k / h;
         let screening = k * equation.screening;
-        for (mode, b) in self.excess.iter_mut().enumerate() {
+        let fourth = equation.order == Order::Fourth;
+        let twelfth = T::ONE / T::from_i32(12);
+        for (mode, (b, share)) in self.excess.iter_mut().zip(self.shares.iter_mut()).enumerate() {
             // Padding columns take the last mode's.
             let [sin, _] = half_root::<T>(mode.min(self.shape.n), 2 * self.shape.n);
             let wave = T::TWO * ratio * sin;
             // However strong the screening, finite: the field is then zero to rounding.
-            *b = (wave * wave + screening * screening).min(T::MAX * T::EPSILON);
+            let (waves, screened) = (wave * wave, screening * screening);
+            (*b, *share) = ((waves + screened).min(T::MAX * T::EPSILON), T::ONE);
+            if fourth {
+                // l H^2
+                let along = T::from_i32(4) * sin * sin;
+                *share = T::ONE / (T::ONE - (along + waves + screened) * twelfth);
+                *b = (waves + screened * (T::ONE - along * twelfth)) * *share;
+            }
         }
     }
 
@@ -180,8 +202,15 @@ impl<'w, T: Real> Solver<'w, T> {
             rows: [&*self.border.rows[0], &*self.border.rows[1]],
             end_factor: (k / h) * (k / h) * norm,
             row_factor: norm,
+            corner_factor: if equation.order == Order::Fourth {
+                (T::ONE + (k / h) * (k / h)) / T::from_i32(12) * norm
+            } else {
+                T::ZERO
+            },
+            screened: (k * equation.screening) * (k * equation.screening) / T::from_i32(12) * norm,
+            order: equation.order,
         };
-        let (transform, excess) = (&self.transform, &*self.excess);
+        let (transform, excess, shares) = (&self.transform, &*self.excess, &*self.shares);
         let each = ROWS * shape.pitch;
         let tasks = (shape.m + 1).div_ceil(ROWS);
         let buffer = 2 * Transform::<T>::buffer(shape.n);
@@ -192,7 +221,8 @@ impl<'w, T: Real> Solver<'w, T> {
                 let factors = Chunks::new(self.factors, shape.m + 1);
                 each_piece(executor, shape.pitch / WIDTH, &columns, &factors, &|task, block, factors| {
                     let excess = excess.get(task * WIDTH..).unwrap_or_default();
-                    widest(level, Sweep { shape, singular: singular && task == 0, excess, block, factors });
+                    let shares = shares.get(task * WIDTH..).unwrap_or_default();
+                    widest(level, Sweep { shape, singular: singular && task == 0, excess, shares, block, factors });
                     Ok(())
                 })?;
                 continue;
@@ -212,16 +242,49 @@ impl<'w, T: Real> Solver<'w, T> {
         self.values.get(self.shape.at(i, j)).copied().unwrap_or(T::NAN)
     }
 
-    /// Overwrites `gradient` with the centred differences (3.6), (3.7).
-    pub(super) fn differences(&self, mesh: &Mesh<T>, gradient: &mut [[T; 2]], executor: &dyn Executor) -> Result<()> {
+    /// Overwrites `gradient` with the centred differences (3.6), (3.7), or those over five nodes.
+    pub(super) fn differences(
+        &self,
+        mesh: &Mesh<T>,
+        order: Order,
+        gradient: &mut [[T; 2]],
+        executor: &dyn Executor,
+    ) -> Result<()> {
         let pitch = mesh.cells()[0] + 1;
         let tasks = (mesh.cells()[1] + 1).div_ceil(ROWS);
         each_piece(executor, tasks, &Chunks::new(gradient, ROWS * pitch), &(), &|task, rows, ()| {
             for (j, out) in (task * ROWS..).zip(rows.chunks_mut(pitch.max(1))) {
                 self.differences_of_row(mesh, j, out);
+                if order == Order::Fourth {
+                    self.widen(mesh, j, out);
+                }
             }
             Ok(())
         })
+    }
+
+    /// Makes centred differences those over five nodes, `(8 (u_1 - u_-1) - (u_2 - u_-2)) / 12 h`, where these are there: at walls the mesh goes on
+    /// as its mirror image.
+    fn widen(&self, mesh: &Mesh<T>, j: usize, out: &mut [[T; 2]]) {
+        let [nx, ny] = mesh.cells();
+        let per_width = mesh.spacing().map(|h| T::ONE / (T::from_i32(12) * h));
+        let share = T::from_i32(4) / T::from_i32(3);
+        let wall = self.shape.kind == Kind::Cosine;
+        // Two nodes before and after, where there are; on a wall the slope is zero and stays so.
+        let around = |at: usize, n: usize| {
+            let after = if at + 2 <= n { at + 2 } else { (2 * n).saturating_sub(at + 2) };
+            let inside = 2 <= at && at + 2 <= n || wall && 0 < at && at < n;
+            inside.then_some((at.abs_diff(2), after))
+        };
+        let rows = around(j, ny);
+        for (i, [x, y]) in out.iter_mut().enumerate() {
+            if let Some((before, after)) = around(i, nx) {
+                *x = *x * share - (self.value(after, j) - self.value(before, j)) * per_width[0];
+            }
+            if let Some((before, after)) = rows {
+                *y = *y * share - (self.value(i, after) - self.value(i, before)) * per_width[1];
+            }
+        }
     }
 
     fn differences_of_row(&self, mesh: &Mesh<T>, j: usize, out: &mut [[T; 2]]) {
@@ -315,6 +378,11 @@ struct Data<'a, T> {
     rows: [&'a [T]; 2],
     end_factor: T,
     row_factor: T,
+    /// Of the second differences of prescribed values along their lines: (H^2 + K^2) / (12 H^2), or none.
+    corner_factor: T,
+    /// kappa^2 K^2 / 12.
+    screened: T,
+    order: Order,
 }
 
 /// The transform of [`ROWS`] rows: of the right-hand side into `rows`, or of `rows` in place.
@@ -406,6 +474,10 @@ impl<T: Real> Data<'_, T> {
                 a.iter_mut().for_each(|element| put(element, r, T::ZERO));
                 continue;
             }
+            if self.order == Order::Fourth {
+                self.load_sharpened(s, r, a);
+                continue;
+            }
             let words = self.words.get(s * row_step..).unwrap_or_default();
             // At a wall a node's cell is cut in half, so the same mass is twice the density.
             let wall = kind == Kind::Cosine && (s == 0 || s == m);
@@ -440,6 +512,55 @@ impl<T: Real> Data<'_, T> {
     }
 }
 
+impl<T: Real> Data<'_, T> {
+    /// As [`Data::load`] for one row, for the scheme of nine points.
+    fn load_sharpened(&self, s: usize, r: usize, a: &mut [Element<T>]) {
+        let Shape { kind, along_y, n, m, .. } = self.shape;
+        let (step, row_step) = if along_y { (m + 1, 1) } else { (1, n + 1) };
+        let walls = kind == Kind::Cosine;
+        // The mirror image beyond a wall; a wall's node has half of a cell.
+        let mirrored = |at: usize, n: usize| if at > n { 2 * n - at } else { at };
+        let doubled = |at: usize, n: usize| if walls && (at == 0 || at == n) { T::TWO } else { T::ONE };
+        let density = |t: usize, s: usize| {
+            let word = self.words.get(s * row_step + t * step).copied().unwrap_or(0);
+            T::from_f64(exact(word)) * (self.per_unit * doubled(t, n) * doubled(s, m))
+        };
+        let (below, above) = (s.abs_diff(1), mirrored(s + 1, m));
+        let (share, twelfth) = (T::from_i32(4) / T::from_i32(3), T::ONE / T::from_i32(12));
+        let (mut left, mut here) = (density(1, s), density(0, s));
+        for (t, element) in a.iter_mut().enumerate() {
+            let right = density(mirrored(t + 1, n), s);
+            let around = (left + right) + (density(t, below) + density(t, above));
+            put(element, r, here * share - around * twelfth);
+            (left, here) = (here, right);
+        }
+        if walls {
+            return;
+        }
+        let at = |line: &[T], k: usize| line.get(k).copied().unwrap_or(T::ZERO);
+        for (line, node) in self.ends.iter().zip([1, n - 1]) {
+            let Some(element) = a.get_mut(node) else { continue };
+            let value = at(line, s);
+            let bend = (at(line, s - 1) - value) + (at(line, s + 1) - value);
+            let border = value * (self.end_factor - self.screened) + bend * self.corner_factor;
+            put(element, r, take(element, r) + border);
+        }
+        for (line, row) in self.rows.iter().zip([1, m - 1]) {
+            if s != row {
+                continue;
+            }
+            // The corners are in the ends' lines.
+            let inside = |t: usize| if t == 0 || t == n { T::ZERO } else { at(line, t) };
+            for (t, element) in a.iter_mut().enumerate().take(n).skip(1) {
+                let value = at(line, t);
+                let bend = (inside(t - 1) - value) + (inside(t + 1) - value);
+                let border = value * (self.row_factor - self.screened) + bend * self.corner_factor;
+                put(element, r, take(element, r) + border);
+            }
+        }
+    }
+}
+
 /// The tridiagonal systems of [`WIDTH`] modes, by elimination without pivoting (b > 2: diagonally dominant).
 ///
 /// The factors e_j = 1 / (b - e_(j-1)) of low modes are close to 1, and b = 2 + sigma holds sigma, pi^2 / n^2 at least, only to
@@ -450,6 +571,8 @@ struct Sweep<'a, T> {
     /// The block holds mode 0 of a box without screening: its matrix has the constant vector as its kernel.
     singular: bool,
     excess: &'a [T],
+    /// What the right-hand side is multiplied by.
+    shares: &'a [T],
     block: Block<'a, T>,
     factors: &'a mut [[T; WIDTH]],
 }
@@ -459,8 +582,10 @@ impl<T: Real> Plain for Sweep<'_, T> {
 
     #[inline(always)]
     fn run(self) {
-        let Self { shape: Shape { kind, m, .. }, singular, excess, mut block, factors } = self;
-        let Some(excess) = excess.first_chunk::<WIDTH>() else { return };
+        let Self { shape: Shape { kind, m, .. }, singular, excess, shares, mut block, factors } = self;
+        let (Some(excess), Some(shares)) = (excess.first_chunk::<WIDTH>(), shares.first_chunk::<WIDTH>()) else {
+            return;
+        };
         if singular {
             remove_mean(&mut block, m);
         }
@@ -475,10 +600,10 @@ impl<T: Real> Plain for Sweep<'_, T> {
             let at_last = kind == Kind::Cosine && j == m;
             let (one, lower) = if at_last { (T::ZERO, T::TWO) } else { (T::ONE, T::ONE) };
             let (keep, upper) = if at_first { (T::ZERO, T::TWO) } else { (T::ONE, T::ONE) };
-            let lanes = factor.iter_mut().zip(&mut deficit).zip(&mut value).zip(row.iter_mut()).zip(excess);
-            for ((((e, d), g), x), &sigma) in lanes {
+            let lanes = factor.iter_mut().zip(&mut deficit).zip(&mut value).zip(row.iter_mut()).zip(excess).zip(shares);
+            for (((((e, d), g), x), &sigma), &share) in lanes {
                 let pivot = T::ONE / (one + (sigma + lower * *d));
-                *g = (lower * *g + *x) * pivot;
+                *g = (lower * *g + share * *x) * pivot;
                 *d = (sigma + keep * *d) * pivot;
                 *e = upper * pivot;
                 *x = *g;

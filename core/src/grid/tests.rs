@@ -37,7 +37,7 @@ fn cloud(n: usize, lower: [f64; 2], upper: [f64; 2], seed: u64) -> (Vec<[f64; 2]
     (x, (0..n).map(|_| 0.1 + unit(&mut s)).collect())
 }
 
-/// |Laplacian(u) - k^2 u - f| at the nodes the scheme holds at, relative to the largest term of its sum.
+/// |Laplacian(u) - k^2 u - f|, with the operators of the scheme's order, at the nodes it holds at, relative to the largest term of its sum.
 fn residual(grid: &Grid<'_, f64>) -> f64 {
     let [n, m] = grid.mesh().cells();
     let [h, k] = grid.mesh().spacing();
@@ -55,16 +55,24 @@ fn residual(grid: &Grid<'_, f64>) -> f64 {
     let largest = u.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
     let mut worst = 0.0_f64;
     let range = |n: usize| if no_flux { 0..n + 1 } else { 1..n };
+    // Mirrored at walls.
+    let before = |i: usize| if i == 0 { 1 } else { i - 1 };
+    let after = |i: usize, n: usize| if i == n { n - 1 } else { i + 1 };
+    let share = |i: usize, n: usize| if no_flux && (i == 0 || i == n) { 2.0 } else { 1.0 };
+    let f = |i: usize, j: usize| words[at(i, j)] as f64 * per_unit * share(i, n) * share(j, m) - mean;
+    let u = |i: usize, j: usize| u[at(i, j)];
+    // Unscaled second differences.
+    let bend_x = |of: &dyn Fn(usize, usize) -> f64, i, j| of(before(i), j) - 2.0 * of(i, j) + of(after(i, n), j);
+    let bend_y = |of: &dyn Fn(usize, usize) -> f64, i, j| of(i, before(j)) - 2.0 * of(i, j) + of(i, after(j, m));
     for j in range(m) {
         for i in range(n) {
-            let left = u[at(if i == 0 { 1 } else { i - 1 }, j)];
-            let right = u[at(if i == n { n - 1 } else { i + 1 }, j)];
-            let low = u[at(i, if j == 0 { 1 } else { j - 1 })];
-            let high = u[at(i, if j == m { m - 1 } else { j + 1 })];
-            let share = if i == 0 || i == n { 2.0 } else { 1.0 } * if j == 0 || j == m { 2.0 } else { 1.0 };
-            let f = words[at(i, j)] as f64 * per_unit * if no_flux { share } else { 1.0 } - mean;
-            let c = u[at(i, j)];
-            let r = (left - 2.0 * c + right) / (h * h) + (low - 2.0 * c + high) / (k * k) - kappa * kappa * c - f;
+            let (x, y) = (bend_x(&u, i, j), bend_y(&u, i, j));
+            let mut r = x / (h * h) + y / (k * k) - kappa * kappa * u(i, j) - f(i, j);
+            if grid.equation().order == Order::Fourth {
+                let both = bend_y(&|i, j| bend_x(&u, i, j), i, j);
+                r += (h * h + k * k) / (12.0 * h * h * k * k) * both - kappa * kappa / 12.0 * (x + y)
+                    + (bend_x(&f, i, j) + bend_y(&f, i, j)) / 12.0;
+            }
             worst = worst.max(r.abs());
         }
     }
@@ -73,7 +81,8 @@ fn residual(grid: &Grid<'_, f64>) -> f64 {
 
 #[test]
 fn the_scheme_holds_in_every_setting() {
-    for cells in [[2, 2], [3, 5], [7, 4], [16, 16], [13, 30], [31, 17]] {
+    for cells in [[2, 2], [3, 5], [7, 4], [4, 3], [16, 16], [16, 12], [12, 10], [13, 30], [31, 17], [31, 23], [64, 47]]
+    {
         let mesh = Mesh::new([-1.0, 0.0], [1.0, 1.5], cells).unwrap();
         for screening in [0.0, 3.0] {
             for walls in [Walls::Free, Walls::FreeQuadrupole, Walls::NoFlux] {
@@ -81,12 +90,18 @@ fn the_scheme_holds_in_every_setting() {
                     continue;
                 }
                 let (x, m) = cloud(200, [-1.1, -0.1], [1.1, 1.6], 5);
-                let worst = with_grid(mesh, Equation { screening, walls }, 1, |grid| {
-                    grid.deposit(&x, &m, &Serial).unwrap();
-                    grid.solve(&Serial).unwrap();
-                    residual(grid)
-                });
-                assert!(worst < 1e-14, "{cells:?} {screening} {walls:?}: {worst:e}");
+                for order in [Order::Second, Order::Fourth] {
+                    let equation = Equation { screening, walls, order };
+                    if order == Order::Fourth && equation.check(&mesh).is_err() {
+                        continue;
+                    }
+                    let worst = with_grid(mesh, equation, 1, |grid| {
+                        grid.deposit(&x, &m, &Serial).unwrap();
+                        grid.solve(&Serial).unwrap();
+                        residual(grid)
+                    });
+                    assert!(worst < 1e-14, "{cells:?} {equation:?}: {worst:e}");
+                }
             }
         }
     }
@@ -140,7 +155,7 @@ fn interpolation_is_the_adjoint_of_the_deposit() {
             Walls::Free | Walls::FreeQuadrupole => cloud(500, [0.0, 0.0], [1.0, 2.0], 3),
             Walls::NoFlux => cloud(500, [-0.5, -0.7], [1.5, 2.7], 3),
         };
-        with_grid(mesh, Equation { screening: 0.0, walls }, 1, |grid| {
+        with_grid(mesh, Equation { screening: 0.0, walls, ..Equation::POISSON }, 1, |grid| {
             grid.deposit(&x, &m, &Serial).unwrap();
             grid.solve(&Serial).unwrap();
             let nodes: [f64; 2] = [0, 1].map(|k: usize| {

@@ -2,7 +2,7 @@
 
 use core::ffi::c_void;
 
-use mollis_core::grid::{Equation, Grid, Mesh, Walls};
+use mollis_core::grid::{Equation, Grid, Mesh, Order, Walls};
 use mollis_core::{Error, Real, Result};
 
 use crate::buffers::{Input, Output, disjoint, workspace};
@@ -56,11 +56,17 @@ pub struct mollis_grid2_options {
     pub walls: i32,
     /// k >= 0 of Laplacian(u) - k^2 u = density. Default: 0.
     pub screening: f64,
+    /// How fast the error falls with the mesh width where the density is smooth: 2 (five points; the default) or 4 (nine points, for cells
+    /// whose sides are within a factor of 1.25 and at most 1/k). Solve and differences take 1.5 times as long.
+    pub order: i32,
+    /// 0.
+    pub reserved: i32,
 }
 
 // SAFETY: `repr(C)`, the size first; older versions are prefixes, and all members take any bytes an older caller wrote.
 unsafe impl Options for mollis_grid2_options {
-    const DEFAULT: Self = Self { size: size_of::<Self>() as u32, walls: MOLLIS_WALLS_FREE, screening: 0.0 };
+    const DEFAULT: Self =
+        Self { size: size_of::<Self>() as u32, walls: MOLLIS_WALLS_FREE, screening: 0.0, order: 2, reserved: 0 };
 }
 
 pub(crate) fn equation<T: Real>(options: &mollis_grid2_options) -> Result<Equation<T>> {
@@ -70,7 +76,12 @@ pub(crate) fn equation<T: Real>(options: &mollis_grid2_options) -> Result<Equati
         MOLLIS_WALLS_FREE_QUADRUPOLE => Walls::FreeQuadrupole,
         _ => return Err(Error::UnknownValue),
     };
-    Ok(Equation { screening: T::from_f64(options.screening), walls })
+    let order = match options.order {
+        2 => Order::Second,
+        4 => Order::Fourth,
+        _ => return Err(Error::UnknownValue),
+    };
+    Ok(Equation { screening: T::from_f64(options.screening), walls, order })
 }
 
 /// Fills `options` with the defaults. `size` is `sizeof *options`.
@@ -99,8 +110,8 @@ unsafe fn workspace_bytes<T: Real>(
 /// The exact size of the workspace that mollis_grid2_eval needs for this mesh and these options, with this run's executor.
 ///
 /// Refused: MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_NOT_FINITE, MOLLIS_ERR_OUT_OF_DOMAIN (an empty rectangle, fewer than 2 cells),
-/// MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_UNKNOWN_VALUE (walls), MOLLIS_ERR_KERNEL_PARAMETER (screening), MOLLIS_ERR_UNSUPPORTED (second moments with
-/// screening), MOLLIS_ERR_OPTIONS_SIZE.
+/// MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_UNKNOWN_VALUE (walls, order), MOLLIS_ERR_KERNEL_PARAMETER (screening), MOLLIS_ERR_UNSUPPORTED (second
+/// moments with screening; order 4 with long or coarse cells), MOLLIS_ERR_OPTIONS_SIZE.
 #[cfg(feature = "double")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_grid2_workspace_bytes(
@@ -372,7 +383,12 @@ mod tests {
                 screening: 1.0,
                 ..mollis_grid2_options::DEFAULT
             };
+            let third = mollis_grid2_options { order: 3, ..mollis_grid2_options::DEFAULT };
+            let long = mollis_mesh2 { cells: [12, 5], ..mesh };
+            let fourth = mollis_grid2_options { order: 4, ..mollis_grid2_options::DEFAULT };
             for (status, error) in [
+                (call(&raw const mesh, &raw const third, x.as_ptr(), bytes), Error::UnknownValue),
+                (call(&raw const long, &raw const fourth, x.as_ptr(), bytes), Error::Unsupported),
                 (call(null(), null(), x.as_ptr(), bytes), Error::NullPointer),
                 (call(&raw const thin, null(), x.as_ptr(), bytes), Error::OutOfDomain),
                 (call(&raw const mesh, &raw const unknown, x.as_ptr(), bytes), Error::UnknownValue),
