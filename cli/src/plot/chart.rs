@@ -101,6 +101,8 @@ pub struct Chart {
     pub map: Option<Map>,
     /// The curves, later ones on top.
     pub curves: Vec<Curve>,
+    /// Words at places of the plane.
+    pub notes: Vec<([f64; 2], String)>,
     /// Whether there are axes at all.
     pub frame: bool,
 }
@@ -117,6 +119,7 @@ impl Chart {
             equal: false,
             map: None,
             curves: Vec::new(),
+            notes: Vec::new(),
             frame: true,
         }
     }
@@ -208,6 +211,9 @@ fn draw(canvas: &mut Canvas, chart: &Chart, origin: [f64; 2], size: [f64; 2]) {
     }
     for curve in &chart.curves {
         draw_curve(canvas, curve, &frame);
+    }
+    for (place, words) in &chart.notes {
+        canvas.text(frame.pixel(*place), words, 14.0, Anchor::Middle, false, INK);
     }
     if chart.frame {
         let corners = [low, [high[0], low[1]], high, [low[0], high[1]], low];
@@ -303,15 +309,13 @@ fn legend(canvas: &mut Canvas, chart: &Chart, frame: &Frame) {
     let longest = entries.iter().map(|curve| curve.label.chars().count()).max().unwrap_or(0);
     let size = [52.0 + 7.4 * longest as f64, 12.0 + 20.0 * entries.len() as f64];
     let room = 10.0;
-    let corners = [
-        [frame.high[0] - size[0] - room, frame.low[1] + room],
-        [frame.low[0] + room, frame.low[1] + room],
-        [frame.high[0] - size[0] - room, frame.high[1] - size[1] - room],
-        [frame.low[0] + room, frame.high[1] - size[1] - room],
-        [(frame.low[0] + frame.high[0] - size[0]) / 2.0, frame.low[1] + room],
-        [(frame.low[0] + frame.high[0] - size[0]) / 2.0, frame.high[1] - size[1] - room],
-    ];
-    // The corner that hides the least: points, and samples along the segments between them.
+    // At the top, at the bottom, between; at the right, at the left, in the middle.
+    let along = |axis: usize, share: f64| {
+        frame.low[axis] + room + share * (frame.high[axis] - frame.low[axis] - size[axis] - 2.0 * room)
+    };
+    let corners =
+        [0.0, 1.0, 0.5, 0.25, 0.75].into_iter().flat_map(|y| [1.0, 0.0, 0.5].map(|x| [along(0, x), along(1, y)]));
+    // The place that hides the least: points, and samples along the segments between them.
     let hidden = |corner: &[f64; 2]| {
         let inside = |p: [f64; 2]| {
             p[0] > corner[0] && p[0] < corner[0] + size[0] && p[1] > corner[1] && p[1] < corner[1] + size[1]
@@ -336,7 +340,7 @@ fn legend(canvas: &mut Canvas, chart: &Chart, frame: &Frame) {
         }
         count
     };
-    let Some(&corner) = corners.iter().min_by_key(|corner| hidden(corner)) else { return };
+    let Some(corner) = corners.min_by_key(hidden) else { return };
     let far = [corner[0] + size[0], corner[1] + size[1]];
     canvas.rect(corner, far, [255, 255, 255]);
     canvas.line(&[corner, [far[0], corner[1]], far, [corner[0], far[1]], corner], [190, 190, 190], 0.7, &[]);

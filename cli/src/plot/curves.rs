@@ -111,6 +111,9 @@ fn in_space(picture: &Picture, results: &[&CaseResult<'_>], d: usize, oblique: b
             COLORS[0],
             small + 0.3,
         ));
+        if oblique {
+            oblique_axes(&mut chart, reach, [first, last], &place);
+        }
         fit(picture, &mut chart);
         chart.equal = true;
         if oblique {
@@ -121,6 +124,34 @@ fn in_space(picture: &Picture, results: &[&CaseResult<'_>], d: usize, oblique: b
     let title = if charts.len() > 1 { picture.title.as_str() } else { "" };
     let size = if charts.len() > 1 { [470, 470] } else { [600, 580] };
     Ok(sheet(title, &charts, 3.min(charts.len()), size[0], size[1]))
+}
+
+/// The square that holds all paths, at the start, and the time above its nearest corner.
+fn oblique_axes(chart: &mut Chart, reach: f64, [first, last]: [f64; 2], place: &impl Fn(f64, &[f64]) -> [f64; 2]) {
+    let edge = [[-reach, -reach], [reach, -reach], [reach, reach], [-reach, reach], [-reach, -reach]];
+    let base = edge.iter().map(|x| place(first, x)).collect();
+    chart.curves.push(Curve { width: 1.0, ..Curve::line("", base, GREY) });
+    let corner = edge[0];
+    let mut upright = vec![place(first, &corner), place(last, &corner)];
+    upright.dedup();
+    chart.curves.push(Curve { width: 1.0, ..Curve::line("", upright, GREY) });
+    for k in 0..=4 {
+        let t = first + (last - first) * f64::from(k) / 4.0;
+        let [x, y] = place(t, &corner);
+        chart.curves.push(Curve { width: 1.0, ..Curve::line("", vec![[x - 0.03 * reach, y], [x, y]], GREY) });
+        if k > 0 {
+            chart.notes.push(([x - 0.16 * reach, y], format!("t = {}", super::shown(t))));
+        }
+    }
+    let below = |x: &[f64]| {
+        let [a, b] = place(first, x);
+        [a, b - 0.09 * reach]
+    };
+    let shown = super::shown(reach);
+    chart.notes.push((below(&edge[0]), format!("x = y = -{shown}")));
+    chart.notes.push((below(&edge[1]), format!("x = {shown}")));
+    let [x, y] = place(first, &edge[2]);
+    chart.notes.push(([x + 0.2 * reach, y], format!("y = {shown}")));
 }
 
 /// Densities on a line at the snapshots' times.

@@ -18,6 +18,7 @@ mod single;
 mod skips;
 mod sorted;
 
+pub use crate::kernel::LANES;
 pub use plan::{Accumulation, Method, Options, Plan, Reason, plan};
 
 use crate::error::{Error, Result};
@@ -50,6 +51,16 @@ pub trait Interaction<T: Real, const D: usize>: Sync {
             if wanted.gradient { self.gradient_factor(r) } else { T::ZERO },
             if wanted.laplacian { self.laplacian(r) } else { T::ZERO },
         ]
+    }
+    /// [`Interaction::pair`] at [`LANES`] distances. At distance zero of a kernel without mollifier they may be anything.
+    fn pairs(&self, r: &[T; LANES], wanted: Wanted) -> [[T; LANES]; 3] {
+        let mut values = [[T::ZERO; LANES]; 3];
+        for (k, &r) in r.iter().enumerate() {
+            for (values, value) in values.iter_mut().zip(self.pair(r, wanted)) {
+                values.get_mut(k).into_iter().for_each(|slot| *slot = value);
+            }
+        }
+        values
     }
     /// Whether the kernel has no mollifier, so that coincident pairs contribute nothing.
     fn is_singular(&self) -> bool;

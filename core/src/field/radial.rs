@@ -1,6 +1,6 @@
-//! All pairs of any kernel, one pair at a time through its scalar functions.
+//! All pairs of any kernel, lanes of sources at a time.
 
-use super::{Counters, Interaction, Options, Outputs, Run, Sources};
+use super::{Counters, Interaction, LANES, Options, Outputs, Run, Sources};
 use crate::error::{Error, Result};
 use crate::real::Real;
 use crate::space::{Chunks, each_piece};
@@ -18,7 +18,7 @@ pub(super) fn evaluate<T: Real, const D: usize>(
 ) -> Result<()> {
     let (a, b) = options.combination;
     let (combine, combination) = ((a, b) != (1.0, 0.0), (T::from_f64(a), T::from_f64(b)));
-    let (should_stop, wanted) = (run.should_stop, outputs.wanted());
+    let (should_stop, wanted, singular) = (run.should_stop, outputs.wanted(), kernel.is_singular());
     let pieces = (
         outputs.potential.map(|p| Chunks::new(p, TASK)),
         outputs.gradient.map(|g| Chunks::new(g, TASK)),
@@ -30,28 +30,47 @@ pub(super) fn evaluate<T: Real, const D: usize>(
         }
         let (mut p, mut g, mut l) = (p.map(|p| p.iter_mut()), g.map(|g| g.iter_mut()), l.map(|l| l.iter_mut()));
         for target in targets.iter().skip(task.saturating_mul(TASK)).take(TASK) {
-            let (mut u, mut du, mut ddu) = (T::ZERO, [T::ZERO; D], T::ZERO);
-            for (source, &m) in sources.positions.iter().zip(sources.masses) {
-                let mut x = [T::ZERO; D];
-                for ((x, &a), &b) in x.iter_mut().zip(target).zip(source) {
-                    *x = a - b;
+            let (mut u, mut du, mut ddu) = ([T::ZERO; LANES], [[T::ZERO; LANES]; D], [T::ZERO; LANES]);
+            for (sources, masses) in sources.positions.chunks(LANES).zip(sources.masses.chunks(LANES)) {
+                // Lanes beyond the last source have no mass, and those without mass count as nothing, whatever the kernel says.
+                let (mut x, mut m, mut r) = ([[T::ZERO; LANES]; D], [T::ZERO; LANES], [T::ZERO; LANES]);
+                m.iter_mut().zip(masses).for_each(|(to, &m)| *to = m);
+                for (k, source) in sources.iter().enumerate() {
+                    for ((x, &a), &b) in x.iter_mut().zip(target).zip(source) {
+                        x.get_mut(k).into_iter().for_each(|x| *x = a - b);
+                    }
                 }
-                let r = x.iter().fold(T::ZERO, |sum, &x| sum + x * x).sqrt();
-                if m == T::ZERO || kernel.is_singular() && r == T::ZERO {
-                    continue;
+                for x in &x {
+                    r.iter_mut().zip(x).for_each(|(sum, &x)| *sum += x * x);
                 }
-                let [value, gradient, laplacian] = kernel.pair(r, wanted);
+                r.iter_mut().for_each(|r| *r = r.sqrt());
+                let [value, gradient, laplacian] = kernel.pairs(&r, wanted);
+                let mut counts = [true; LANES];
+                for ((counts, &m), &r) in counts.iter_mut().zip(&m).zip(&r) {
+                    *counts = m != T::ZERO && !(singular && r == T::ZERO);
+                }
+                let add = |sums: &mut [T; LANES], terms: [T; LANES]| {
+                    for ((sum, term), &counts) in sums.iter_mut().zip(terms).zip(&counts) {
+                        *sum += if counts { term } else { T::ZERO };
+                    }
+                };
+                let times = |mut a: [T; LANES], b: &[T; LANES]| {
+                    a.iter_mut().zip(b).for_each(|(a, &b)| *a *= b);
+                    a
+                };
                 if wanted.potential {
-                    u += m * value;
+                    add(&mut u, times(value, &m));
                 }
                 if wanted.gradient {
-                    let factor = m * gradient;
-                    du.iter_mut().zip(&x).for_each(|(du, &x)| *du += factor * x);
+                    let factor = times(gradient, &m);
+                    du.iter_mut().zip(&x).for_each(|(du, x)| add(du, times(factor, x)));
                 }
                 if wanted.laplacian {
-                    ddu += m * laplacian;
+                    add(&mut ddu, times(laplacian, &m));
                 }
             }
+            let all = |lanes: [T; LANES]| lanes.into_iter().fold(T::ZERO, |sum, v| sum + v);
+            let (u, mut du, ddu) = (all(u), du.map(all), all(ddu));
             if let Some(out) = p.as_mut().and_then(Iterator::next) {
                 *out = u;
             }

@@ -23,6 +23,7 @@ mod convolution;
 mod edge_series;
 mod far;
 mod fit;
+mod lanes;
 mod law;
 mod part;
 mod profile;
@@ -30,6 +31,7 @@ mod quadrature;
 
 pub use block::Supplied;
 pub(crate) use far::{Far, Near, POWERS};
+pub use lanes::{LANES, Lanes};
 pub use law::{Law, MAX_TERMS, RadialKernel, Term};
 pub(crate) use profile::sphere;
 
@@ -194,11 +196,18 @@ impl<T: Real, const D: usize> Kernel<'_, T, D> {
     #[must_use]
     #[inline]
     pub fn pair(&self, r: T, wanted: [bool; 3]) -> [T; 3] {
-        let [mut u, mut g, mut l] = self.others(r);
-        let c = self.newtonian;
-        if c == T::ZERO || (r == T::ZERO && self.is_singular()) {
+        let [u, g, l] = self.others(r);
+        if self.newtonian == T::ZERO || (r == T::ZERO && self.is_singular()) {
             return [u, g, l];
         }
+        let [more_u, more_g, more_l] = self.newtonian_pair(r, wanted);
+        [u + more_u, g + more_g, l + more_l]
+    }
+
+    /// The Newtonian part of [`Kernel::pair`].
+    fn newtonian_pair(&self, r: T, wanted: [bool; 3]) -> [T; 3] {
+        let c = self.newtonian;
+        let (mut u, mut g, mut l) = (T::ZERO, T::ZERO, T::ZERO);
         #[cfg(feature = "kernels")]
         let polynomials = &self.polynomials;
         #[cfg(not(feature = "kernels"))]
@@ -207,34 +216,34 @@ impl<T: Real, const D: usize> Kernel<'_, T, D> {
             Some(p) if r < p.delta => {
                 let t = (p.delta - r) / p.delta * (T::ONE + r / p.delta);
                 if wanted[0] {
-                    u += c * (p.potential_scale * p.potential.at(t) + p.potential_offset);
+                    u = c * (p.potential_scale * p.potential.at(t) + p.potential_offset);
                 }
                 if wanted[1] {
-                    g += c * (p.scale * p.gradient.at(t));
+                    g = c * (p.scale * p.gradient.at(t));
                 }
                 if wanted[2] {
-                    l += c * (p.scale * p.density.at(t));
+                    l = c * (p.scale * p.density.at(t));
                 }
             }
             None if !self.is_singular() => {
                 let blob = &self.blob;
                 if let Some(plain) = blob.gaussian_pair(r, wanted) {
-                    return [u + c * plain[0], g + c * plain[1], l + c * plain[2]];
+                    return plain.map(|v| c * v);
                 }
                 if wanted[0] {
-                    u += c * blob.potential(r);
+                    u = c * blob.potential(r);
                 }
                 if wanted[1] {
-                    g += c * blob.gradient_factor(r);
+                    g = c * blob.gradient_factor(r);
                 }
                 if wanted[2] {
-                    l += c * blob.density(r);
+                    l = c * blob.density(r);
                 }
             }
             _ => {
                 let [v, f, _] = Law::Newtonian.bare::<T, D>(r);
-                u += c * v;
-                g += c * f;
+                u = c * v;
+                g = c * f;
             }
         }
         [u, g, l]

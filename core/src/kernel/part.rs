@@ -60,6 +60,32 @@ impl Variable {
         Self::RootReciprocal,
     ];
 
+    /// Whether the series is one of powers, of the variable itself.
+    pub(crate) fn is_power(self) -> bool {
+        matches!(self, Self::EdgePowers | Self::SquarePowers | Self::InversePowers)
+    }
+
+    /// The variable's value.
+    #[inline(always)]
+    pub(crate) fn at<T: Real>(self, radius: T, r: T) -> T {
+        let q = r / radius;
+        // exact where r and R are within a factor of two, so relatively accurate up to the edge
+        let t = ((radius - r) / radius * (T::ONE + q)).max(T::ZERO);
+        let w = radius / r;
+        match self {
+            Self::EdgePowers => t,
+            Self::SquarePowers | Self::Square => q * q,
+            Self::InversePowers | Self::Inverse => w * w,
+            Self::RootEdge => t.sqrt(),
+            Self::FourthRootEdge => t.sqrt().sqrt(),
+            Self::RootOutside => ((r - radius) / radius * (T::ONE + q)).max(T::ZERO).sqrt(),
+            Self::RootInverse => outside(radius, r, w).sqrt(),
+            Self::FourthRootInverse => outside(radius, r, w).sqrt().sqrt(),
+            Self::Reciprocal => w,
+            Self::RootReciprocal => ((r - radius) / r).max(T::ZERO).sqrt(),
+        }
+    }
+
     fn from_number(n: f64) -> Self {
         Self::ALL.into_iter().find(|&v| f64::from(v as u8) == n).unwrap_or(Self::EdgePowers)
     }
@@ -148,24 +174,10 @@ impl<T: Real> Panel<T> {
     fn series(&self, tables: &[T], radius: T, r: T) -> [T; 3] {
         let all = tables.get(self.start..).unwrap_or(&[]).as_chunks::<3>().0;
         let coefficients = all.get(..self.len).unwrap_or(&[]);
-        let q = r / radius;
-        // exact where r and R are within a factor of two, so relatively accurate up to the edge
-        let t = ((radius - r) / radius * (T::ONE + q)).max(T::ZERO);
-        let w = radius / r;
-        let v = match self.variable {
-            Variable::EdgePowers => return horner3(coefficients, t),
-            Variable::SquarePowers => return horner3(coefficients, q * q),
-            Variable::InversePowers => return horner3(coefficients, w * w),
-            Variable::Square => q * q,
-            Variable::RootEdge => t.sqrt(),
-            Variable::FourthRootEdge => t.sqrt().sqrt(),
-            Variable::RootOutside => ((r - radius) / radius * (T::ONE + q)).max(T::ZERO).sqrt(),
-            Variable::Inverse => w * w,
-            Variable::RootInverse => outside(radius, r, w).sqrt(),
-            Variable::FourthRootInverse => outside(radius, r, w).sqrt().sqrt(),
-            Variable::Reciprocal => w,
-            Variable::RootReciprocal => ((r - radius) / r).max(T::ZERO).sqrt(),
-        };
+        let v = self.variable.at(radius, r);
+        if self.variable.is_power() {
+            return horner3(coefficients, v);
+        }
         let x = (self.scale * v + self.shift).min(T::ONE).max(-T::ONE);
         clenshaw(coefficients, x)
     }
@@ -214,6 +226,13 @@ impl<T: Real> Part<T> {
                 let e = (-(k * r)).exp();
                 series().map(|v| v * e)
             }
+            Outer::Yukawa { .. } | Outer::Zero | Outer::Clamped { .. } => self.outer_at(r),
+        }
+    }
+
+    /// What needs no series outside.
+    pub(crate) fn outer_at(&self, r: T) -> [T; 3] {
+        match self.outer {
             Outer::Yukawa { k, plain, over_r } => {
                 let e = (-(k * r)).exp();
                 let per_r = T::ONE / r;
@@ -224,7 +243,7 @@ impl<T: Real> Part<T> {
                     (k * plain - (T::TWO * plain + over_r * k) * per_r) * k * e,
                 ]
             }
-            Outer::Zero | Outer::Clamped { .. } => [T::ZERO; 3],
+            _ => [T::ZERO; 3],
         }
     }
 
