@@ -29,7 +29,7 @@ impl<T: Real, const D: usize> Interaction<T, D> for Kernel<'_, T, D> {
     fn pair(&self, r: T, wanted: Wanted) -> [T; 3] {
         if ASKED { Kernel::pair(self, r, wanted.into()) } else { [T::NAN; 3] }
     }
-    fn pairs(&self, r: &[T; LANES], wanted: Wanted) -> [[T; LANES]; 3] {
+    fn pairs(&self, r: &[T; LANES], _count: usize, wanted: Wanted) -> [[T; LANES]; 3] {
         if ASKED { Kernel::pairs(self, r, wanted.into()) } else { [[T::NAN; LANES]; 3] }
     }
     fn is_singular(&self) -> bool {

@@ -36,7 +36,7 @@ pub trait Interaction<T: Real, const D: usize>: Sync {
     fn gradient_factor(&self, r: T) -> T;
     /// The Laplacian of K_delta at distance r.
     fn laplacian(&self, r: T) -> T;
-    /// The coefficient and the blob, where the kernel is Newtonian: such sums run in lanes.
+    /// The coefficient and the blob, where the kernel is Newtonian: such sums have loops of their own for each instruction set.
     fn newtonian(&self) -> Option<(T, &Blob<T, D>)> {
         None
     }
@@ -52,10 +52,10 @@ pub trait Interaction<T: Real, const D: usize>: Sync {
             if wanted.laplacian { self.laplacian(r) } else { T::ZERO },
         ]
     }
-    /// [`Interaction::pair`] at [`LANES`] distances. At distance zero of a kernel without mollifier they may be anything.
-    fn pairs(&self, r: &[T; LANES], wanted: Wanted) -> [[T; LANES]; 3] {
+    /// [`Interaction::pair`] at the first `count` of [`LANES`] distances; the others may be anything. None is zero where the kernel is singular.
+    fn pairs(&self, r: &[T; LANES], count: usize, wanted: Wanted) -> [[T; LANES]; 3] {
         let mut values = [[T::ZERO; LANES]; 3];
-        for (k, &r) in r.iter().enumerate() {
+        for (k, &r) in r.iter().enumerate().take(count) {
             for (values, value) in values.iter_mut().zip(self.pair(r, wanted)) {
                 values.get_mut(k).into_iter().for_each(|slot| *slot = value);
             }

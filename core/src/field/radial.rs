@@ -32,7 +32,7 @@ pub(super) fn evaluate<T: Real, const D: usize>(
         for target in targets.iter().skip(task.saturating_mul(TASK)).take(TASK) {
             let (mut u, mut du, mut ddu) = ([T::ZERO; LANES], [[T::ZERO; LANES]; D], [T::ZERO; LANES]);
             for (sources, masses) in sources.positions.chunks(LANES).zip(sources.masses.chunks(LANES)) {
-                // Lanes beyond the last source have no mass, and those without mass count as nothing, whatever the kernel says.
+                // Lanes beyond the last source have no mass.
                 let (mut x, mut m, mut r) = ([[T::ZERO; LANES]; D], [T::ZERO; LANES], [T::ZERO; LANES]);
                 m.iter_mut().zip(masses).for_each(|(to, &m)| *to = m);
                 for (k, source) in sources.iter().enumerate() {
@@ -44,11 +44,14 @@ pub(super) fn evaluate<T: Real, const D: usize>(
                     r.iter_mut().zip(x).for_each(|(sum, &x)| *sum += x * x);
                 }
                 r.iter_mut().for_each(|r| *r = r.sqrt());
-                let [value, gradient, laplacian] = kernel.pairs(&r, wanted);
                 let mut counts = [true; LANES];
                 for ((counts, &m), &r) in counts.iter_mut().zip(&m).zip(&r) {
                     *counts = m != T::ZERO && !(singular && r == T::ZERO);
                 }
+                // A lane that does not count stands where one does, so that the kernel is asked for nothing else.
+                let Some(one) = r.iter().zip(&counts).find(|(_, counts)| **counts).map(|(r, _)| *r) else { continue };
+                r.iter_mut().zip(&counts).for_each(|(r, &counts)| *r = if counts { *r } else { one });
+                let [value, gradient, laplacian] = kernel.pairs(&r, sources.len(), wanted);
                 let add = |sums: &mut [T; LANES], terms: [T; LANES]| {
                     for ((sum, term), &counts) in sums.iter_mut().zip(terms).zip(&counts) {
                         *sum += if counts { term } else { T::ZERO };

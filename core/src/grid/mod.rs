@@ -9,8 +9,8 @@
 //! 3. [`Grid::interpolate`] interpolates the centred differences (3.6), (3.7) with the deposit's weights (its adjoint, so a
 //!    particle does not move itself); outside the mesh the drift is the monopole's (3.8).
 //!
-//! That is the scheme of the paper, of second order. [`Order::Fourth`] takes a compact scheme of nine points, differences over five nodes, and
-//! undoes the smoothing of deposit and interpolation.
+//! That is the scheme of the paper. [`Order::Fourth`] takes a compact scheme of nine points, differences over five nodes, and undoes the
+//! smoothing of deposit and interpolation.
 //!
 //! The sign is that of the field sums: the paper's c is -u, and its drift chi grad c is -chi grad u. Only + - * / and sqrt,
 //! integers and libm are used, in an order that depends on the mesh alone: the same bits on every machine, at every
@@ -63,17 +63,19 @@ pub fn good_size(n: usize) -> usize {
     fft::smooth(n.clamp(2, MAX_CELLS))
 }
 
-/// How fast the field's error falls with the mesh width h, where the density is smooth.
+/// How fast the error of the particles' attraction falls with the mesh width h, in sums over many of them (the rate of a second moment), where
+/// their density is smooth. At a single place bilinear interpolation leaves an error of second order with either.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Order {
     /// h^2: the five-point scheme and centred differences of Zhelezov & Fatkullin. Attraction within some widths is lost, in a cloud of
     /// root mean square radius a about 0.4 (h / a)^2 of all.
     #[default]
     Second,
-    /// h^4: the compact scheme of nine points (Collatz, *The Numerical Treatment of Differential Equations*, 1960, table VI, "Mehrstellen"),
+    /// h^4, in free space with square cells: the compact scheme of nine points (Collatz, *The Numerical Treatment of Differential Equations*, 1960, table VI, "Mehrstellen"),
     /// differences over five nodes, and a density sharpened by what cloud-in-cell deposit and interpolation smooth it. Cells must be
-    /// nearly square (sides within a factor of 1.25) and resolve the screening (k h <= 1). On the free border and next to it
-    /// differences stay centred ones.
+    /// nearly square (sides within a factor of 1.25) and resolve the screening (k h <= 1); the field prescribed on a free border is then off by
+    /// (k h)^2 / 12 of itself, and by a quadrupole of a sixth of the sides' difference of squares, smooth inside. On that border and next to it
+    /// differences stay centred ones. Potential and gradient at the nodes are sharpened for interpolation: by themselves of second order.
     Fourth,
 }
 
@@ -321,8 +323,8 @@ impl<'w, T: Real> Grid<'w, T> {
     ///
     /// Cost: 14 ns a node (1.4 ms for 320 x 320 cells, one thread; [`good_size`] tells which sizes are fast). Accuracy: the
     /// five-point equations are solved to 2e-13 of the largest u for every size up to 257 and for 511 and 1000 (test
-    /// `every_size_against_a_manufactured_solution`), both schemes' equations hold to 1e-14 (test `the_scheme_holds_in_every_setting`). Of second
-    /// or fourth order is the field of a smooth density (test
+    /// `every_size_against_a_manufactured_solution`), both schemes' equations hold to 1e-14 (test `the_scheme_holds_in_every_setting`). For their
+    /// errors see [`Order`] (test
     /// `what_the_mesh_loses_of_the_attraction_falls_as_the_order_says`).
     ///
     /// # Errors

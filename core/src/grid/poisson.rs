@@ -1,4 +1,4 @@
-//! The five-point scheme, solved by a sine or cosine transform along one axis and tridiagonal systems along the other.
+//! The schemes of five and of nine points, solved by a sine or cosine transform along one axis and tridiagonal systems along the other.
 //!
 //! The transform runs along the axis whose number of cells is cheaper to factor (see [`super::good_size`]); "rows" here are the
 //! mesh lines along it, and s numbers the rows. With H, K the mesh widths along and across the rows, mode k of row s obeys
@@ -514,6 +514,7 @@ impl<T: Real> Data<'_, T> {
 
 impl<T: Real> Data<'_, T> {
     /// As [`Data::load`] for one row, for the scheme of nine points.
+    #[inline(always)]
     fn load_sharpened(&self, s: usize, r: usize, a: &mut [Element<T>]) {
         let Shape { kind, along_y, n, m, .. } = self.shape;
         let (step, row_step) = if along_y { (m + 1, 1) } else { (1, n + 1) };

@@ -90,18 +90,22 @@ fn the_scheme_holds_in_every_setting() {
                     continue;
                 }
                 let (x, m) = cloud(200, [-1.1, -0.1], [1.1, 1.6], 5);
-                for order in [Order::Second, Order::Fourth] {
-                    let equation = Equation { screening, walls, order };
-                    if order == Order::Fourth && equation.check(&mesh).is_err() {
-                        continue;
-                    }
-                    let worst = with_grid(mesh, equation, 1, |grid| {
-                        grid.deposit(&x, &m, &Serial).unwrap();
-                        grid.solve(&Serial).unwrap();
-                        residual(grid)
-                    });
-                    assert!(worst < 1e-14, "{cells:?} {equation:?}: {worst:e}");
-                }
+                let worst = with_grid(mesh, Equation { screening, walls, order: Order::Second }, 1, |grid| {
+                    grid.deposit(&x, &m, &Serial).unwrap();
+                    grid.solve(&Serial).unwrap();
+                    residual(grid)
+                });
+                assert!(worst < 1e-14, "{cells:?} {screening} {walls:?}: {worst:e}");
+                // Nearly square cells that resolve the screening.
+                let h = 2.0 / cells[0] as f64;
+                let mesh = Mesh::new([-1.0, 0.0], [1.0, 1.1 * h * cells[1] as f64], cells).unwrap();
+                let equation = Equation { screening: screening.min(0.9 / h), walls, order: Order::Fourth };
+                let worst = with_grid(mesh, equation, 1, |grid| {
+                    grid.deposit(&x, &m, &Serial).unwrap();
+                    grid.solve(&Serial).unwrap();
+                    residual(grid)
+                });
+                assert!(worst < 1e-14, "{cells:?} {equation:?}: {worst:e}");
             }
         }
     }

@@ -210,62 +210,85 @@ fn add_part<T: Real, const D: usize>(
             Some(panel) => panel.lanes(tables, part.radius, if inside { &from } else { r }, k),
             None => [T::NAN; LANES],
         };
+        let outside = if inside { None } else { Some(Outside::new::<D>(part, r, &chosen, wanted)) };
         for (k, sums) in sums.iter_mut().enumerate().filter(|(k, _)| wanted.get(*k) == Some(&true)) {
-            let values = if inside { series(k) } else { outside::<T, D>(part, r, &chosen, k, &series) };
+            let values = match &outside {
+                None => series(k),
+                Some(outside) => outside.quantity(r, k, &series),
+            };
             add(sums, &values, &chosen);
         }
     }
 }
 
-/// The k-th quantity outside all panels.
-#[inline(always)]
-fn outside<T: Real, const D: usize>(
-    part: &Part<T>,
-    r: &Lanes<T>,
-    chosen: &Lanes<bool>,
-    k: usize,
-    series: &impl Fn(usize) -> Lanes<T>,
-) -> Lanes<T> {
-    let times = |mut a: Lanes<T>, b: Lanes<T>| {
-        a.iter_mut().zip(b).for_each(|(a, b)| *a *= b);
-        a
-    };
-    let over_square = |mut v: Lanes<T>| {
-        v.iter_mut().zip(r).for_each(|(v, &r)| *v = *v / r / r);
-        v
-    };
-    match part.outer {
-        Outer::Power { exponent } => {
-            let power = powers(r, exponent, chosen);
-            times(if k == 0 { power } else { over_square(power) }, series(k))
-        }
-        Outer::Log { coefficient } if k == 0 => {
-            let mut values = each(r, chosen, |r| coefficient * r.log());
-            values.iter_mut().zip(series(0)).for_each(|(value, more)| *value += more);
-            values
-        }
-        Outer::Log { .. } => over_square(series(k)),
-        Outer::Exponential { k: rate } => times(series(k), each(r, chosen, |r| (-(rate * r)).exp())),
-        Outer::Bare { factor } => match part.law {
-            Law::Power { exponent } if exponent != 0.0 => {
-                let p = T::from_f64(exponent);
-                let mut values = powers(r, exponent, chosen);
-                for (value, &r) in values.iter_mut().zip(r) {
-                    let per_r = T::ONE / r;
-                    let gradient = *value * per_r * per_r;
-                    *value = factor
-                        * match k {
-                            0 => *value / p,
-                            1 => gradient,
-                            _ => (p + T::from_usize(D) - T::TWO) * gradient,
-                        };
+/// What three quantities outside all panels have in common: the expensive functions, once for all of them.
+enum Outside<T> {
+    /// The quantities themselves, without a series.
+    Whole([Lanes<T>; 3]),
+    /// r^p, which multiplies the first series, over r^2 the others.
+    Power(Lanes<T>),
+    /// Added to the first series; the others are divided by r^2.
+    Logarithm(Lanes<T>),
+    /// Multiplies every series.
+    Factor(Lanes<T>),
+}
+
+impl<T: Real> Outside<T> {
+    #[inline(always)]
+    fn new<const D: usize>(part: &Part<T>, r: &Lanes<T>, chosen: &Lanes<bool>, wanted: [bool; 3]) -> Self {
+        match part.outer {
+            Outer::Power { exponent } => Self::Power(powers(r, exponent, chosen)),
+            Outer::Log { coefficient } if wanted[0] => Self::Logarithm(each(r, chosen, |r| coefficient * r.log())),
+            Outer::Log { .. } => Self::Logarithm([T::ZERO; LANES]),
+            Outer::Exponential { k } => Self::Factor(each(r, chosen, |r| (-(k * r)).exp())),
+            Outer::Bare { factor } => match part.law {
+                Law::Power { exponent } if exponent != 0.0 => {
+                    let p = T::from_f64(exponent);
+                    let power = powers(r, exponent, chosen);
+                    let mut all = [power.map(|v| factor * (v / p)), power, power];
+                    let [_, gradient, laplacian] = &mut all;
+                    for ((gradient, laplacian), &r) in gradient.iter_mut().zip(laplacian).zip(r) {
+                        let per_r = T::ONE / r;
+                        let slope = *gradient * per_r * per_r;
+                        *gradient = factor * slope;
+                        *laplacian = factor * ((p + T::from_usize(D) - T::TWO) * slope);
+                    }
+                    Self::Whole(all)
                 }
-                values
+                law => Self::one_by_one(r, chosen, |r| law.bare::<T, D>(r).map(|v| factor * v)),
+            },
+            Outer::Yukawa { .. } | Outer::Zero | Outer::Clamped { .. } => {
+                Self::one_by_one(r, chosen, |r| part.without_series(r))
             }
-            law => each(r, chosen, |r| factor * law.bare::<T, D>(r).get(k).copied().unwrap_or(T::NAN)),
-        },
-        Outer::Yukawa { .. } | Outer::Zero | Outer::Clamped { .. } => {
-            each(r, chosen, |r| part.outer_at(r).get(k).copied().unwrap_or(T::NAN))
+        }
+    }
+
+    #[inline(always)]
+    fn one_by_one(r: &Lanes<T>, chosen: &Lanes<bool>, function: impl Fn(T) -> [T; 3]) -> Self {
+        let mut all = [[T::ZERO; LANES]; 3];
+        for (lane, (&r, _)) in r.iter().zip(chosen).enumerate().filter(|(_, (_, chosen))| **chosen) {
+            for (values, value) in all.iter_mut().zip(function(r)) {
+                values.get_mut(lane).into_iter().for_each(|slot| *slot = value);
+            }
+        }
+        Self::Whole(all)
+    }
+
+    /// The k-th quantity.
+    #[inline(always)]
+    fn quantity(&self, r: &Lanes<T>, k: usize, series: &impl Fn(usize) -> Lanes<T>) -> Lanes<T> {
+        let each = |a: &Lanes<T>, b: Lanes<T>, of: &dyn Fn(T, T) -> T| {
+            let mut values = b;
+            values.iter_mut().zip(a).for_each(|(b, &a)| *b = of(a, *b));
+            values
+        };
+        match self {
+            Self::Whole(all) => all.get(k).copied().unwrap_or([T::NAN; LANES]),
+            Self::Factor(factor) => each(factor, series(k), &|a, b| a * b),
+            Self::Power(power) if k == 0 => each(power, series(k), &|a, b| a * b),
+            Self::Power(power) => each(&each(r, *power, &|r, v| v / r / r), series(k), &|a, b| a * b),
+            Self::Logarithm(logarithm) if k == 0 => each(logarithm, series(k), &|a, b| a + b),
+            Self::Logarithm(_) => each(r, series(k), &|r, v| v / r / r),
         }
     }
 }
@@ -287,10 +310,20 @@ impl<T: Real> Panel<T> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Term;
+    use super::super::{RadialKernel, Supplied, Term};
     use super::*;
     use crate::mollifier::Mollifier;
     use std::{vec, vec::Vec};
+
+    /// e^{-r^2}, whose Laplacian depends on the dimension: it need not be right here.
+    struct Host;
+
+    impl RadialKernel for Host {
+        fn at(&self, r: f64) -> [f64; 3] {
+            let e = (-r * r).exp();
+            [e, -2.0 * e, (4.0 * r * r - 4.0) * e]
+        }
+    }
 
     /// Every law under every kind of mollifier, at distances in all panels, on their ends and at zero, in mixed lanes.
     fn compare<T: Real, const D: usize>() {
@@ -319,12 +352,14 @@ mod tests {
                 if laws.iter().any(|law| law.check(D).is_err()) {
                     continue;
                 }
-                let bytes = Kernel::<T, D>::workspace_bytes(&terms, mollifier).unwrap();
+                // A host's kernel beside the last of them.
+                let host = (laws.len() == 1).then_some(Supplied { kernel: &Host, coefficient: 0.9, reach: 2.0 });
+                let bytes = Kernel::<T, D>::workspace_bytes_with(&terms, host.is_some(), mollifier).unwrap();
                 let mut memory = vec![0_u8; bytes + 64];
                 let start = memory.as_ptr().align_offset(64);
                 let delta = T::from_f64(0.3);
-                let kernel =
-                    Kernel::<T, D>::prepare(&mut memory[start..start + bytes], &terms, mollifier, delta).unwrap();
+                let block = &mut memory[start..start + bytes];
+                let kernel = Kernel::<T, D>::prepare_with(block, &terms, host, mollifier, delta).unwrap();
                 let mut seed = 5_u64;
                 let mut distances: Vec<T> = (0..40 * LANES)
                     .map(|_| {

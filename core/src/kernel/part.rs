@@ -226,12 +226,12 @@ impl<T: Real> Part<T> {
                 let e = (-(k * r)).exp();
                 series().map(|v| v * e)
             }
-            Outer::Yukawa { .. } | Outer::Zero | Outer::Clamped { .. } => self.outer_at(r),
+            Outer::Yukawa { .. } | Outer::Zero | Outer::Clamped { .. } => self.without_series(r),
         }
     }
 
     /// What needs no series outside.
-    pub(crate) fn outer_at(&self, r: T) -> [T; 3] {
+    pub(crate) fn without_series(&self, r: T) -> [T; 3] {
         match self.outer {
             Outer::Yukawa { k, plain, over_r } => {
                 let e = (-(k * r)).exp();
