@@ -144,7 +144,7 @@ fn scene(name: &str, tree: &Node, mistakes: &mut Vec<Mistake>) -> Option<Scene> 
         steps,
         direct: text(part("method"), "sum").as_deref() == Some("direct"),
         tolerance: number(part("method"), "tolerance").unwrap_or(1e-12),
-        pks: tree.get("pks").map(pks),
+        pks: tree.get("pks").map(|node| pks(node, mistakes)),
         study,
         output: output(part("output"), end, dt, steps, mistakes),
     })
@@ -261,9 +261,9 @@ fn initial(node: &Node, index: usize, dimension: usize, mistakes: &mut Vec<Mista
     }
 }
 
-fn pks(node: &Node) -> Pks {
+fn pks(node: &Node, mistakes: &mut Vec<Mistake>) -> Pks {
     let mesh = numbers(node, "mesh").unwrap_or_else(|| vec![270.0, 270.0]);
-    Pks {
+    let read = Pks {
         chi: number(node, "chi").unwrap_or(1.0),
         mu: number(node, "mu").unwrap_or(1.0),
         mesh: [mesh[0] as usize, mesh[1] as usize],
@@ -276,7 +276,16 @@ fn pks(node: &Node) -> Pks {
         cell: number(node, "cell").unwrap_or(1.0),
         separation: number(node, "separation").unwrap_or(0.1),
         probability: number(node, "probability").unwrap_or(1e-4),
+    };
+    let side = |[low, high]: [f64; 2], cells: usize| (high - low) / cells as f64;
+    let (h, k) = (side(read.x, read.mesh[0]), side(read.y, read.mesh[1]));
+    if read.fourth && h.max(k) > 1.25 * h.min(k) {
+        let text = format!(
+            "pks.scheme = \"fourth\": needs cells whose sides are within a factor of 1.25; they are {h} and {k}"
+        );
+        mistakes.push(Mistake { line: line(node, "scheme"), text });
     }
+    read
 }
 
 fn output(node: &Node, end: f64, dt: f64, steps: u64, mistakes: &mut Vec<Mistake>) -> Output {
