@@ -498,12 +498,13 @@ typedef struct mollis_grid2_options {
    */
   double screening;
   /**
-   * How fast the error falls with the mesh width where the density is smooth: 2 (five points; the default) or 4 (nine points, for cells
-   * whose sides are within a factor of 1.25 and at most 1/k). Solve and differences take 1.5 times as long.
+   * How fast the error of the particles' attraction, summed over many, falls with the mesh width where their density is smooth: 2 (five points; the
+   * default) or 4 (nine points, a density sharpened by what deposit and interpolation smooth it; for cells whose sides are within a factor of
+   * 1.25 and at most 1/k).
    */
   int32_t order;
   /**
-   * 0.
+   * Not looked at.
    */
   int32_t reserved;
 } mollis_grid2_options;
@@ -1835,14 +1836,14 @@ mollis_status mollis_grid2_workspace_bytes_f32(const struct mollis_mesh2 *mesh,
 /**
  * The field of n_sources masses (any sign) on a mesh: u = sum_j masses[j] V(x - sources[j]), V = log r / (2 pi), or -K0(k r) / (2 pi) with
  * screening k. Cloud-in-cell deposit in 64-bit fixed point, the five-point scheme solved exactly, bilinear interpolation of its centred
- * differences (Zhelezov & Fatkullin, (3.6) to (3.10), whose c is -u).
+ * differences (Zhelezov & Fatkullin, (3.6) to (3.10), whose c is -u); or the scheme of fourth order, see mollis_grid2_options.
  *
  * | output            | shape        |                                                                                  |
  * |-------------------|--------------|----------------------------------------------------------------------------------|
  * | gradient          | n_targets, 2 | grad u at the targets; outside the mesh that of all mass at its centre            |
  * | node_mass         | nodes        | the mass at each node                                                            |
- * | node_potential    | nodes        | u at the nodes                                                                   |
- * | node_gradient     | nodes, 2     | centred differences of u                                                         |
+ * | node_potential    | nodes        | u at the nodes; with order 4 sharpened for interpolation                          |
+ * | node_gradient     | nodes, 2     | its differences                                                                  |
  * | total             | 3            | total mass and its centre                                                        |
  * | outside           | 1            | sources outside the mesh; they act through the total mass only                   |
  *

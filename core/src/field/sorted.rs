@@ -221,7 +221,7 @@ impl<T: Real, const D: usize, const N: usize> Plain for Sweep<'_, '_, T, D, N> {
         let mut near_pairs = 0_u64;
         for (block, indices) in order.chunks(TOGETHER).enumerate() {
             let first_step = block * TOGETHER;
-            if first_step % ASK == 0 && should_stop.is_some_and(|stop| stop()) {
+            if first_step.is_multiple_of(ASK) && should_stop.is_some_and(|stop| stop()) {
                 return Err(Error::Stopped);
             }
             let mut results = [[T::ZERO; 3]; TOGETHER];

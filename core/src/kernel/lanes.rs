@@ -144,8 +144,8 @@ fn add_newtonian<T: Real, const D: usize>(
     let [value, gradient, laplacian] = sums;
     let mut outside = [true; LANES];
     if let Some(p) = polynomials {
-        outside = r.map(|r| !(r < p.delta));
-        let inside = outside.map(|outside| !outside);
+        let inside = r.map(|r| r < p.delta);
+        outside = inside.map(|inside| !inside);
         let t = r.map(|r| (p.delta - r) / p.delta * (T::ONE + r / p.delta));
         if wanted[0] {
             let values = horner(p.potential.coefficients().iter().copied(), &t)
