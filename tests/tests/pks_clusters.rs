@@ -1,8 +1,10 @@
 //! The search for clusters by sorting against the descent through cells.
 
-use mollis_core::pks::clusters::{Scratch, Search, Sorted, find};
+use mollis_core::parallel::Serial;
+use mollis_core::pks::clusters::{Scratch, Search, find};
 use mollis_core::pks::collision::Criterion;
-use mollis_core::pks::theory::Law;
+use mollis_core::pks::extent::Extent;
+use mollis_core::pks::theory::{Group, Law};
 use mollis_core::pks::{CollisionLaw, Merging};
 use mollis_core::space::{ALIGN, Carve, Measure};
 use mollis_core::special::{incomplete_gamma, normal};
@@ -31,9 +33,8 @@ fn search(
     let start = memory.as_ptr().align_offset(ALIGN) + ALIGN;
     let mut carve = Carve::reopen(&mut memory[start..start + bytes]).unwrap();
     let mut scratch = Scratch::lay(&mut carve, n).unwrap();
-    let (mut places, mut weights) = (vec![[f64::NAN; 2]; n], vec![f64::NAN; n]);
-    let sorted = Sorted { positions: &mut places, masses: &mut weights };
-    find(search, criterion, step, positions, masses, sorted, &mut scratch);
+    let extent = Extent::of(positions, masses).unwrap();
+    find(search, criterion, step, &extent, (positions, masses), &Serial, &mut scratch).unwrap();
     let mut out = Vec::new();
     for cluster in scratch.clusters() {
         let mut members: Vec<usize> = scratch.members(cluster.first, cluster.count).collect();
@@ -147,6 +148,62 @@ fn as_the_descent_through_cells() {
         }
     }
     assert!(found > 1000, "{found}");
+}
+
+/// Many particles go another way than few: through buckets, of which only what the keys can't exclude is looked at.
+#[test]
+fn many_particles_as_the_descent_through_cells() {
+    let mut random = Split(9);
+    let (mut pairs, mut groups, mut whole) = (0, 0, 0);
+    for round in 0..36_usize {
+        let n = [513, 700, 2000, 6000][round % 4] + round;
+        let lattice = |v: f64| (v.clamp(0.0, 1.0 - 2.0_f64.powi(-30)) * 2.0_f64.powi(30)).floor() / 2.0_f64.powi(30);
+        let (mut positions, mut masses) = clumps(&mut random, n);
+        // Everywhere, in one clump, or in clumps of any size.
+        match round % 3 {
+            0 => positions.iter_mut().flatten().for_each(|x| *x = lattice(random.uniform())),
+            1 => positions.iter_mut().flatten().for_each(|x| *x = lattice(0.3 + 0.01 * random.uniform())),
+            _ => (),
+        }
+        // Equal masses, one heavy particle among them, or any.
+        if round % 5 < 3 {
+            masses.fill(1.0);
+        }
+        if round % 5 == 1 {
+            masses[n / 3] = 0.3 * n as f64;
+        }
+        let mass: f64 = masses.iter().sum();
+        // Critical: gamma chi M = 4 mu, mu~ = mu M / n; from far below to far above.
+        let excess = 10_f64.powf(5.0 * random.uniform() - 1.0);
+        let noise = 1e-3 * mass / n as f64;
+        let law = Law::new(excess * 8.0 * core::f64::consts::PI * 1e-3 / mass, noise);
+        let dt = 10_f64.powf(-8.0 * random.uniform());
+        for (kind, merging) in [
+            (CollisionLaw::Exact, Merging::All),
+            (CollisionLaw::Exact, Merging::Hard),
+            (CollisionLaw::Printed, Merging::All),
+        ] {
+            let criterion = Criterion::new(law, kind, merging, 1e-4, dt);
+            let collidable = |count: f64, mass: f64, pairs: f64, moment: f64| {
+                criterion.collidable(&Group { count, mass, pairs }, moment)
+            };
+            let domain = Some([[0.0; 2], [1.0; 2]]);
+            let settings = Search { domain, shifted: false, ..Search::default() };
+            let got = search(&settings, &criterion, 7, &positions, &masses);
+            let mut want = mollis_reference::pks::clusters(&positions, &masses, [0.0; 2], 1.0, 0.1, 31, &collidable);
+            want.iter_mut().for_each(|members| members.sort_unstable());
+            want.sort();
+            assert_eq!(got, want, "round {round} n {n} {kind:?} {merging:?} excess {excess} dt {dt}");
+            for members in got {
+                match members.len() {
+                    2 => pairs += 1,
+                    k if k > n / 2 => whole += 1,
+                    _ => groups += 1,
+                }
+            }
+        }
+    }
+    assert!(pairs > 1000 && groups > 500 && whole > 3, "{pairs} {groups} {whole}");
 }
 
 #[test]

@@ -2,6 +2,7 @@
 
 use super::{Counters, Interaction, LANES, Options, Outputs, Run, Sources};
 use crate::error::{Error, Result};
+use crate::kernel::add_lanes;
 use crate::real::Real;
 use crate::space::{Chunks, each_piece};
 
@@ -52,11 +53,7 @@ pub(super) fn evaluate<T: Real, const D: usize>(
                 let Some(one) = r.iter().zip(&counts).find(|(_, counts)| **counts).map(|(r, _)| *r) else { continue };
                 r.iter_mut().zip(&counts).for_each(|(r, &counts)| *r = if counts { *r } else { one });
                 let [value, gradient, laplacian] = kernel.pairs(&r, sources.len(), wanted);
-                let add = |sums: &mut [T; LANES], terms: [T; LANES]| {
-                    for ((sum, term), &counts) in sums.iter_mut().zip(terms).zip(&counts) {
-                        *sum += if counts { term } else { T::ZERO };
-                    }
-                };
+                let add = |sums: &mut [T; LANES], terms: [T; LANES]| add_lanes(sums, &terms, &counts);
                 let times = |mut a: [T; LANES], b: &[T; LANES]| {
                     a.iter_mut().zip(b).for_each(|(a, &b)| *a *= b);
                     a

@@ -12,7 +12,7 @@ use super::radix::{Entry, order};
 use super::{Counters, Outputs, Run, Sources, Wanted};
 use crate::error::{Error, Result};
 use crate::isa::{Plain, widest};
-use crate::kernel::{Far, Kernel, Near, POWERS};
+use crate::kernel::{Far, Kernel, Near, POWERS, horner};
 use crate::real::{DoubleWord, Real};
 use crate::space::{Carve, Measure, Space};
 
@@ -328,22 +328,13 @@ fn near_polynomials<T: Real>(
     sums.map(|lanes| lanes.into_iter().fold(T::ZERO, |sum, v| sum + v))
 }
 
-/// A polynomial in every lane, lowest power first.
-#[inline(always)]
-fn horner<T: Real>(coefficients: &[T], x: &[T; LANES]) -> [T; LANES] {
-    let mut sum = [T::ZERO; LANES];
-    for &c in coefficients.iter().rev() {
-        sum.iter_mut().zip(x).for_each(|(sum, &x)| *sum = *sum * x + c);
-    }
-    sum
-}
-
 /// The k-th quantity (value, gradient factor, Laplacian) of every lane: a polynomial of t and one of s = 1 - t.
 #[inline(always)]
 fn near_series<T: Real>(near: &Near<T>, k: usize, t: &[T; LANES], s: &[T; LANES]) -> [T; LANES] {
-    let mut edge = horner(near.edge.get(k).and_then(|e| e.get(..near.edge_terms)).unwrap_or(&[]), t);
+    let mut edge = horner(near.edge.get(k).and_then(|e| e.get(..near.edge_terms)).unwrap_or(&[]).iter().copied(), t);
     if near.square_terms > 0 {
-        let square = horner(near.square.get(k).and_then(|e| e.get(..near.square_terms)).unwrap_or(&[]), s);
+        let square =
+            horner(near.square.get(k).and_then(|e| e.get(..near.square_terms)).unwrap_or(&[]).iter().copied(), s);
         edge.iter_mut().zip(&square).for_each(|(sum, &more)| *sum += more);
     }
     edge

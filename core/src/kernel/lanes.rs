@@ -14,7 +14,7 @@ use crate::real::Real;
 pub const LANES: usize = 16;
 
 /// A number for each lane.
-pub type Lanes<T> = [T; LANES];
+type Lanes<T> = [T; LANES];
 
 impl<T: Real, const D: usize> Kernel<'_, T, D> {
     /// Value, gradient factor and Laplacian at each distance, where `wanted` says so (else zero). At distance zero without a mollifier
@@ -49,12 +49,20 @@ impl<T: Real, const D: usize> Plain for Pairs<'_, '_, T, D> {
     }
 }
 
-/// The k-th quantities of the chosen lanes.
+/// Adds the values of the chosen lanes.
 #[inline(always)]
-fn add<T: Real>(sums: &mut Lanes<T>, values: &Lanes<T>, chosen: &Lanes<bool>) {
+pub(crate) fn add<T: Real>(sums: &mut Lanes<T>, values: &Lanes<T>, chosen: &Lanes<bool>) {
     for ((sum, &value), &chosen) in sums.iter_mut().zip(values).zip(chosen) {
         *sum += if chosen { value } else { T::ZERO };
     }
+}
+
+/// A function of two numbers in every lane.
+#[inline(always)]
+fn both<T: Real>(a: &Lanes<T>, b: &Lanes<T>, function: impl Fn(T, T) -> T) -> Lanes<T> {
+    let mut values = *a;
+    values.iter_mut().zip(b).for_each(|(a, &b)| *a = function(*a, b));
+    values
 }
 
 /// A function that is not worth lanes, of those that are chosen; zero elsewhere.
@@ -69,10 +77,10 @@ fn each<T: Real>(r: &Lanes<T>, chosen: &Lanes<bool>, function: impl Fn(T) -> T) 
     values
 }
 
-/// Horner's rule, lowest power first.
+/// A polynomial in every lane, lowest power first, by Horner's rule.
 #[inline(always)]
-fn horner<T: Real>(coefficients: impl DoubleEndedIterator<Item = T>, x: &Lanes<T>) -> Lanes<T> {
-    coefficients.rev().fold([T::ZERO; LANES], |mut sum, c| {
+pub(crate) fn horner<T: Real, const N: usize>(coefficients: impl DoubleEndedIterator<Item = T>, x: &[T; N]) -> [T; N] {
+    coefficients.rev().fold([T::ZERO; N], |mut sum, c| {
         sum.iter_mut().zip(x).for_each(|(sum, &x)| *sum = *sum * x + c);
         sum
     })
@@ -277,18 +285,14 @@ impl<T: Real> Outside<T> {
     /// The k-th quantity.
     #[inline(always)]
     fn quantity(&self, r: &Lanes<T>, k: usize, series: &impl Fn(usize) -> Lanes<T>) -> Lanes<T> {
-        let each = |a: &Lanes<T>, b: Lanes<T>, of: &dyn Fn(T, T) -> T| {
-            let mut values = b;
-            values.iter_mut().zip(a).for_each(|(b, &a)| *b = of(a, *b));
-            values
-        };
+        let (times, over_square) = (|a: T, b: T| a * b, |v: T, r: T| v / r / r);
         match self {
             Self::Whole(all) => all.get(k).copied().unwrap_or([T::NAN; LANES]),
-            Self::Factor(factor) => each(factor, series(k), &|a, b| a * b),
-            Self::Power(power) if k == 0 => each(power, series(k), &|a, b| a * b),
-            Self::Power(power) => each(&each(r, *power, &|r, v| v / r / r), series(k), &|a, b| a * b),
-            Self::Logarithm(logarithm) if k == 0 => each(logarithm, series(k), &|a, b| a + b),
-            Self::Logarithm(_) => each(r, series(k), &|r, v| v / r / r),
+            Self::Factor(factor) => both(factor, &series(k), times),
+            Self::Power(power) if k == 0 => both(power, &series(k), times),
+            Self::Power(power) => both(&both(power, r, over_square), &series(k), times),
+            Self::Logarithm(logarithm) if k == 0 => both(logarithm, &series(k), |a, b| a + b),
+            Self::Logarithm(_) => both(&series(k), r, over_square),
         }
     }
 }

@@ -31,7 +31,8 @@ mod quadrature;
 
 pub use block::Supplied;
 pub(crate) use far::{Far, Near, POWERS};
-pub use lanes::{LANES, Lanes};
+pub use lanes::LANES;
+pub(crate) use lanes::{add as add_lanes, horner};
 pub use law::{Law, MAX_TERMS, RadialKernel, Term};
 pub(crate) use profile::sphere;
 

@@ -89,6 +89,55 @@ impl<T: Real> Criterion<T> {
         T::from_usize(count.saturating_sub(2) as usize) * (T::from_i32(4) * self.constants.noise) <= most
     }
 
+    /// Whether some three or more out of a set of particles may have an index below zero, by a bound: given are the set's mass and the
+    /// largest mass h in it.
+    ///
+    /// N of them have a mass M of at most `min(N h, total)`, and nu < 0 needs `N - 2 < k M^2`, k = gamma chi / (4 mu~). Up to N = total / h
+    /// the difference `k M^2 - (N - 2)` is convex in N and beyond it falls, so it is largest at N = 3 or at N = total / h.
+    #[inline]
+    #[must_use]
+    pub fn grouped(&self, total: T, heaviest: T) -> bool {
+        // A margin for the rounding of the sum of the masses.
+        let pull = T::from_f64(1.001) * (self.constants.gamma * self.constants.chi);
+        let push = T::from_i32(4) * self.constants.noise;
+        let three = pull * (T::from_i32(9) * heaviest * heaviest) < push;
+        let all = pull * (total * total) * heaviest < push * (total - T::TWO * heaviest);
+        !(three && all)
+    }
+
+    /// A distance beyond which two particles with masses from `smallest` to `largest` don't collide with a probability that counts; `None` if
+    /// such two never do.
+    ///
+    /// `Q(|nu|, x)` grows with `|nu| = gamma chi m m' / (2 mu~)`, and `x = m m' / (m + m') r^2 / (4 mu~ dt)` is at least what two of
+    /// the smallest mass have.
+    #[must_use]
+    pub fn reach(&self, smallest: T, largest: T) -> Option<T> {
+        if self.straight() {
+            return Some(T::INFINITY);
+        }
+        let pull = T::from_f64(1.001) * (self.constants.gamma * self.constants.chi) * (largest * largest);
+        let a = pull / (T::TWO * self.constants.noise);
+        if !self.inelastic(-a) {
+            return None;
+        }
+        let x = T::from_f64(1.01) * incomplete_gamma::upper_inverse(a, self.probability);
+        let reach = (x * T::from_i32(8) * self.constants.noise * self.dt / smallest).sqrt();
+        Some(if reach.is_nan() { T::INFINITY } else { reach })
+    }
+
+    /// Whether no group of so many particles, of this mass and with at least this second moment, may collide within the step: by the largest
+    /// pull that a group of that mass can have.
+    #[must_use]
+    pub fn excludes(&self, count: u32, mass: T, moment: T) -> bool {
+        // One straight step with noise may reach zero from afar and not from nearer by.
+        if self.straight() && self.constants.noise > T::ZERO {
+            return false;
+        }
+        let count = T::from_usize(count as usize);
+        let pairs = T::from_f64(1.001) * (mass * mass) * (T::ONE - T::ONE / count);
+        !self.collidable(&Group { count, mass, pairs }, moment)
+    }
+
     /// Whether a collision at this index merges.
     #[inline]
     fn inelastic(&self, index: T) -> bool {
@@ -174,6 +223,7 @@ fn negligible<T: Real>(a: T, x: T, p: T) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::vec::Vec;
 
     #[test]
     fn the_bound_is_a_bound() {
@@ -188,6 +238,59 @@ mod tests {
         }
         // And it does cut: a light pair a tenth of the step's length apart.
         assert!(negligible(3e-4, 3.0, 1e-4) && negligible(1e-5, 0.1, 1e-4));
+    }
+
+    #[test]
+    fn what_is_excluded_cannot_collide() {
+        let mut state = 5_u64;
+        let mut uniform = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1_u64 << 53) as f64
+        };
+        let (mut grouped, mut near, mut excluded) = ([0; 2], [0; 3], [0; 2]);
+        for round in 0..20_000 {
+            let n = 2 + (uniform() * 12.0) as usize;
+            let spread = [0.0, 1.0, 3.0][round % 3];
+            let masses: Vec<f64> = (0..n).map(|_| 10_f64.powf(spread * uniform())).collect();
+            let (total, heaviest) = masses.iter().fold((0.0_f64, 0.0_f64), |(sum, h), &m| (sum + m, h.max(m)));
+            let smallest = masses.iter().copied().fold(f64::INFINITY, f64::min);
+            let constants =
+                Law { chi: 1.0, noise: heaviest * heaviest * 10_f64.powf(3.0 * uniform() - 1.0), gamma: 1.0 };
+            let law = [CollisionLaw::Exact, CollisionLaw::Printed][round % 2];
+            let merging = [Merging::All, Merging::Hard][round / 2 % 2];
+            let dt = 10_f64.powf(-2.0 * uniform());
+            let criterion = Criterion::new(constants, law, merging, 1e-3, dt);
+            // Every group of at least three.
+            let any = (0..1_u32 << n).any(|set| {
+                let members: Vec<f64> = (0..n).filter(|i| set >> i & 1 == 1).map(|i| masses[i]).collect();
+                set.count_ones() > 2 && constants.index(&Group::of(&members)) < 0.0
+            });
+            assert!(criterion.grouped(total, heaviest) || !any, "{masses:?} {constants:?}");
+            grouped[usize::from(criterion.grouped(total, heaviest))] += 1;
+            // A pair.
+            let pair = Group::of(&masses[..2]);
+            let reduced = masses[0] * masses[1] / (pair.mass * pair.mass);
+            let distance = 10_f64.powf(4.0 * uniform() - 3.0);
+            let reach = criterion.reach(smallest, heaviest);
+            if reach.is_none_or(|reach| distance > reach) {
+                assert!(
+                    !criterion.collidable(&pair, reduced * distance * distance),
+                    "{criterion:?} {masses:?} {distance}"
+                );
+                near[usize::from(reach.is_some())] += 1;
+            } else {
+                near[2] += 1;
+            }
+            // All of them, farther apart than told.
+            let moment = 10_f64.powf(4.0 * uniform() - 3.0);
+            if criterion.excludes(n as u32, total, moment) {
+                assert!(!criterion.collidable(&Group::of(&masses), moment * (1.0 + uniform())));
+                excluded[1] += 1;
+            } else {
+                excluded[0] += 1;
+            }
+        }
+        assert!(grouped.iter().chain(&near).chain(&excluded).all(|&n| n > 300), "{grouped:?} {near:?} {excluded:?}");
     }
 
     #[test]

@@ -8,6 +8,7 @@
 
 pub mod clusters;
 pub mod collision;
+pub mod extent;
 mod merge;
 mod motion;
 mod sort;

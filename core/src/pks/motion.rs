@@ -6,6 +6,8 @@
 
 use super::state::Options;
 use crate::error::{Error, Result};
+use crate::grid::MassScale;
+use crate::isa::{Level, Plain, widest};
 use crate::parallel::Executor;
 use crate::random::{Generator, Philox, normals_of_labels};
 use crate::real::Real;
@@ -26,6 +28,8 @@ pub struct Moving<'a, T> {
     pub masses: &'a [T],
     /// Their labels.
     pub labels: &'a [u64],
+    /// The sum of all masses.
+    pub total: T,
     /// Nonzero for particles whose Wiener increment is recorded; empty: none.
     pub recorded: &'a [u8],
     /// chi, mu~, sub-steps.
@@ -60,6 +64,12 @@ fn piece<X>(slice: &[X], tile: usize) -> &[X] {
 }
 
 impl<'a, T: Real> Moving<'a, T> {
+    /// The unit of masses on a mesh.
+    pub fn scale(&self) -> Result<MassScale> {
+        // A margin for the rounding of the sum.
+        MassScale::for_total(T::from_f64(1.001) * self.total)
+    }
+
     fn tile(&self, tile: usize) -> Self {
         Self {
             positions: piece(self.positions, tile),
@@ -77,7 +87,7 @@ impl<'a, T: Real> Moving<'a, T> {
 /// the order of the array, then what further sub-steps need, particle by particle.
 ///
 /// # Errors
-/// [`Error::TooManySubsteps`], the generator's, the executor's.
+/// [`Error::TooManySubsteps`], [`Error::BecameNotFinite`], the generator's, the executor's.
 pub fn frozen<T: Real>(
     moving: &Moving<'_, T>,
     gradient: Option<&Gradient<'_, T>>,
@@ -147,6 +157,25 @@ fn tiles<T: Real>(
     Ok(())
 }
 
+/// Overwrites `to` with `from`, which is as long, through the executor, or if that fails without.
+pub fn copy<T: Real>(to: &mut [[T; 2]], from: &[[T; 2]], executor: &dyn Executor) {
+    #[cfg(all(target_has_atomic = "ptr", not(feature = "small")))]
+    {
+        use crate::space::{Chunks, each_piece};
+        const EACH: usize = 1 << 15;
+        let copied = each_piece(executor, from.len().div_ceil(EACH), &Chunks::new(to, EACH), &(), &|task, to, ()| {
+            let from = from.get(task * EACH..).unwrap_or(&[]);
+            to.iter_mut().zip(from).for_each(|(to, from)| *to = *from);
+            Ok(())
+        });
+        if copied.is_ok() {
+            return;
+        }
+    }
+    let _ = executor;
+    to.iter_mut().zip(from).for_each(|(to, from)| *to = *from);
+}
+
 /// Draws a pair of normals for each label in a sub-step.
 type Draw<'a, T> = dyn FnMut(&[u64], u32, &mut [[T; 2]]) -> Result<()> + 'a;
 
@@ -158,8 +187,6 @@ fn tile<T: Real>(
     positions: &mut [[T; 2]],
     increments: &mut [[T; 2]],
 ) -> Result<u32> {
-    let Options { chi, noise, ref control, .. } = *part.options;
-    let dt = part.dt;
     let mut slopes = [[T::ZERO; 2]; TILE];
     let mut normals = [[T::ZERO; 2]; TILE];
     let n = part.positions.len();
@@ -169,22 +196,17 @@ fn tile<T: Real>(
     if let Some(gradient) = gradient {
         gradient(part.positions, slopes);
     }
-    if noise > T::ZERO {
+    if part.options.noise > T::ZERO {
         draw(part.labels, 0, normals)?;
     }
-    // One sub-step for all; E|N| = sqrt(pi / 2), and the noise's part of the jump is sqrt(2 D dt) E|N|.
-    let (twice, mean) = (T::TWO * noise * dt, (T::HALF * T::PI).sqrt());
     let mut enough = [true; TILE];
-    let one = control.at_least <= 1;
-    let parts = part.positions.iter().zip(part.masses).zip(slopes.iter()).zip(normals.iter());
-    for ((((x, &m), g), z), (to, enough)) in parts.zip(positions.iter_mut().zip(enough.iter_mut())) {
-        let v = [-(chi * g[0]), -(chi * g[1])];
-        let spread = (twice / m).sqrt();
-        *to = [x[0] + v[0] * dt + spread * z[0], x[1] + v[1] * dt + spread * z[1]];
-        let speed = (v[0] * v[0] + v[1] * v[1]).sqrt();
-        *enough = one & (speed * dt + mean * spread <= control.width);
+    let job = Once { part, slopes, normals, positions: &mut *positions, enough: &mut enough };
+    // Where flash is dear nothing moves in tiles.
+    let finite = if cfg!(feature = "small") { job.run() } else { widest(Level::best(), job) };
+    if !finite {
+        return Err(Error::BecameNotFinite);
     }
-    let root = dt.sqrt();
+    let root = part.dt.sqrt();
     if !part.recorded.is_empty() {
         for ((&recorded, z), to) in part.recorded.iter().zip(normals.iter()).zip(increments.iter_mut()) {
             if recorded != 0 {
@@ -202,6 +224,9 @@ fn tile<T: Real>(
         };
         let (Some(&slope), Some(&normal)) = (slopes.get(k), normals.get(k)) else { continue };
         let (to, increment, done) = wander(part, gradient, draw, Walker { x, m, label, slope, normal })?;
+        if !(to[0].is_finite() && to[1].is_finite()) {
+            return Err(Error::BecameNotFinite);
+        }
         if let Some(slot) = positions.get_mut(k) {
             *slot = to;
         }
@@ -211,6 +236,40 @@ fn tile<T: Real>(
         made = made.saturating_add(done - 1);
     }
     Ok(made)
+}
+
+/// One sub-step for all particles of a tile; says whether all of them end at finite places, or will not end there.
+struct Once<'a, T> {
+    part: &'a Moving<'a, T>,
+    slopes: &'a [[T; 2]],
+    normals: &'a [[T; 2]],
+    positions: &'a mut [[T; 2]],
+    /// Whether one sub-step is enough.
+    enough: &'a mut [bool; TILE],
+}
+
+impl<T: Real> Plain for Once<'_, T> {
+    type Out = bool;
+
+    #[inline(always)]
+    fn run(self) -> bool {
+        let Self { part, slopes, normals, positions, enough } = self;
+        let Options { chi, noise, ref control, .. } = *part.options;
+        // E|N| = sqrt(pi / 2), and the noise's part of the jump is sqrt(2 D dt) E|N|.
+        let (dt, twice, mean) = (part.dt, T::TWO * noise * part.dt, (T::HALF * T::PI).sqrt());
+        let one = control.at_least <= 1;
+        let mut finite = true;
+        let parts = part.positions.iter().zip(part.masses).zip(slopes.iter()).zip(normals.iter());
+        for ((((x, &m), g), z), (to, enough)) in parts.zip(positions.iter_mut().zip(enough.iter_mut())) {
+            let v = [-(chi * g[0]), -(chi * g[1])];
+            let spread = (twice / m).sqrt();
+            *to = [x[0] + v[0] * dt + spread * z[0], x[1] + v[1] * dt + spread * z[1]];
+            let speed = (v[0] * v[0] + v[1] * v[1]).sqrt();
+            *enough = one & (speed * dt + mean * spread <= control.width);
+            finite &= !*enough | (to[0].is_finite() & to[1].is_finite());
+        }
+        finite
+    }
 }
 
 /// One particle at the start of its sub-steps.
@@ -265,7 +324,7 @@ pub type Sum<'a, T> = dyn FnMut(&[[T; 2]], &mut [[T; 2]]) -> Result<()> + 'a;
 /// A stream is drawn for each sub-step in the order of the array.
 ///
 /// # Errors
-/// [`Error::TooManySubsteps`]; the field's and the generator's.
+/// [`Error::TooManySubsteps`], [`Error::BecameNotFinite`]; the field's and the generator's.
 pub fn together<T: Real>(
     moving: &Moving<'_, T>,
     sum: &mut Sum<'_, T>,
@@ -294,9 +353,14 @@ pub fn together<T: Real>(
         left -= s;
         done += 1;
         if left <= T::ZERO {
-            return Ok(u64::from(done));
+            return finite(positions).map(|()| u64::from(done));
         }
     }
+}
+
+fn finite<T: Real>(points: &[[T; 2]]) -> Result<()> {
+    let fine = points.iter().fold(true, |fine, x| fine & x[0].is_finite() & x[1].is_finite());
+    if fine { Ok(()) } else { Err(Error::BecameNotFinite) }
 }
 
 /// Adds the noise of a time `s` to all positions, and to the recorded increments.
@@ -386,5 +450,5 @@ pub fn strang<T: Real>(
         })?;
     }
     jump(moving, generator, half, 1, positions, increments)?;
-    Ok(1)
+    finite(positions).map(|()| 1)
 }

@@ -11,21 +11,11 @@ pub const BUCKETS: usize = 1 << DIGIT;
 /// Sorts `words` by their high 32 bits, equal ones in the order of the low half if they came so (whole words for few, or if
 /// `spare` is not as long or `counts` not [`BUCKETS`]; both are overwritten).
 pub fn by_high_half(words: &mut [u64], spare: &mut [u64], counts: &mut [u32]) {
-    by_bits::<4>(words, spare, counts);
-}
-
-/// As [`by_high_half`], by the low twenty of these bits, the others being the same in all words.
-pub fn by_20_bits(words: &mut [u64], spare: &mut [u64], counts: &mut [u32]) {
-    by_bits::<2>(words, spare, counts);
-}
-
-/// `PASSES` is even, so that the result is where it began.
-fn by_bits<const PASSES: u32>(words: &mut [u64], spare: &mut [u64], counts: &mut [u32]) {
     match (spare.get_mut(..words.len()), counts.first_chunk_mut()) {
         (Some(spare), Some(counts)) if cfg!(not(feature = "small")) && words.len() > SMALL => {
-            for k in 0..PASSES / 2 {
-                pass(words, spare, counts, 32 + 2 * k * DIGIT);
-                pass(spare, words, counts, 32 + (2 * k + 1) * DIGIT);
+            for k in 0..2 {
+                pass(words.iter(), spare, counts, 32 + 2 * k * DIGIT);
+                pass(spare.iter(), words, counts, 32 + (2 * k + 1) * DIGIT);
             }
         }
         _ if cfg!(feature = "small") => by_key(words, &|word| word),
@@ -33,24 +23,43 @@ fn by_bits<const PASSES: u32>(words: &mut [u64], spare: &mut [u64], counts: &mut
     }
 }
 
+/// Overwrites `words` with the words of all parts (as many), sorted by the low twenty bits of their high halves, the others being the same in
+/// all of them; equal ones as they came. `spare` is as long and overwritten.
+pub fn collect_by_20_bits<'a>(
+    parts: impl Iterator<Item = &'a [u64]> + Clone,
+    words: &mut [u64],
+    spare: &mut [u64],
+    counts: &mut [u32; BUCKETS],
+) {
+    let all = parts.flatten();
+    if words.len() <= SMALL {
+        words.iter_mut().zip(all).for_each(|(to, &from)| *to = from);
+        heap(words, |&word| word);
+    } else {
+        pass(all, spare, counts, 32);
+        pass(spare.iter(), words, counts, 32 + DIGIT);
+    }
+}
+
 /// One stable pass by [`DIGIT`] bits from `shift` on.
-fn pass(from: &[u64], to: &mut [u64], places: &mut [u32; BUCKETS], shift: u32) {
+#[inline]
+fn pass<'a>(from: impl Iterator<Item = &'a u64> + Clone, to: &mut [u64], places: &mut [u32; BUCKETS], shift: u32) {
     places.fill(0);
     let digit = |word: u64| (word >> shift) as usize & (BUCKETS - 1);
-    for &word in from {
+    from.clone().for_each(|&word| {
         if let Some(count) = places.get_mut(digit(word)) {
             *count += 1;
         }
-    }
+    });
     starts(places);
-    for &word in from {
+    from.for_each(|&word| {
         if let Some(place) = places.get_mut(digit(word)) {
             if let Some(slot) = to.get_mut(*place as usize) {
                 *slot = word;
             }
             *place += 1;
         }
-    }
+    });
 }
 
 /// Makes the places where buckets begin out of how many each holds.
@@ -150,12 +159,15 @@ mod tests {
                     by_high_half(&mut got, &mut vec![7; spare], &mut counts);
                     assert_eq!(got, want, "{n} {bits}");
                 }
-                // The highest bits the same.
-                let mut got: Vec<u64> = words.iter().map(|&w| w & !(0xFFF << 52)).collect();
-                want = got.clone();
+                // The highest bits the same, in parts of any length.
+                let parts: Vec<u64> = words.iter().map(|&w| w & !(0xFFF << 52)).collect();
+                want = parts.clone();
                 want.sort_unstable();
-                by_20_bits(&mut got, &mut vec![7; n], &mut counts);
-                assert_eq!(got, want, "{n} {bits}");
+                for each in [1, 3, 4096] {
+                    let mut got = vec![5; n];
+                    collect_by_20_bits(parts.chunks(each), &mut got, &mut vec![7; n], &mut [9; BUCKETS]);
+                    assert_eq!(got, want, "{n} {bits} {each}");
+                }
             }
         }
     }

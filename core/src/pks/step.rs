@@ -2,6 +2,7 @@
 
 use super::clusters;
 use super::collision::{Criterion, Merging};
+use super::extent::Extent;
 use super::merge::{Queue, compact};
 use super::motion::{self, Moved, Moving};
 use super::state::{Counters, Events, Options, Report, Scheme, State};
@@ -9,6 +10,7 @@ use super::theory::Law;
 use crate::error::{Error, Result};
 use crate::field::{self, Interaction, Outputs, Run, Sources, Wanted};
 use crate::grid::{Grid, Walls};
+use crate::parallel::Executor;
 use crate::random::Generator;
 use crate::real::Real;
 use crate::rk4;
@@ -189,10 +191,10 @@ pub fn step<T: Real>(
     let layout = Layout { room, summed: attraction.summed(), options, workers };
     if counters.pending > 0 {
         let to = Log { events: &mut events, counters, report };
-        return layout.settle(workspace, state, n, dt, to, None);
+        return layout.settle(workspace, state, n, dt, to, None, run.executor);
     }
     let before = (part(state.positions, n)?, part(state.masses, n)?, part(state.labels, n)?);
-    let (largest, total) = check(before.0, before.1)?;
+    let extent = Extent::of(before.0, before.1)?;
     let criterion = Criterion::new(
         Law { chi: options.chi, noise: options.noise, gamma: options.gamma },
         options.law,
@@ -203,19 +205,20 @@ pub fn step<T: Real>(
 
     // Section 3.2 (1): clusters.
     let attracted = !matches!(attraction, Attraction::None) && options.chi != T::ZERO;
-    let searched = n > 1 && attracted && !criterion.impossible(largest, total);
-    let found = layout.search(workspace, searched.then_some(&criterion), before, counters.step)?;
+    let searched = n > 1 && attracted && !criterion.impossible(extent.largest, extent.total);
+    let found =
+        layout.search(workspace, searched.then_some(&criterion), before, &extent, counters.step, run.executor)?;
     if searched {
         Report { searches: 1, clusters: found as u64, ..Report::default() }.add_to(&mut report);
     }
 
     // (2): motion, into the workspace.
-    let start = Start { before, attracted, clustered: found > 0, dt, number };
+    let start = Start { before, total: extent.total, attracted, clustered: found > 0, dt, number };
     layout.advance(workspace, &start, attraction, generator, run, &mut report)?;
 
     // (3): collisions, decided on the positions before the motion.
     let to = Log { events: &mut events, counters, report };
-    layout.settle(workspace, state, n, dt, to, Some((&criterion, found)))
+    layout.settle(workspace, state, n, dt, to, Some((&criterion, found)), run.executor)
 }
 
 /// What the layout depends on. Each part of a step lays the workspace out for itself, so that the arrays of one take no stack of
@@ -238,6 +241,8 @@ struct Log<'a, 'e> {
 struct Start<'a, T> {
     /// Positions, masses, labels.
     before: (&'a [[T; 2]], &'a [T], &'a [u64]),
+    /// Of the masses.
+    total: T,
     attracted: bool,
     /// Whether some particles are marked.
     clustered: bool,
@@ -268,17 +273,17 @@ impl<T: Real> Layout<'_, T> {
         workspace: &mut [u8],
         criterion: Option<&Criterion<T>>,
         (positions, masses, _): (&[[T; 2]], &[T], &[u64]),
+        extent: &Extent<T>,
         step: u64,
+        executor: &dyn Executor,
     ) -> Result<usize> {
         // Not moved, as stacks may be short.
         let mut arrays = self.open(workspace);
-        let Arrays { queue, found, recorded, moved, increments, .. } = arrays.as_mut().map_err(|error| *error)?;
+        let Arrays { queue, found, recorded, .. } = arrays.as_mut().map_err(|error| *error)?;
         queue.clear();
         found.clear();
         if let Some(criterion) = criterion {
-            // Until the motion writes them these two are free.
-            let sorted = clusters::Sorted { positions: moved, masses: increments.as_flattened_mut() };
-            clusters::find(&self.options.search, criterion, step, positions, masses, sorted, found);
+            clusters::find(&self.options.search, criterion, step, extent, (positions, masses), executor, found)?;
         }
         if !found.is_empty() {
             recorded.fill(0);
@@ -304,7 +309,7 @@ impl<T: Real> Layout<'_, T> {
         run: &mut Run<'_>,
         report: &mut Option<&mut Report>,
     ) -> Result<()> {
-        let &Start { before: (positions, masses, labels), attracted, clustered, dt, number: step } = start;
+        let &Start { before: (positions, masses, labels), total, attracted, clustered, dt, number: step } = start;
         let mut limited;
         let mut options = self.options;
         if cfg!(not(feature = "small"))
@@ -317,7 +322,7 @@ impl<T: Real> Layout<'_, T> {
         }
         let Motion { recorded, moved, gradient, field } = self.motion(workspace, positions.len(), clustered)?;
         let Moved { positions: ends, increments, substeps } = moved;
-        let moving = Moving { positions, masses, labels, recorded, options, dt, step };
+        let moving = Moving { positions, masses, labels, total, recorded, options, dt, step };
         let moved = Moved { positions: &mut *ends, increments, substeps };
         let force = if attracted && !positions.is_empty() { &mut attraction } else { &mut Attraction::None };
         travel(&moving, moved, force, generator, Buffers { gradient, field }, run, report)?;
@@ -328,7 +333,7 @@ impl<T: Real> Layout<'_, T> {
             // Sub-steps beyond a wall were made in the mirrored field: folding the end is reflecting the path.
             ends.iter_mut().for_each(|x| *x = grid.mesh().reflect(*x).0);
         }
-        if all_finite(ends) { Ok(()) } else { Err(Error::BecameNotFinite) }
+        Ok(())
     }
 
     #[cfg_attr(feature = "small", inline(never))]
@@ -358,6 +363,7 @@ impl<T: Real> Layout<'_, T> {
         dt: T,
         to: Log<'_, '_>,
         criterion: Option<(&Criterion<T>, usize)>,
+        executor: &dyn Executor,
     ) -> Result<()> {
         let mut arrays = self.open(workspace);
         let arrays = arrays.as_mut().map_err(|error| *error)?;
@@ -370,7 +376,8 @@ impl<T: Real> Layout<'_, T> {
                 arrays.queue.decide(criterion, &mut arrays.found, before, arrays.increments, counters);
             }
             let moved = arrays.moved.get(..n).ok_or(Error::LengthMismatch)?;
-            state.positions.iter_mut().zip(moved).for_each(|(to, from)| *to = *from);
+            let positions = state.positions.get_mut(..n).ok_or(Error::LengthMismatch)?;
+            motion::copy(positions, moved, executor);
             merges = clusters > 0 && arrays.queue.left(counters)? > 0;
         }
         if merges {
@@ -426,7 +433,8 @@ fn travel<T: Real>(
         (false, Attraction::None) => (motion::frozen(moving, None, generator, moved, executor)?, 1),
         (false, Attraction::Mesh(grid)) => {
             stop(run)?;
-            grid.deposit(moving.positions, moving.masses, executor)?;
+            grid.begin(moving.scale()?);
+            grid.add(moving.positions, moving.masses, executor)?;
             grid.solve(executor)?;
             fields += 1;
             stop(run)?;
@@ -443,7 +451,8 @@ fn travel<T: Real>(
                 fields += 1;
                 match (&mut *force, &plan) {
                     (Attraction::Mesh(grid), _) => {
-                        grid.deposit(points, moving.masses, executor)?;
+                        grid.begin(moving.scale()?);
+                        grid.add(points, moving.masses, executor)?;
                         grid.solve(executor)?;
                         grid.interpolate(points, slopes, executor)
                     }
@@ -475,28 +484,4 @@ fn travel<T: Real>(
 /// The first `n` elements.
 fn part<X>(slice: &[X], n: usize) -> Result<&[X]> {
     slice.get(..n).ok_or(Error::LengthMismatch)
-}
-
-fn all_finite<T: Real>(points: &[[T; 2]]) -> bool {
-    points.iter().fold(true, |fine, x| fine & x[0].is_finite() & x[1].is_finite())
-}
-
-/// The largest and the total mass.
-fn check<T: Real>(positions: &[[T; 2]], masses: &[T]) -> Result<(T, T)> {
-    let mut fine = all_finite(positions);
-    let mut positive = true;
-    let (mut largest, mut total) = (T::ZERO, T::ZERO);
-    for &m in masses {
-        fine &= m.is_finite();
-        positive &= m > T::ZERO;
-        largest = largest.max(m);
-        total += m;
-    }
-    if !fine || !total.is_finite() {
-        return Err(Error::NotFinite);
-    }
-    if !positive {
-        return Err(Error::Mass);
-    }
-    Ok((largest, total))
 }

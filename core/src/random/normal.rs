@@ -80,6 +80,27 @@ pub(super) fn pair<T: Real>([first, second]: [u64; 2]) -> [T; 2] {
     [radius * cos, radius * sin]
 }
 
+/// As [`pair`] for several pairs, with the same bits: in loops so short that a processor has several of their passes under way at once, where
+/// the whole would be one long chain of operations that wait for one another.
+#[inline(always)]
+pub(super) fn pairs<T: Real, const L: usize>([first, second]: [&[u64; L]; 2], out: &mut [[T; 2]; L]) {
+    let (mut radius, mut along) = ([T::ZERO; L], [[T::ZERO; L]; 2]);
+    for (radius, &word) in radius.iter_mut().zip(first) {
+        *radius = T::from_f64(-2.0) * log(word);
+    }
+    let [cos, sin] = &mut along;
+    for ((cos, sin), &word) in cos.iter_mut().zip(sin).zip(second) {
+        [*cos, *sin] = direction(word);
+    }
+    for radius in &mut radius {
+        *radius = radius.sqrt();
+    }
+    let [cos, sin] = &along;
+    for (((out, &radius), &cos), &sin) in out.iter_mut().zip(&radius).zip(cos).zip(sin) {
+        *out = [radius * cos, radius * sin];
+    }
+}
+
 /// log u for u = (2 k + 1) 2^-53, k the word's high 52 bits.
 #[inline(always)]
 fn log<T: Real>(word: u64) -> T {

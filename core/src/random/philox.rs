@@ -10,8 +10,10 @@ const MULTIPLY: [u32; 2] = [0xD251_1F53, 0xCD9E_8D57];
 /// What the two key words grow by each round: the golden ratio and sqrt(3) - 1.
 const WEYL: [u32; 2] = [0x9E37_79B9, 0xBB67_AE85];
 const ROUNDS: usize = 10;
-/// Counters that run side by side.
-const LANES: usize = 16;
+/// Counters whose normals are made together.
+const LANES: usize = 32;
+/// Counters whose rounds run side by side: their words fit in sixteen registers of AVX2.
+const FEW: usize = 8;
 
 /// The ready counter-based generator: stateless, so it may be copied and used from any thread.
 ///
@@ -35,7 +37,7 @@ impl Philox {
     /// The two 64-bit words of a counter under a key.
     fn block(key: u64, label: u64, step: u32, substep: u32) -> [u64; 2] {
         let [[a], [b], [c], [d]] =
-            rounds::<1>(halves(key), [[label as u32], [(label >> 32) as u32], [step], [substep]]);
+            rounds(halves(key), [[label], [label >> 32], [u64::from(step)], [u64::from(substep)]]);
         [join(a, b), join(c, d)]
     }
 
@@ -86,19 +88,24 @@ impl<T: Real> Plain for Normals<'_, T> {
         let (blocks, rest) = labels.as_chunks::<LANES>();
         let (out_blocks, out_rest) = out.split_at_mut_checked(blocks.len() * LANES).unwrap_or((&mut [], &mut []));
         for (labels, out) in blocks.iter().zip(out_blocks.as_chunks_mut::<LANES>().0) {
-            let low = labels.map(|label| label as u32);
-            let high = labels.map(|label| (label >> 32) as u32);
-            let [a, b, c, d] = rounds(key, [low, high, [step; LANES], [substep; LANES]]);
             let mut words = [[0_u64; LANES]; 2];
             let [first, second] = &mut words;
-            for (((((first, second), a), b), c), d) in first.iter_mut().zip(second).zip(a).zip(b).zip(c).zip(d) {
-                *first = join(a, b);
-                *second = join(c, d);
+            let (first, second) = (first.as_chunks_mut::<FEW>().0, second.as_chunks_mut::<FEW>().0);
+            for ((labels, first), second) in labels.as_chunks::<FEW>().0.iter().zip(first).zip(second) {
+                // Loops and no `map`, which is not always inlined and then compiled for the baseline.
+                let mut counter = [[0_u64; FEW], [0; FEW], [u64::from(step); FEW], [u64::from(substep); FEW]];
+                let [low, high, ..] = &mut counter;
+                for ((low, high), &label) in low.iter_mut().zip(high).zip(labels) {
+                    (*low, *high) = (label, label >> 32);
+                }
+                let [a, b, c, d] = rounds(key, counter);
+                for (((((first, second), a), b), c), d) in first.iter_mut().zip(second).zip(a).zip(b).zip(c).zip(d) {
+                    *first = join(a, b);
+                    *second = join(c, d);
+                }
             }
-            let [first, second] = words;
-            for ((out, first), second) in out.iter_mut().zip(first).zip(second) {
-                *out = normal::pair([first, second]);
-            }
+            let [first, second] = &words;
+            normal::pairs([first, second], out);
         }
         for (&label, out) in rest.iter().zip(out_rest) {
             *out = normal::pair(Philox::block(philox.seed, label, step, substep));
@@ -121,20 +128,20 @@ const fn halves(word: u64) -> [u32; 2] {
     [word as u32, (word >> 32) as u32]
 }
 
+/// One word of the low halves of two.
 #[inline(always)]
-const fn join(low: u32, high: u32) -> u64 {
-    low as u64 | (high as u64) << 32
+const fn join(low: u64, high: u64) -> u64 {
+    low & 0xFFFF_FFFF | high << 32
 }
 
-/// The ten rounds over several counters under one key. A word stands in 64 bits, of which only the low half counts until
-/// the end: so each product is one widening multiplication of vector registers.
+/// The ten rounds over several counters under one key. A word stands in 64 bits, of which only the low half counts: so each product
+/// is one widening multiplication of vector registers.
 #[inline(always)]
-fn rounds<const L: usize>(mut key: [u32; 2], counter: [[u32; L]; 4]) -> [[u32; L]; 4] {
+fn rounds<const L: usize>(mut key: [u32; 2], mut counter: [[u64; L]; 4]) -> [[u64; L]; 4] {
     let low = |word: u64| word & 0xFFFF_FFFF;
-    let mut wide = counter.map(|words| words.map(u64::from));
     for _ in 0..ROUNDS {
-        let [c0, c1, c2, c3] = &mut wide;
-        let [k0, k1] = key.map(u64::from);
+        let [c0, c1, c2, c3] = &mut counter;
+        let [k0, k1] = [u64::from(key[0]), u64::from(key[1])];
         for (((c0, c1), c2), c3) in c0.iter_mut().zip(c1).zip(c2).zip(c3) {
             let p0 = u64::from(MULTIPLY[0]) * low(*c0);
             let p1 = u64::from(MULTIPLY[1]) * low(*c2);
@@ -145,7 +152,7 @@ fn rounds<const L: usize>(mut key: [u32; 2], counter: [[u32; L]; 4]) -> [[u32; L
         }
         key = [key[0].wrapping_add(WEYL[0]), key[1].wrapping_add(WEYL[1])];
     }
-    wide.map(|words| words.map(|word| word as u32))
+    counter
 }
 
 #[cfg(test)]
@@ -164,12 +171,14 @@ mod tests {
                 [0xd16c_fe09, 0x94fd_cceb, 0x5001_e420, 0x2412_6ea1],
             ),
         ] {
-            assert_eq!(rounds(key, counter.map(|word: u32| [word])).map(|[word]| word), answer);
-            assert_eq!(rounds(key, counter.map(|word: u32| [word; 5])), answer.map(|word| [word; 5]));
+            let lows = |words: [u64; 5]| words.map(|word| word as u32);
+            let five = rounds(key, counter.map(|word: u32| [u64::from(word) | 7 << 40; 5]));
+            assert_eq!(five.map(lows), answer.map(|word| [word; 5]));
             // And through the public words: counter = (label, step, sub-step).
             let mut words = [0; 2];
-            Philox::new(join(key[0], key[1])).words(join(counter[0], counter[1]), counter[2], counter[3], &mut words);
-            assert_eq!(words, [join(answer[0], answer[1]), join(answer[2], answer[3])]);
+            let wide = |low, high| u64::from(low) | u64::from(high) << 32;
+            Philox::new(wide(key[0], key[1])).words(wide(counter[0], counter[1]), counter[2], counter[3], &mut words);
+            assert_eq!(words, [wide(answer[0], answer[1]), wide(answer[2], answer[3])]);
         }
     }
 

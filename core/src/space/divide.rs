@@ -61,6 +61,43 @@ unsafe impl<'a, T: Send> Divide for Chunks<'a, T> {
     }
 }
 
+/// A slice, divided where the caller says.
+#[derive(Debug)]
+pub struct Ranges<'a, T> {
+    whole: Chunks<'a, T>,
+    /// Ascending, none beyond the end of the slice.
+    starts: &'a [u32],
+}
+
+impl<'a, T> Ranges<'a, T> {
+    /// Divides `slice`: piece k is from `starts[k]` to `starts[k + 1]`; beyond them pieces are empty.
+    ///
+    /// # Errors
+    /// [`Error::LengthMismatch`]: the starts are not ascending, or one is beyond the end.
+    pub fn new(slice: &'a mut [T], starts: &'a [u32]) -> Result<Self> {
+        if starts.is_sorted() && starts.last().is_none_or(|&last| last as usize <= slice.len()) {
+            Ok(Self { whole: Chunks::new(slice, 1), starts })
+        } else {
+            Err(Error::LengthMismatch)
+        }
+    }
+}
+
+// SAFETY: the starts ascend, so ranges of different index are disjoint.
+#[expect(unsafe_code, reason = "disjoint ranges of one slice")]
+unsafe impl<'a, T: Send> Divide for Ranges<'a, T> {
+    type Piece = &'a mut [T];
+
+    unsafe fn piece(&self, index: usize) -> &'a mut [T] {
+        let (from, to) = match (self.starts.get(index), self.starts.get(index.saturating_add(1))) {
+            (Some(&from), Some(&to)) => (from as usize, to as usize),
+            _ => (0, 0),
+        };
+        // SAFETY: from <= to <= the slice's length, checked by `new`; the caller takes each index once at a time.
+        unsafe { core::slice::from_raw_parts_mut(self.whole.start.add(from), to - from) }
+    }
+}
+
 // SAFETY: as the inner one.
 #[expect(unsafe_code, reason = "passes on the inner promise")]
 unsafe impl<D: Divide> Divide for Option<D> {
@@ -210,6 +247,22 @@ mod tests {
                 assert!(out.iter().enumerate().all(|(i, &v)| v == 1 + (i / 8) as u32));
             }
         }
+    }
+
+    #[test]
+    fn ranges_are_where_they_are_told_and_never_overlap() {
+        let starts = [0, 0, 3, 4, 4, 9];
+        let mut out = vec![0_u32; 10];
+        let executor = Threads { repeat: 1, same_worker: false };
+        // Beyond the last start there is nothing.
+        each_piece(&executor, 7, &Ranges::new(&mut out, &starts).unwrap(), &(), &|task, piece, ()| {
+            piece.iter_mut().for_each(|v| *v += 1 + task as u32);
+            Ok(())
+        })
+        .unwrap();
+        assert_eq!(out, [2, 2, 2, 3, 5, 5, 5, 5, 5, 0]);
+        assert!(Ranges::new(&mut out, &[0, 3, 2]).is_err() && Ranges::new(&mut out, &[0, 11]).is_err());
+        assert!(Ranges::new(&mut out, &[]).is_ok());
     }
 
     #[test]

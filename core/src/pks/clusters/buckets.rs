@@ -1,0 +1,400 @@
+//! Many particles: ordered by cells in parallel, and what is learnt on the way about each coarse cell.
+//!
+//! Particles go into buckets, the cells of level [`LEVEL`], block by block, so that what is written lies in a near cache; then each bucket
+//! collects its particles from the blocks and sorts them by the rest of their keys. Neither depends on the executor.
+//!
+//! Of most buckets nothing more is needed. Where no three particles can collide ([`Criterion::grouped`]) only pairs are of interest, and of
+//! these only what the keys show to be near enough to one another ([`Criterion::reach`]): the places of these pairs are noted, and the
+//! positions are not looked at again. Sums of the keys' coordinates bound the second moments of what spans several buckets.
+
+use super::bound::Bound;
+use super::mesh::{Mesh, part};
+use super::order::{self, FIRST, MARK, key, levels};
+use crate::error::Result;
+use crate::isa::{Level, Plain, widest};
+use crate::parallel::Executor;
+use crate::pks::collision::Criterion;
+use crate::pks::extent::Extent;
+use crate::pks::sort;
+use crate::real::Real;
+use crate::space::{Chunks, Ranges, Space, each_piece};
+
+/// The buckets are the cells of this level.
+const LEVEL: u32 = 6;
+/// How many buckets there are.
+const BUCKETS: usize = 1 << (2 * LEVEL);
+/// Particles that are put into buckets together.
+const BLOCK: usize = 1 << 15;
+/// From one block's table to the next: not a power of two, so that a bucket's counts in all blocks lie in different cache sets.
+const PITCH: usize = BUCKETS + 32;
+/// Keys that are looked at side by side.
+const LANES: usize = 32;
+/// Ratios of the largest to the smallest mass, as powers of two, for which distances are known.
+const RATIOS: usize = 24;
+
+/// The search's memory for many particles.
+#[derive(Debug)]
+pub struct Buckets<'w, T> {
+    /// Words of the particles, block by block, by buckets within a block.
+    blocked: &'w mut [u64],
+    /// Scratch of the sorts; then, bucket by bucket, the places of the pairs to look at.
+    spare: &'w mut [u64],
+    /// Where each bucket of a block ends in it.
+    ends: &'w mut [u16],
+    /// Mass and largest mass of each bucket of a block.
+    loads: &'w mut [[T; 2]],
+    /// Where the buckets begin, and the end of the last.
+    starts: &'w mut [u32],
+    /// Mass and largest mass of the buckets.
+    masses: &'w mut [[T; 2]],
+    /// Pairs to look at, or [`HEAVY`].
+    pairs: &'w mut [u32],
+    /// Sums of the coordinates of the keys and of their squares, over all buckets before this one.
+    sums: &'w mut [[u64; 3]],
+}
+
+/// Instead of a number of pairs: three or more of the bucket's particles may collide.
+const HEAVY: u32 = u32::MAX;
+
+/// What is known of a bucket.
+#[derive(Clone, Copy, Debug)]
+pub struct Bucket<'a, T> {
+    /// Its first particle in the order.
+    pub first: usize,
+    /// How many it has, at least 1.
+    pub count: usize,
+    /// Their mass.
+    pub mass: T,
+    /// The places, from the first, of the pairs that may collide; `None`: more than pairs may.
+    pub pairs: Option<&'a [u64]>,
+}
+
+impl<'w, T: Real> Buckets<'w, T> {
+    /// Lays out the memory for `n` particles.
+    pub fn lay(space: &mut impl Space<'w>, n: usize) -> Self {
+        let blocks = n.div_ceil(BLOCK);
+        let buckets = if n > 0 { BUCKETS } else { 0 };
+        Self {
+            blocked: space.part(n),
+            spare: space.part(n),
+            ends: space.part(blocks.saturating_mul(PITCH)),
+            loads: space.part(blocks.saturating_mul(BUCKETS)),
+            starts: space.part(if n > 0 { BUCKETS + 1 } else { 0 }),
+            masses: space.part(buckets),
+            pairs: space.part(buckets),
+            sums: space.part(if n > 0 { BUCKETS + 1 } else { 0 }),
+        }
+    }
+
+    /// Orders the particles: `words` and `shared`, as long as they are, are overwritten as by [`order::few`].
+    ///
+    /// # Errors
+    /// The executor's.
+    pub fn sort(
+        &mut self,
+        mesh: &Mesh<T>,
+        criterion: &Criterion<T>,
+        extent: &Extent<T>,
+        (positions, masses): (&[[T; 2]], &[T]),
+        executor: &dyn Executor,
+        (words, shared): (&mut [u64], &mut [u8]),
+    ) -> Result<()> {
+        let n = positions.len();
+        let blocks = n.div_ceil(BLOCK);
+        let pieces = (
+            (Chunks::new(&mut *self.spare, BLOCK), Chunks::new(&mut *self.blocked, BLOCK)),
+            (Chunks::new(&mut *self.ends, PITCH), Chunks::new(&mut *self.loads, BUCKETS)),
+        );
+        each_piece(executor, blocks, &pieces, &(), &|block, ((keys, words), (ends, loads)), ()| {
+            let from = block * BLOCK;
+            let until = n.min(from + BLOCK);
+            let (Some(positions), Some(masses)) = (positions.get(from..until), masses.get(from..until)) else {
+                return Ok(());
+            };
+            widest(Level::best(), File { mesh, from, positions, masses, keys, words, ends, loads });
+            Ok(())
+        })?;
+        self.total(blocks);
+        let reaches = Reaches::new(mesh, criterion, extent);
+        let Self { blocked, spare, ends, starts, masses, pairs, sums, .. } = self;
+        let (blocked, ends, masses) = (&**blocked, &**ends, &**masses);
+        let ranges = (Ranges::new(words, starts)?, Ranges::new(spare, starts)?, Ranges::new(shared, starts)?);
+        let (_, sums_of) = sums.split_first_mut().unwrap_or((&mut [0; 3], &mut []));
+        let pieces = (ranges, Chunks::new(&mut **pairs, 1), Chunks::new(sums_of, 1));
+        each_piece(executor, BUCKETS, &pieces, &(), &|bucket, ((words, spare, shared), pairs, sums), ()| {
+            let parts = (0..blocks).map(|block| {
+                let end = |at: usize| ends.get(block * PITCH + at).map_or(0, |&end| usize::from(end));
+                let from = block * BLOCK;
+                let begin = if bucket == 0 { 0 } else { end(bucket - 1) };
+                blocked.get(from + begin..from + end(bucket)).unwrap_or(&[])
+            });
+            let mut counts = [0; sort::BUCKETS];
+            sort::collect_by_20_bits(parts, words, spare, &mut counts);
+            let [mass, heaviest] = masses.get(bucket).copied().unwrap_or_default();
+            let heavy = words.len() > 2 && criterion.grouped(mass, heaviest);
+            let reach = if heavy { None } else { reaches.of(heaviest) };
+            let sum = widest(Level::best(), Compare { words, shared, cells: reach.map(|reach| reach.cells) });
+            sums.iter_mut().for_each(|s| *s = sum);
+            order::deepen(mesh, positions, words, spare, &mut counts, shared);
+            let found = match reach {
+                _ if heavy => HEAVY,
+                Some(reach) => {
+                    let marked = note(shared, spare);
+                    near(reach, positions, words, spare, marked)
+                }
+                None => 0,
+            };
+            pairs.iter_mut().for_each(|p| *p = found);
+            Ok(())
+        })?;
+        self.join(shared);
+        Ok(())
+    }
+
+    /// Adds up what the blocks hold.
+    fn total(&mut self, blocks: usize) {
+        let Self { ends, loads, starts, masses, .. } = self;
+        starts.fill(0);
+        masses.fill([T::ZERO; 2]);
+        for (ends, loads) in ends.chunks(PITCH).zip(loads.chunks(BUCKETS)).take(blocks) {
+            let before = core::iter::once(&0).chain(ends);
+            for ((start, &end), &before) in starts.iter_mut().zip(ends.iter().take(BUCKETS)).zip(before) {
+                *start += u32::from(end - before);
+            }
+            for ([mass, heaviest], &[m, h]) in masses.iter_mut().zip(loads) {
+                *mass += m;
+                *heaviest = if h > *heaviest { h } else { *heaviest };
+            }
+        }
+        sort::starts(starts);
+    }
+
+    /// What runs through all buckets: levels shared across their borders, and running sums.
+    fn join(&mut self, shared: &mut [u8]) {
+        let mut before = None;
+        let mut sum = [0_u64; 3];
+        if let Some(first) = self.sums.first_mut() {
+            *first = sum;
+        }
+        for (bucket, (sums, range)) in (0_u32..).zip(self.sums.iter_mut().skip(1).zip(self.starts.windows(2))) {
+            for (sum, here) in sum.iter_mut().zip(sums.iter_mut()) {
+                *sum = sum.wrapping_add(*here);
+                *here = *sum;
+            }
+            let &[start, end] = range else { continue };
+            if start == end {
+                continue;
+            }
+            if let Some(level) = shared.get_mut(start as usize) {
+                let at = bucket << (32 - 2 * LEVEL);
+                *level = before.map_or(0, |before| levels(before, at));
+                before = Some(at);
+            }
+        }
+    }
+
+    /// The buckets that hold particles.
+    pub fn iter(&self) -> impl Iterator<Item = Bucket<'_, T>> {
+        let known = self.masses.iter().zip(self.pairs.iter());
+        self.starts.windows(2).zip(known).filter_map(|(range, (&[mass, _], &pairs))| {
+            let &[start, end] = range else { return None };
+            let (first, count) = (start as usize, end.checked_sub(start)? as usize);
+            let noted = (pairs != HEAVY).then(|| self.spare.get(first..first + pairs as usize)).flatten();
+            (count > 0).then_some(Bucket { first, count, mass, pairs: noted })
+        })
+    }
+
+    /// What bounds second moments.
+    pub fn bound(&self, mesh: &Mesh<T>, extent: &Extent<T>) -> Bound<'_, T> {
+        Bound {
+            starts: self.starts,
+            sums: self.sums,
+            width: mesh.side.ldexp(-(FIRST as i32)).to_f64(),
+            smallest: extent.smallest,
+        }
+    }
+}
+
+/// How far two particles of a bucket may be from one another to count.
+#[derive(Clone, Copy, Debug)]
+struct Reach<T> {
+    /// Cells of the keys, along each axis.
+    cells: u32,
+    /// The square of the distance.
+    square: T,
+}
+
+/// Reaches by the largest mass of a bucket, up to which each holds; `None`: no two count.
+struct Reaches<T>([(T, Option<Reach<T>>); RATIOS + 1]);
+
+impl<T: Real> Reaches<T> {
+    fn new(mesh: &Mesh<T>, criterion: &Criterion<T>, extent: &Extent<T>) -> Self {
+        let smallest = extent.smallest;
+        let width = mesh.side.ldexp(-(FIRST as i32));
+        let mut largest = smallest;
+        Self(core::array::from_fn(|_| {
+            let reach = criterion.reach(smallest, largest).map(|reach| Reach {
+                // A tenth more for the rounding of coordinates, of which a cell has at least 2^7 units, and one for the places within cells.
+                cells: (reach / width + T::from_f64(0.1)).to_u32().saturating_add(1),
+                square: reach * reach,
+            });
+            let known = (largest, reach);
+            largest = T::TWO * largest;
+            known
+        }))
+    }
+
+    fn of(&self, heaviest: T) -> Option<Reach<T>> {
+        let any = Some(Reach { cells: u32::MAX, square: T::INFINITY });
+        self.0.iter().find(|&&(largest, _)| heaviest <= largest).map_or(any, |&(_, reach)| reach)
+    }
+}
+
+/// Puts the particles of a block into buckets.
+struct File<'a, T> {
+    mesh: &'a Mesh<T>,
+    /// The number of the block's first particle.
+    from: usize,
+    positions: &'a [[T; 2]],
+    masses: &'a [T],
+    keys: &'a mut [u64],
+    words: &'a mut [u64],
+    ends: &'a mut [u16],
+    loads: &'a mut [[T; 2]],
+}
+
+/// The bucket of a word.
+#[inline(always)]
+fn bucket(word: u64) -> usize {
+    (word >> (64 - 2 * LEVEL)) as usize
+}
+
+impl<T: Real> Plain for File<'_, T> {
+    type Out = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { mesh, from, positions, masses, keys, words, ends, loads } = self;
+        for (i, (key, x)) in (from..).zip(keys.iter_mut().zip(positions)) {
+            *key = mesh.word(x, i);
+        }
+        ends.fill(0);
+        loads.fill([T::ZERO; 2]);
+        let keys = keys.get(..positions.len()).unwrap_or(&[]);
+        for (&word, &m) in keys.iter().zip(masses) {
+            if let (Some(count), Some([mass, heaviest])) = (ends.get_mut(bucket(word)), loads.get_mut(bucket(word))) {
+                *count += 1;
+                *mass += m;
+                *heaviest = if m > *heaviest { m } else { *heaviest };
+            }
+        }
+        let mut start = 0;
+        for end in ends.iter_mut() {
+            start += core::mem::replace(end, start);
+        }
+        for &word in keys {
+            if let Some(end) = ends.get_mut(bucket(word)) {
+                if let Some(slot) = words.get_mut(usize::from(*end)) {
+                    *slot = word;
+                }
+                *end += 1;
+            }
+        }
+    }
+}
+
+/// Compares each particle's key with the one before it: levels shared, and whether they may be near enough. Returns the sums of
+/// the coordinates and of their squares.
+struct Compare<'a> {
+    words: &'a [u64],
+    shared: &'a mut [u8],
+    /// Cells along each axis within which two are near; `None`: none are.
+    cells: Option<u32>,
+}
+
+impl Plain for Compare<'_> {
+    type Out = [u64; 3];
+
+    #[inline(always)]
+    fn run(self) -> [u64; 3] {
+        let Self { words, shared, cells } = self;
+        let (near, reach) = (if cells.is_some() { MARK } else { 0 }, cells.unwrap_or(0).min(1 << FIRST) as i32);
+        let mut sums = [0_u64; 3];
+        let mut last = words.first().map_or(0, |&word| key(word));
+        for (words, shared) in words.chunks(LANES).zip(shared.chunks_mut(LANES)) {
+            // The one before, and the particles of the chunk.
+            let mut keys = [last; LANES + 1];
+            keys.iter_mut().skip(1).zip(words).for_each(|(to, &word)| *to = key(word));
+            let mut places = [[0_i32; LANES + 1]; 2];
+            let [xs, ys] = &mut places;
+            for ((x, y), &key) in xs.iter_mut().zip(ys).zip(&keys) {
+                let [px, py] = part(key);
+                (*x, *y) = (px as i32, py as i32);
+            }
+            let [xs, ys] = &places;
+            let mut out = [0_u8; LANES];
+            let steps = xs.iter().zip(xs.iter().skip(1)).zip(ys.iter().zip(ys.iter().skip(1)));
+            for ((out, two), ((ax, bx), (ay, by))) in
+                out.iter_mut().zip(keys.iter().zip(keys.iter().skip(1))).zip(steps)
+            {
+                let close = (bx - ax).abs() <= reach && (by - ay).abs() <= reach;
+                *out = levels(*two.0, *two.1) | if close { near } else { 0 };
+            }
+            shared.iter_mut().zip(out).for_each(|(to, from)| *to = from);
+            let [sx, sy, squares] = &mut sums;
+            for (&x, &y) in xs.iter().zip(ys).skip(1).take(words.len()) {
+                let (x, y) = (x as u64, y as u64);
+                *sx += x;
+                *sy += y;
+                *squares += x * x + y * y;
+            }
+            last = words.last().map_or(last, |&word| key(word));
+        }
+        // The first is compared with the bucket before, later.
+        if let Some(first) = shared.first_mut() {
+            *first = 0;
+        }
+        sums
+    }
+}
+
+/// Notes the places of marked neighbours that are nearer to one another than to the next on either side; how many. Takes the marks away.
+fn note(shared: &mut [u8], places: &mut [u64]) -> u32 {
+    let level = |shared: &[u8], k: usize| shared.get(k).map_or(0, |&level| level & !MARK);
+    let mut found = 0;
+    for (k, &here) in shared.iter().enumerate().skip(1) {
+        // Keys that agree are near to one another.
+        if here & MARK == 0 && u32::from(here) < FIRST {
+            continue;
+        }
+        let here = here & !MARK;
+        if here > level(shared, k - 1)
+            && here > level(shared, k + 1)
+            && let Some(place) = places.get_mut(found as usize)
+        {
+            *place = (k - 1) as u64;
+            found += 1;
+        }
+    }
+    shared.iter_mut().for_each(|level| *level &= !MARK);
+    found
+}
+
+/// Keeps of so many noted places those whose particles are within reach; how many. The reads of positions do not wait for one another.
+fn near<T: Real>(reach: Reach<T>, positions: &[[T; 2]], words: &[u64], places: &mut [u64], noted: u32) -> u32 {
+    if reach.square.is_finite() {
+        let mut kept = 0;
+        for at in 0..noted as usize {
+            let Some(&place) = places.get(at) else { continue };
+            let position = |k: u64| words.get(k as usize).and_then(|&word| positions.get(order::particle(word)));
+            let (Some(a), Some(b)) = (position(place), position(place + 1)) else { continue };
+            let [dx, dy] = [b[0] - a[0], b[1] - a[1]];
+            if let Some(slot) = places.get_mut(kept) {
+                *slot = place;
+                kept += usize::from(dx * dx + dy * dy <= reach.square);
+            }
+        }
+        return kept as u32;
+    }
+    noted
+}

@@ -1,0 +1,123 @@
+//! The quadtree's cells: where a particle lies at each level.
+
+use super::{DEPTH, Search};
+use crate::pks::extent::Extent;
+use crate::real::Real;
+
+/// The mesh of one step.
+pub struct Mesh<T> {
+    origin: [T; 2],
+    pub side: T,
+    /// Fixed-point coordinates for one length unit: 2^32 / side.
+    scale: T,
+    /// Cells coarser than this level are not cells of the coarse mesh.
+    pub coarsest: u32,
+}
+
+impl<T: Real> Mesh<T> {
+    #[cfg_attr(feature = "small", inline(never))]
+    pub fn new(search: &Search<T>, extent: &Extent<T>, step: u64) -> Self {
+        let Extent { mut low, mut high, .. } = *extent;
+        for corner in search.domain.iter().flatten() {
+            for ((low, high), &x) in low.iter_mut().zip(&mut high).zip(corner) {
+                *low = if x < *low { x } else { *low };
+                *high = if x > *high { x } else { *high };
+            }
+        }
+        let [nx, ny] = search.mesh;
+        let (nx, ny) = (nx.max(1), ny.max(1));
+        let extent = [high[0] - low[0], high[1] - low[1]];
+        let cell = (extent[0] / T::from_usize(nx as usize)).max(extent[1] / T::from_usize(ny as usize));
+        // The bounding box of a few particles is no domain: seen from it nothing is separated.
+        let cell = if search.domain.is_none() { T::TWO * cell } else { cell };
+        let cell = if cell > T::ZERO { cell } else { T::ONE };
+        let levels = u32::BITS - nx.max(ny).saturating_sub(1).leading_zeros();
+        let cells = T::ONE.ldexp(levels as i32);
+        let (side, free) = if search.shifted {
+            // R2 sequence (Roberts): fractions of step times the powers of the plastic number's inverse.
+            let fraction = |multiplier: u64| {
+                // 53 bits; the scaling is exact.
+                T::from_f64((step.wrapping_mul(multiplier) >> 11) as f64).ldexp(-53)
+            };
+            // 0.75487766624669276, 0.56984029099805327 in units of 2^-64.
+            (T::TWO * cell * cells, [fraction(0xC13F_A9A9_02A6_328F), fraction(0x91E1_0DA5_C79E_7B1D)])
+        } else {
+            (cell * cells, [T::HALF; 2])
+        };
+        let corner = |low: T, extent: T, free: T| low - free * (side - extent).max(T::ZERO);
+        let origin = [corner(low[0], extent[0], free[0]), corner(low[1], extent[1], free[1])];
+        Self { origin, side, scale: T::ONE.ldexp(32) / side, coarsest: levels }
+    }
+
+    /// The cell coordinates at the finest level.
+    #[inline]
+    pub fn cell(&self, x: &[T; 2]) -> [u32; 2] {
+        // Conversions saturate.
+        let at = |x: T, origin: T| ((x - origin) * self.scale).to_u32();
+        [at(x[0], self.origin[0]), at(x[1], self.origin[1])]
+    }
+
+    /// The key of the first sixteen levels in the high half, `i` in the low half.
+    #[cfg_attr(feature = "small", inline(never))]
+    #[cfg_attr(not(feature = "small"), inline(always))]
+    pub fn word(&self, x: &[T; 2], i: usize) -> u64 {
+        let [cx, cy] = self.cell(x);
+        u64::from(interleave([cx >> 16, cy >> 16])) << 32 | i as u64
+    }
+
+    /// The key of the other sixteen levels in the high half, `i` in the low half.
+    #[cfg_attr(feature = "small", inline(never))]
+    pub fn deep_word(&self, x: &[T; 2], i: u64) -> u64 {
+        let [cx, cy] = self.cell(x);
+        u64::from(interleave([cx & 0xFFFF, cy & 0xFFFF])) << 32 | i
+    }
+}
+
+/// eta s^2 for the cells of each level, s being the diagonal: a table, or where stacks are short the first one, from which a power of
+/// two leads to the others.
+pub struct Areas<T>([T; if cfg!(feature = "small") { 1 } else { DEPTH as usize + 1 }]);
+
+impl<T: Real> Areas<T> {
+    pub fn new(mesh: &Mesh<T>, search: &Search<T>) -> Self {
+        let mut area = search.separation * (T::TWO * mesh.side * mesh.side);
+        Self(core::array::from_fn(|_| {
+            let quarter = area * T::from_f64(0.25);
+            core::mem::replace(&mut area, quarter)
+        }))
+    }
+
+    /// None beyond the finest.
+    #[inline]
+    pub fn of(&self, level: u32) -> Option<T> {
+        if cfg!(not(feature = "small")) {
+            return self.0.get(level as usize).copied();
+        }
+        let [area, ..] = self.0;
+        (level <= DEPTH).then(|| area.ldexp(-2 * level as i32))
+    }
+}
+
+/// The bits of two 16-bit numbers in turn: the first one's are the even bits.
+#[inline(always)]
+pub fn interleave([x, y]: [u32; 2]) -> u32 {
+    let spread = |v: u32| {
+        let v = (v | v << 8) & 0x00FF_00FF;
+        let v = (v | v << 4) & 0x0F0F_0F0F;
+        let v = (v | v << 2) & 0x3333_3333;
+        (v | v << 1) & 0x5555_5555
+    };
+    spread(x) | spread(y) << 1
+}
+
+/// Undoes [`interleave`].
+#[inline(always)]
+pub fn part(key: u32) -> [u32; 2] {
+    let gather = |v: u32| {
+        let v = v & 0x5555_5555;
+        let v = (v | v >> 1) & 0x3333_3333;
+        let v = (v | v >> 2) & 0x0F0F_0F0F;
+        let v = (v | v >> 4) & 0x00FF_00FF;
+        (v | v >> 8) & 0x0000_FFFF
+    };
+    [gather(key), gather(key >> 1)]
+}
