@@ -1,7 +1,7 @@
 //! The search for clusters by sorting against the descent through cells.
 
 use mollis_core::parallel::Serial;
-use mollis_core::pks::clusters::{Scratch, Search, find};
+use mollis_core::pks::clusters::{Mesh, Particles, Scratch, Search, find};
 use mollis_core::pks::collision::Criterion;
 use mollis_core::pks::extent::Extent;
 use mollis_core::pks::theory::{Group, Law};
@@ -33,8 +33,10 @@ fn search(
     let start = memory.as_ptr().align_offset(ALIGN) + ALIGN;
     let mut carve = Carve::reopen(&mut memory[start..start + bytes]).unwrap();
     let mut scratch = Scratch::lay(&mut carve, n).unwrap();
-    let extent = Extent::of(positions, masses).unwrap();
-    find(search, criterion, step, &extent, (positions, masses), &Serial, &mut scratch).unwrap();
+    let extent = Extent::of(positions, masses, &Serial).unwrap();
+    let mesh = Mesh::new(search, &extent, step);
+    let particles = Particles { positions, masses, smallest: extent.smallest };
+    find(search, criterion, &mesh, particles, &Serial, &mut scratch).unwrap();
     let mut out = Vec::new();
     for cluster in scratch.clusters() {
         let mut members: Vec<usize> = scratch.members(cluster.first, cluster.count).collect();

@@ -1,11 +1,14 @@
 //! What one pass over the particles tells: whether they may be stepped, their box, their masses.
 
 use crate::error::{Error, Result};
-use crate::isa::{Level, Plain, widest};
+use crate::parallel::Executor;
 use crate::real::Real;
 
-/// Numbers that are looked at side by side: even, so that each belongs to one axis.
-const LANES: usize = if cfg!(feature = "small") { 2 } else { 16 };
+/// Up to this many particles are looked at in one go, more in [`PARTS`].
+#[cfg(all(target_has_atomic = "ptr", not(feature = "small")))]
+const FEW: usize = 1 << 14;
+#[cfg(all(target_has_atomic = "ptr", not(feature = "small")))]
+const PARTS: usize = 32;
 
 /// Bounds of the particles' positions and masses.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,94 +26,86 @@ pub struct Extent<T> {
 }
 
 impl<T: Real> Extent<T> {
-    /// The extent of these particles; without any, the box is empty and the masses are zero.
+    /// Without particles: the box is empty, no mass is the smallest.
+    fn none() -> Self {
+        Self { low: [T::INFINITY; 2], high: [-T::INFINITY; 2], smallest: T::INFINITY, largest: T::ZERO, total: T::ZERO }
+    }
+
+    /// The extent of these particles, as many positions as masses; the sum does not depend on the executor.
     ///
     /// # Errors
-    /// [`Error::NotFinite`]: a number or the sum of the masses; [`Error::Mass`]: one is not positive.
+    /// [`Error::NotFinite`]: a number or the sum of the masses; [`Error::Mass`]: one is not positive; the executor's.
     #[cfg_attr(feature = "small", inline(never))]
-    pub fn of(positions: &[[T; 2]], masses: &[T]) -> Result<Self> {
-        let places = widest(Level::best(), Look { numbers: positions.as_flattened(), sum: false });
-        let weights = widest(Level::best(), Look { numbers: masses, sum: true });
-        let (mut low, mut high) = ([T::INFINITY; 2], [-T::INFINITY; 2]);
-        for (l, h) in places.low.as_chunks::<2>().0.iter().zip(places.high.as_chunks::<2>().0) {
-            low = [low[0].min(l[0]), low[1].min(l[1])];
-            high = [high[0].max(h[0]), high[1].max(h[1])];
+    pub fn of(positions: &[[T; 2]], masses: &[T], executor: &dyn Executor) -> Result<Self> {
+        #[cfg(all(target_has_atomic = "ptr", not(feature = "small")))]
+        if masses.len() > FEW {
+            use crate::space::{Chunks, each_piece};
+            let mut parts = [Ok(Self::none()); PARTS];
+            let each = masses.len().div_ceil(PARTS);
+            each_piece(executor, PARTS, &Chunks::new(&mut parts, 1), &(), &|task, part, ()| {
+                let from = task.saturating_mul(each).min(masses.len());
+                let to = from.saturating_add(each).min(masses.len());
+                if let ([part], Some(positions), Some(masses)) = (part, positions.get(from..to), masses.get(from..to)) {
+                    *part = Self::here(positions, masses);
+                }
+                Ok(())
+            })?;
+            // A number that is not finite before a mass that is not positive, wherever they are.
+            if parts.contains(&Err(Error::NotFinite)) {
+                return Err(Error::NotFinite);
+            }
+            let mut all = Self::none();
+            for part in parts {
+                all = all.with(&part?);
+            }
+            return if all.total.is_finite() { Ok(all) } else { Err(Error::NotFinite) };
         }
-        let smallest = weights.low.iter().fold(T::INFINITY, |a, &b| a.min(b));
-        let largest = weights.high.iter().fold(T::ZERO, |a, &b| a.max(b));
-        let total = weights.sum.iter().fold(T::ZERO, |a, &b| a + b);
-        let fine = |poison: [T; LANES]| poison.iter().all(|&p| p == T::ZERO);
-        if !(fine(places.poison) && fine(weights.poison) && total.is_finite()) {
+        let _ = executor;
+        Self::here(positions, masses)
+    }
+
+    #[inline(always)]
+    fn with(&self, other: &Self) -> Self {
+        let less = |a: T, b: T| if b < a { b } else { a };
+        let more = |a: T, b: T| if b > a { b } else { a };
+        Self {
+            low: [less(self.low[0], other.low[0]), less(self.low[1], other.low[1])],
+            high: [more(self.high[0], other.high[0]), more(self.high[1], other.high[1])],
+            smallest: less(self.smallest, other.smallest),
+            largest: more(self.largest, other.largest),
+            total: self.total + other.total,
+        }
+    }
+
+    /// In this thread.
+    #[inline(always)]
+    fn here(positions: &[[T; 2]], masses: &[T]) -> Result<Self> {
+        let mut all = Self::none();
+        // Zero times each number: NaN once one is not finite.
+        let mut poison = T::ZERO;
+        for (&x, &m) in positions.iter().zip(masses) {
+            poison += (x[0] * T::ZERO + x[1] * T::ZERO) + m * T::ZERO;
+            all = all.with(&Self { low: x, high: x, smallest: m, largest: m, total: m });
+        }
+        if poison.is_nan() || !all.total.is_finite() {
             return Err(Error::NotFinite);
         }
-        if smallest <= T::ZERO { Err(Error::Mass) } else { Ok(Self { low, high, smallest, largest, total }) }
-    }
-}
-
-/// Lanes of running bounds.
-struct Bounds<T> {
-    low: [T; LANES],
-    high: [T; LANES],
-    /// Zero times each number: NaN once one is not finite.
-    poison: [T; LANES],
-    sum: [T; LANES],
-}
-
-struct Look<'a, T> {
-    numbers: &'a [T],
-    sum: bool,
-}
-
-impl<T: Real> Plain for Look<'_, T> {
-    type Out = Bounds<T>;
-
-    #[inline(always)]
-    fn run(self) -> Bounds<T> {
-        let mut bounds = Bounds {
-            low: [T::INFINITY; LANES],
-            high: [-T::INFINITY; LANES],
-            poison: [T::ZERO; LANES],
-            sum: [T::ZERO; LANES],
-        };
-        let (whole, rest) = self.numbers.as_chunks::<LANES>();
-        for chunk in whole {
-            bounds.add(chunk, self.sum);
-        }
-        bounds.add(rest, self.sum);
-        bounds
-    }
-}
-
-impl<T: Real> Bounds<T> {
-    /// Adds at most so many numbers as there are lanes.
-    #[inline(always)]
-    fn add(&mut self, numbers: &[T], sum: bool) {
-        for ((&x, low), high) in numbers.iter().zip(&mut self.low).zip(&mut self.high) {
-            *low = if x < *low { x } else { *low };
-            *high = if x > *high { x } else { *high };
-        }
-        for (&x, poison) in numbers.iter().zip(&mut self.poison) {
-            *poison += x * T::ZERO;
-        }
-        if sum {
-            for (&x, sum) in numbers.iter().zip(&mut self.sum) {
-                *sum += x;
-            }
-        }
+        if all.smallest > T::ZERO { Ok(all) } else { Err(Error::Mass) }
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::parallel::Serial;
     use std::vec::Vec;
 
     #[test]
     fn bounds_and_refusals_at_every_size() {
-        for n in 1..50_usize {
+        for n in (1..50).chain([FEW, FEW + 1, FEW + 33]) {
             let positions: Vec<[f64; 2]> = (0..n).map(|i| [(i * 7 % n) as f64, -((i * 3 % n) as f64)]).collect();
             let masses: Vec<f64> = (0..n).map(|i| 1.0 + (i * 5 % n) as f64).collect();
-            let extent = Extent::of(&positions, &masses).unwrap();
+            let extent = Extent::of(&positions, &masses, &Serial).unwrap();
             for k in 0..2 {
                 let column = || positions.iter().map(|x| x[k]);
                 assert_eq!(extent.low[k], column().fold(f64::INFINITY, f64::min));
@@ -119,25 +114,25 @@ mod tests {
             assert_eq!(extent.smallest, masses.iter().copied().fold(f64::INFINITY, f64::min));
             assert_eq!(extent.largest, masses.iter().copied().fold(0.0, f64::max));
             assert_eq!(extent.total, masses.iter().sum::<f64>());
-            for at in 0..n {
+            for at in (0..n).step_by(1 + n / 64) {
                 for bad in [f64::NAN, f64::INFINITY, -f64::INFINITY] {
                     for k in 0..2 {
                         let mut positions = positions.clone();
                         positions[at][k] = bad;
-                        assert_eq!(Extent::of(&positions, &masses), Err(Error::NotFinite));
+                        assert_eq!(Extent::of(&positions, &masses, &Serial), Err(Error::NotFinite));
                     }
                     let mut masses = masses.clone();
                     masses[at] = bad;
-                    assert_eq!(Extent::of(&positions, &masses), Err(Error::NotFinite));
+                    assert_eq!(Extent::of(&positions, &masses, &Serial), Err(Error::NotFinite));
                 }
                 for bad in [0.0, -0.0, -1.0] {
                     let mut masses = masses.clone();
                     masses[at] = bad;
-                    assert_eq!(Extent::of(&positions, &masses), Err(Error::Mass));
+                    assert_eq!(Extent::of(&positions, &masses, &Serial), Err(Error::Mass));
                 }
             }
         }
-        assert_eq!(Extent::of(&[[0.0_f64; 2]; 2], &[1e308; 2]), Err(Error::NotFinite));
-        assert!(Extent::<f32>::of(&[], &[]).unwrap().total == 0.0);
+        assert_eq!(Extent::of(&[[0.0_f64; 2]; 2], &[1e308; 2], &Serial), Err(Error::NotFinite));
+        assert!(Extent::<f32>::of(&[], &[], &Serial).unwrap().total == 0.0);
     }
 }

@@ -6,7 +6,6 @@
 
 use super::state::Options;
 use crate::error::{Error, Result};
-use crate::grid::MassScale;
 use crate::isa::{Level, Plain, widest};
 use crate::parallel::Executor;
 use crate::random::{Generator, Philox, normals_of_labels};
@@ -28,8 +27,6 @@ pub struct Moving<'a, T> {
     pub masses: &'a [T],
     /// Their labels.
     pub labels: &'a [u64],
-    /// The sum of all masses.
-    pub total: T,
     /// Nonzero for particles whose Wiener increment is recorded; empty: none.
     pub recorded: &'a [u8],
     /// chi, mu~, sub-steps.
@@ -64,12 +61,6 @@ fn piece<X>(slice: &[X], tile: usize) -> &[X] {
 }
 
 impl<'a, T: Real> Moving<'a, T> {
-    /// The unit of masses on a mesh.
-    pub fn scale(&self) -> Result<MassScale> {
-        // A margin for the rounding of the sum.
-        MassScale::for_total(T::from_f64(1.001) * self.total)
-    }
-
     fn tile(&self, tile: usize) -> Self {
         Self {
             positions: piece(self.positions, tile),
@@ -359,8 +350,9 @@ pub fn together<T: Real>(
 }
 
 fn finite<T: Real>(points: &[[T; 2]]) -> Result<()> {
-    let fine = points.iter().fold(true, |fine, x| fine & x[0].is_finite() & x[1].is_finite());
-    if fine { Ok(()) } else { Err(Error::BecameNotFinite) }
+    // Zero times each number: NaN once one is not finite.
+    let poison = points.as_flattened().iter().fold(T::ZERO, |sum, &x| sum + x * T::ZERO);
+    if poison.is_nan() { Err(Error::BecameNotFinite) } else { Ok(()) }
 }
 
 /// Adds the noise of a time `s` to all positions, and to the recorded increments.

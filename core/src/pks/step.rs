@@ -1,6 +1,6 @@
 //! One step: clusters, motion, collisions (Zhelezov & Fatkullin, Section 3.2).
 
-use super::clusters;
+use super::clusters::{self, Mesh, Particles};
 use super::collision::{Criterion, Merging};
 use super::extent::Extent;
 use super::merge::{Queue, compact};
@@ -9,7 +9,7 @@ use super::state::{Counters, Events, Options, Report, Scheme, State};
 use super::theory::Law;
 use crate::error::{Error, Result};
 use crate::field::{self, Interaction, Outputs, Run, Sources, Wanted};
-use crate::grid::{Grid, Walls};
+use crate::grid::{Grid, MassScale, Walls};
 use crate::parallel::Executor;
 use crate::random::Generator;
 use crate::real::Real;
@@ -187,14 +187,12 @@ pub fn step<T: Real>(
     if !(dt > T::ZERO && dt.is_finite()) {
         return Err(Error::TimeStep);
     }
-    let workers = if cfg!(feature = "small") { 1 } else { run.executor.workers() };
-    let layout = Layout { room, summed: attraction.summed(), options, workers };
+    let layout = Layout { room, summed: attraction.summed(), options, executor: run.executor };
     if counters.pending > 0 {
         let to = Log { events: &mut events, counters, report };
-        return layout.settle(workspace, state, n, dt, to, None, run.executor);
+        return layout.settle(workspace, state, n, dt, to, None);
     }
     let before = (part(state.positions, n)?, part(state.masses, n)?, part(state.labels, n)?);
-    let extent = Extent::of(before.0, before.1)?;
     let criterion = Criterion::new(
         Law { chi: options.chi, noise: options.noise, gamma: options.gamma },
         options.law,
@@ -205,20 +203,19 @@ pub fn step<T: Real>(
 
     // Section 3.2 (1): clusters.
     let attracted = !matches!(attraction, Attraction::None) && options.chi != T::ZERO;
-    let searched = n > 1 && attracted && !criterion.impossible(extent.largest, extent.total);
-    let found =
-        layout.search(workspace, searched.then_some(&criterion), before, &extent, counters.step, run.executor)?;
-    if searched {
-        Report { searches: 1, clusters: found as u64, ..Report::default() }.add_to(&mut report);
+    let Searched { found, total } = layout.search(workspace, &criterion, before, counters.step, attracted)?;
+    if let Some(clusters) = found {
+        Report { searches: 1, clusters: clusters as u64, ..Report::default() }.add_to(&mut report);
     }
+    let found = found.unwrap_or(0);
 
     // (2): motion, into the workspace.
-    let start = Start { before, total: extent.total, attracted, clustered: found > 0, dt, number };
+    let start = Start { before, total, attracted, clustered: found > 0, dt, number };
     layout.advance(workspace, &start, attraction, generator, run, &mut report)?;
 
     // (3): collisions, decided on the positions before the motion.
     let to = Log { events: &mut events, counters, report };
-    layout.settle(workspace, state, n, dt, to, Some((&criterion, found)), run.executor)
+    layout.settle(workspace, state, n, dt, to, Some((&criterion, found)))
 }
 
 /// What the layout depends on. Each part of a step lays the workspace out for itself, so that the arrays of one take no stack of
@@ -227,7 +224,15 @@ struct Layout<'a, T: Real> {
     room: usize,
     summed: Summed<'a, T>,
     options: &'a Options<T>,
-    workers: usize,
+    executor: &'a dyn Executor,
+}
+
+/// What the search tells.
+struct Searched<T> {
+    /// How many clusters may collide; `None`: none can, so none was looked for.
+    found: Option<usize>,
+    /// The sum of the masses.
+    total: T,
 }
 
 /// Where a step's end is told.
@@ -263,28 +268,34 @@ impl<T: Real> Layout<'_, T> {
     /// Nothing is zeroed: what follows writes before it reads.
     #[cfg_attr(feature = "small", inline(never))]
     fn open<'w>(&self, workspace: &'w mut [u8]) -> Result<Arrays<'w, T>> {
-        lay(&mut Carve::reopen(workspace)?, self.room, &self.summed, self.options, self.workers)
+        let workers = if cfg!(feature = "small") { 1 } else { self.executor.workers() };
+        lay(&mut Carve::reopen(workspace)?, self.room, &self.summed, self.options, workers)
     }
 
-    /// Finds the clusters that may collide, if there is a criterion, and marks their particles; how many.
+    /// Checks the particles, finds the clusters that may collide, unless none can, and marks their particles.
     #[cfg_attr(feature = "small", inline(never))]
     fn search(
         &self,
         workspace: &mut [u8],
-        criterion: Option<&Criterion<T>>,
+        criterion: &Criterion<T>,
         (positions, masses, _): (&[[T; 2]], &[T], &[u64]),
-        extent: &Extent<T>,
         step: u64,
-        executor: &dyn Executor,
-    ) -> Result<usize> {
+        attracted: bool,
+    ) -> Result<Searched<T>> {
+        let (mesh, smallest, largest, total) = {
+            let extent = Extent::of(positions, masses, self.executor)?;
+            (Mesh::new(&self.options.search, &extent, step), extent.smallest, extent.largest, extent.total)
+        };
         // Not moved, as stacks may be short.
         let mut arrays = self.open(workspace);
         let Arrays { queue, found, recorded, .. } = arrays.as_mut().map_err(|error| *error)?;
         queue.clear();
         found.clear();
-        if let Some(criterion) = criterion {
-            clusters::find(&self.options.search, criterion, step, extent, (positions, masses), executor, found)?;
+        if positions.len() < 2 || !attracted || criterion.impossible(largest, total) {
+            return Ok(Searched { found: None, total });
         }
+        let particles = Particles { positions, masses, smallest };
+        clusters::find(&self.options.search, criterion, &mesh, particles, self.executor, found)?;
         if !found.is_empty() {
             recorded.fill(0);
             for cluster in found.clusters() {
@@ -295,7 +306,7 @@ impl<T: Real> Layout<'_, T> {
                 }
             }
         }
-        Ok(found.len())
+        Ok(Searched { found: Some(found.len()), total })
     }
 
     /// Moves the particles into the workspace, with what the search marked recorded.
@@ -322,10 +333,10 @@ impl<T: Real> Layout<'_, T> {
         }
         let Motion { recorded, moved, gradient, field } = self.motion(workspace, positions.len(), clustered)?;
         let Moved { positions: ends, increments, substeps } = moved;
-        let moving = Moving { positions, masses, labels, total, recorded, options, dt, step };
+        let moving = Moving { positions, masses, labels, recorded, options, dt, step };
         let moved = Moved { positions: &mut *ends, increments, substeps };
         let force = if attracted && !positions.is_empty() { &mut attraction } else { &mut Attraction::None };
-        travel(&moving, moved, force, generator, Buffers { gradient, field }, run, report)?;
+        travel(&moving, total, moved, force, generator, Buffers { gradient, field }, run, report)?;
         if cfg!(not(feature = "small"))
             && let Attraction::Mesh(grid) = &attraction
             && grid.equation().walls == Walls::NoFlux
@@ -363,7 +374,6 @@ impl<T: Real> Layout<'_, T> {
         dt: T,
         to: Log<'_, '_>,
         criterion: Option<(&Criterion<T>, usize)>,
-        executor: &dyn Executor,
     ) -> Result<()> {
         let mut arrays = self.open(workspace);
         let arrays = arrays.as_mut().map_err(|error| *error)?;
@@ -377,7 +387,7 @@ impl<T: Real> Layout<'_, T> {
             }
             let moved = arrays.moved.get(..n).ok_or(Error::LengthMismatch)?;
             let positions = state.positions.get_mut(..n).ok_or(Error::LengthMismatch)?;
-            motion::copy(positions, moved, executor);
+            motion::copy(positions, moved, self.executor);
             merges = clusters > 0 && arrays.queue.left(counters)? > 0;
         }
         if merges {
@@ -398,10 +408,12 @@ struct Buffers<'s, T> {
     field: &'s mut [u8],
 }
 
-/// Moves all particles: chooses the way, sums or solves the field, counts.
+/// Moves all particles, of this mass: chooses the way, sums or solves the field, counts.
+#[expect(clippy::too_many_arguments, reason = "one caller; a structure of them would stand on short stacks")]
 #[inline]
 fn travel<T: Real>(
     moving: &Moving<'_, T>,
+    total: T,
     moved: Moved<'_, T>,
     force: &mut Attraction<'_, '_, T>,
     generator: &mut dyn Generator,
@@ -414,6 +426,8 @@ fn travel<T: Real>(
     let fixed = cfg!(not(feature = "small")) && moving.options.scheme == Scheme::StrangRk4;
     let executor = run.executor;
     let stop = |run: &Run<'_>| if run.should_stop.is_some_and(|stop| stop()) { Err(Error::Stopped) } else { Ok(()) };
+    // The unit of masses on a mesh, with a margin for the rounding of the sum.
+    let scale = || MassScale::for_total(T::from_f64(1.001) * total);
     let mut fields = 0;
     if cfg!(feature = "small") {
         // Where flash and stack are dear, one way is left: common sub-steps in a summed field.
@@ -433,7 +447,7 @@ fn travel<T: Real>(
         (false, Attraction::None) => (motion::frozen(moving, None, generator, moved, executor)?, 1),
         (false, Attraction::Mesh(grid)) => {
             stop(run)?;
-            grid.begin(moving.scale()?);
+            grid.begin(scale()?);
             grid.add(moving.positions, moving.masses, executor)?;
             grid.solve(executor)?;
             fields += 1;
@@ -451,7 +465,7 @@ fn travel<T: Real>(
                 fields += 1;
                 match (&mut *force, &plan) {
                     (Attraction::Mesh(grid), _) => {
-                        grid.begin(moving.scale()?);
+                        grid.begin(scale()?);
                         grid.add(points, moving.masses, executor)?;
                         grid.solve(executor)?;
                         grid.interpolate(points, slopes, executor)

@@ -7,14 +7,14 @@
 //! these only what the keys show to be near enough to one another ([`Criterion::reach`]): the places of these pairs are noted, and the
 //! positions are not looked at again. Sums of the keys' coordinates bound the second moments of what spans several buckets.
 
+use super::Particles;
 use super::bound::Bound;
-use super::mesh::{Mesh, part};
+use super::mesh::{Mesh, interleave, part};
 use super::order::{self, FIRST, MARK, key, levels};
 use crate::error::Result;
 use crate::isa::{Level, Plain, widest};
 use crate::parallel::Executor;
 use crate::pks::collision::Criterion;
-use crate::pks::extent::Extent;
 use crate::pks::sort;
 use crate::real::Real;
 use crate::space::{Chunks, Ranges, Space, each_piece};
@@ -27,6 +27,8 @@ const BUCKETS: usize = 1 << (2 * LEVEL);
 const BLOCK: usize = 1 << 15;
 /// From one block's table to the next: not a power of two, so that a bucket's counts in all blocks lie in different cache sets.
 const PITCH: usize = BUCKETS + 32;
+/// Levels beyond the key's that a word may hold beside the particle's number.
+const BEYOND: u32 = 8;
 /// Keys that are looked at side by side.
 const LANES: usize = 32;
 /// Ratios of the largest to the smallest mass, as powers of two, for which distances are known.
@@ -94,13 +96,14 @@ impl<'w, T: Real> Buckets<'w, T> {
         &mut self,
         mesh: &Mesh<T>,
         criterion: &Criterion<T>,
-        extent: &Extent<T>,
-        (positions, masses): (&[[T; 2]], &[T]),
+        particles: Particles<'_, T>,
         executor: &dyn Executor,
         (words, shared): (&mut [u64], &mut [u8]),
     ) -> Result<()> {
+        let Particles { positions, masses, smallest } = particles;
         let n = positions.len();
         let blocks = n.div_ceil(BLOCK);
+        let beyond = Beyond::new(n);
         let pieces = (
             (Chunks::new(&mut *self.spare, BLOCK), Chunks::new(&mut *self.blocked, BLOCK)),
             (Chunks::new(&mut *self.ends, PITCH), Chunks::new(&mut *self.loads, BUCKETS)),
@@ -111,16 +114,16 @@ impl<'w, T: Real> Buckets<'w, T> {
             let (Some(positions), Some(masses)) = (positions.get(from..until), masses.get(from..until)) else {
                 return Ok(());
             };
-            widest(Level::best(), File { mesh, from, positions, masses, keys, words, ends, loads });
+            widest(Level::best(), File { mesh, beyond, from, positions, masses, keys, words, ends, loads });
             Ok(())
         })?;
         self.total(blocks);
-        let reaches = Reaches::new(mesh, criterion, extent);
+        let reaches = Reaches::new(mesh, criterion, smallest, beyond);
         let Self { blocked, spare, ends, starts, masses, pairs, sums, .. } = self;
         let (blocked, ends, masses) = (&**blocked, &**ends, &**masses);
         let ranges = (Ranges::new(words, starts)?, Ranges::new(spare, starts)?, Ranges::new(shared, starts)?);
         let (_, sums_of) = sums.split_first_mut().unwrap_or((&mut [0; 3], &mut []));
-        let pieces = (ranges, Chunks::new(&mut **pairs, 1), Chunks::new(sums_of, 1));
+        let pieces = (ranges, Chunks::new(pairs, 1), Chunks::new(sums_of, 1));
         each_piece(executor, BUCKETS, &pieces, &(), &|bucket, ((words, spare, shared), pairs, sums), ()| {
             let parts = (0..blocks).map(|block| {
                 let end = |at: usize| ends.get(block * PITCH + at).map_or(0, |&end| usize::from(end));
@@ -133,7 +136,8 @@ impl<'w, T: Real> Buckets<'w, T> {
             let [mass, heaviest] = masses.get(bucket).copied().unwrap_or_default();
             let heavy = words.len() > 2 && criterion.grouped(mass, heaviest);
             let reach = if heavy { None } else { reaches.of(heaviest) };
-            let sum = widest(Level::best(), Compare { words, shared, cells: reach.map(|reach| reach.cells) });
+            let cells = reach.map(|reach| reach.cells);
+            let sum = widest(Level::best(), Compare { words: &mut *words, shared, beyond, cells });
             sums.iter_mut().for_each(|s| *s = sum);
             order::deepen(mesh, positions, words, spare, &mut counts, shared);
             let found = match reach {
@@ -205,20 +209,59 @@ impl<'w, T: Real> Buckets<'w, T> {
     }
 
     /// What bounds second moments.
-    pub fn bound(&self, mesh: &Mesh<T>, extent: &Extent<T>) -> Bound<'_, T> {
-        Bound {
-            starts: self.starts,
-            sums: self.sums,
-            width: mesh.side.ldexp(-(FIRST as i32)).to_f64(),
-            smallest: extent.smallest,
-        }
+    pub fn bound(&self, mesh: &Mesh<T>, smallest: T) -> Bound<'_, T> {
+        Bound { starts: self.starts, sums: self.sums, width: mesh.side.ldexp(-(FIRST as i32)).to_f64(), smallest }
+    }
+}
+
+/// Finer coordinates than the key's, in the bits of a word that the particles' numbers leave free.
+#[derive(Clone, Copy, Debug)]
+struct Beyond {
+    /// How many levels.
+    levels: u32,
+}
+
+impl Beyond {
+    /// For the numbers below `n`.
+    fn new(n: usize) -> Self {
+        let free = (n.saturating_sub(1) as u32).leading_zeros();
+        Self { levels: BEYOND.min(free / 2) }
+    }
+
+    /// Bits of a particle's number.
+    #[inline(always)]
+    fn bits(self) -> u32 {
+        32 - 2 * self.levels
+    }
+
+    /// The word of a particle.
+    #[inline(always)]
+    fn word(self, [cx, cy]: [u32; 2], i: usize) -> u64 {
+        let mask = (1 << self.levels) - 1;
+        let fine = |c: u32| u64::from(c >> (FIRST - self.levels) & mask);
+        let key = u64::from(interleave([cx >> FIRST, cy >> FIRST]));
+        key << 32 | (fine(cy) << self.levels | fine(cx)) << self.bits() | i as u64
+    }
+
+    /// The coordinates that a word holds.
+    #[inline(always)]
+    fn place(self, word: u64) -> [u32; 2] {
+        let [x, y] = part(key(word));
+        let (mask, fine) = ((1 << self.levels) - 1, (u64::from(word as u32) >> self.bits()) as u32);
+        [x << self.levels | fine & mask, y << self.levels | fine >> self.levels]
+    }
+
+    /// The word without them.
+    #[inline(always)]
+    fn strip(self, word: u64) -> u64 {
+        word & !(0xFFFF_FFFF & !((1 << self.bits()) - 1))
     }
 }
 
 /// How far two particles of a bucket may be from one another to count.
 #[derive(Clone, Copy, Debug)]
 struct Reach<T> {
-    /// Cells of the keys, along each axis.
+    /// Cells of the words' coordinates, along each axis.
     cells: u32,
     /// The square of the distance.
     square: T,
@@ -228,14 +271,13 @@ struct Reach<T> {
 struct Reaches<T>([(T, Option<Reach<T>>); RATIOS + 1]);
 
 impl<T: Real> Reaches<T> {
-    fn new(mesh: &Mesh<T>, criterion: &Criterion<T>, extent: &Extent<T>) -> Self {
-        let smallest = extent.smallest;
-        let width = mesh.side.ldexp(-(FIRST as i32));
+    fn new(mesh: &Mesh<T>, criterion: &Criterion<T>, smallest: T, beyond: Beyond) -> Self {
+        let width = mesh.side.ldexp(-((FIRST + beyond.levels) as i32));
         let mut largest = smallest;
         Self(core::array::from_fn(|_| {
             let reach = criterion.reach(smallest, largest).map(|reach| Reach {
-                // A tenth more for the rounding of coordinates, of which a cell has at least 2^7 units, and one for the places within cells.
-                cells: (reach / width + T::from_f64(0.1)).to_u32().saturating_add(1),
+                // One more for the places within the cells, one for the rounding of coordinates.
+                cells: (reach / width).to_u32().saturating_add(2),
                 square: reach * reach,
             });
             let known = (largest, reach);
@@ -253,6 +295,7 @@ impl<T: Real> Reaches<T> {
 /// Puts the particles of a block into buckets.
 struct File<'a, T> {
     mesh: &'a Mesh<T>,
+    beyond: Beyond,
     /// The number of the block's first particle.
     from: usize,
     positions: &'a [[T; 2]],
@@ -274,9 +317,9 @@ impl<T: Real> Plain for File<'_, T> {
 
     #[inline(always)]
     fn run(self) {
-        let Self { mesh, from, positions, masses, keys, words, ends, loads } = self;
+        let Self { mesh, beyond, from, positions, masses, keys, words, ends, loads } = self;
         for (i, (key, x)) in (from..).zip(keys.iter_mut().zip(positions)) {
-            *key = mesh.word(x, i);
+            *key = beyond.word(mesh.cell_in_lanes(x), i);
         }
         ends.fill(0);
         loads.fill([T::ZERO; 2]);
@@ -303,11 +346,12 @@ impl<T: Real> Plain for File<'_, T> {
     }
 }
 
-/// Compares each particle's key with the one before it: levels shared, and whether they may be near enough. Returns the sums of
-/// the coordinates and of their squares.
+/// Compares each particle's word with the one before it: levels shared, and whether they may be near enough. Returns the sums of
+/// the keys' coordinates and of their squares; of the words the keys and numbers are left.
 struct Compare<'a> {
-    words: &'a [u64],
+    words: &'a mut [u64],
     shared: &'a mut [u8],
+    beyond: Beyond,
     /// Cells along each axis within which two are near; `None`: none are.
     cells: Option<u32>,
 }
@@ -317,38 +361,39 @@ impl Plain for Compare<'_> {
 
     #[inline(always)]
     fn run(self) -> [u64; 3] {
-        let Self { words, shared, cells } = self;
-        let (near, reach) = (if cells.is_some() { MARK } else { 0 }, cells.unwrap_or(0).min(1 << FIRST) as i32);
+        let Self { words, shared, beyond, cells } = self;
+        let (near, reach) = (if cells.is_some() { MARK } else { 0 }, cells.unwrap_or(0).min(1 << 30) as i32);
         let mut sums = [0_u64; 3];
-        let mut last = words.first().map_or(0, |&word| key(word));
-        for (words, shared) in words.chunks(LANES).zip(shared.chunks_mut(LANES)) {
+        let mut last = words.first().copied().unwrap_or(0);
+        for (words, shared) in words.chunks_mut(LANES).zip(shared.chunks_mut(LANES)) {
             // The one before, and the particles of the chunk.
             let mut keys = [last; LANES + 1];
-            keys.iter_mut().skip(1).zip(words).for_each(|(to, &word)| *to = key(word));
+            keys.iter_mut().skip(1).zip(words.iter()).for_each(|(to, &word)| *to = word);
+            last = words.last().copied().unwrap_or(last);
             let mut places = [[0_i32; LANES + 1]; 2];
             let [xs, ys] = &mut places;
-            for ((x, y), &key) in xs.iter_mut().zip(ys).zip(&keys) {
-                let [px, py] = part(key);
+            for ((x, y), &word) in xs.iter_mut().zip(ys).zip(&keys) {
+                let [px, py] = beyond.place(word);
                 (*x, *y) = (px as i32, py as i32);
             }
             let [xs, ys] = &places;
             let mut out = [0_u8; LANES];
             let steps = xs.iter().zip(xs.iter().skip(1)).zip(ys.iter().zip(ys.iter().skip(1)));
-            for ((out, two), ((ax, bx), (ay, by))) in
+            for ((out, (&a, &b)), ((ax, bx), (ay, by))) in
                 out.iter_mut().zip(keys.iter().zip(keys.iter().skip(1))).zip(steps)
             {
-                let close = (bx - ax).abs() <= reach && (by - ay).abs() <= reach;
-                *out = levels(*two.0, *two.1) | if close { near } else { 0 };
+                let close = ((bx - ax).abs() <= reach) & ((by - ay).abs() <= reach);
+                *out = levels(key(a), key(b)) | if close { near } else { 0 };
             }
             shared.iter_mut().zip(out).for_each(|(to, from)| *to = from);
             let [sx, sy, squares] = &mut sums;
             for (&x, &y) in xs.iter().zip(ys).skip(1).take(words.len()) {
-                let (x, y) = (x as u64, y as u64);
+                let (x, y) = (x as u64 >> beyond.levels, y as u64 >> beyond.levels);
                 *sx += x;
                 *sy += y;
                 *squares += x * x + y * y;
             }
-            last = words.last().map_or(last, |&word| key(word));
+            words.iter_mut().for_each(|word| *word = beyond.strip(*word));
         }
         // The first is compared with the bucket before, later.
         if let Some(first) = shared.first_mut() {

@@ -4,24 +4,27 @@ use super::{DEPTH, Search};
 use crate::pks::extent::Extent;
 use crate::real::Real;
 
-/// The mesh of one step.
+/// The mesh of one step: a square whose halvings are the quadtree's cells.
+#[derive(Clone, Copy, Debug)]
 pub struct Mesh<T> {
     origin: [T; 2],
-    pub side: T,
+    /// Of the square.
+    pub(super) side: T,
     /// Fixed-point coordinates for one length unit: 2^32 / side.
     scale: T,
     /// Cells coarser than this level are not cells of the coarse mesh.
-    pub coarsest: u32,
+    pub(super) coarsest: u32,
 }
 
 impl<T: Real> Mesh<T> {
+    /// The mesh for particles of this extent; `step` chooses its shift.
     #[cfg_attr(feature = "small", inline(never))]
     pub fn new(search: &Search<T>, extent: &Extent<T>, step: u64) -> Self {
         let Extent { mut low, mut high, .. } = *extent;
-        for corner in search.domain.iter().flatten() {
-            for ((low, high), &x) in low.iter_mut().zip(&mut high).zip(corner) {
-                *low = if x < *low { x } else { *low };
-                *high = if x > *high { x } else { *high };
+        if let Some([lower, upper]) = &search.domain {
+            for ((low, high), (&l, &h)) in low.iter_mut().zip(&mut high).zip(lower.iter().zip(upper)) {
+                *low = if l < *low { l } else { *low };
+                *high = if h > *high { h } else { *high };
             }
         }
         let [nx, ny] = search.mesh;
@@ -51,23 +54,38 @@ impl<T: Real> Mesh<T> {
 
     /// The cell coordinates at the finest level.
     #[inline]
-    pub fn cell(&self, x: &[T; 2]) -> [u32; 2] {
+    pub(super) fn cell(&self, x: &[T; 2]) -> [u32; 2] {
         // Conversions saturate.
         let at = |x: T, origin: T| ((x - origin) * self.scale).to_u32();
         [at(x[0], self.origin[0]), at(x[1], self.origin[1])]
     }
 
+    /// As [`Mesh::cell`], in operations that are compiled for several particles at a time.
+    #[inline(always)]
+    pub(super) fn cell_in_lanes(&self, x: &[T; 2]) -> [u32; 2] {
+        // 2^52: added to a number below, it leaves the nearest whole number in the low bits.
+        const ROUND: f64 = 4_503_599_627_370_496.0;
+        let at = |x: T, origin: T| {
+            let place = ((x - origin) * self.scale).to_f64();
+            let place = if place > 0.0 { place } else { 0.0 };
+            let place = if place < f64::from(u32::MAX) { place } else { f64::from(u32::MAX) };
+            let rounded = place + ROUND;
+            let up = if rounded - ROUND > place { 1 } else { 0 };
+            (rounded.to_bits() as u32).wrapping_sub(up)
+        };
+        [at(x[0], self.origin[0]), at(x[1], self.origin[1])]
+    }
+
     /// The key of the first sixteen levels in the high half, `i` in the low half.
     #[cfg_attr(feature = "small", inline(never))]
-    #[cfg_attr(not(feature = "small"), inline(always))]
-    pub fn word(&self, x: &[T; 2], i: usize) -> u64 {
+    pub(super) fn word(&self, x: &[T; 2], i: usize) -> u64 {
         let [cx, cy] = self.cell(x);
         u64::from(interleave([cx >> 16, cy >> 16])) << 32 | i as u64
     }
 
     /// The key of the other sixteen levels in the high half, `i` in the low half.
     #[cfg_attr(feature = "small", inline(never))]
-    pub fn deep_word(&self, x: &[T; 2], i: u64) -> u64 {
+    pub(super) fn deep_word(&self, x: &[T; 2], i: u64) -> u64 {
         let [cx, cy] = self.cell(x);
         u64::from(interleave([cx & 0xFFFF, cy & 0xFFFF])) << 32 | i
     }
@@ -120,4 +138,33 @@ pub fn part(key: u32) -> [u32; 2] {
         (v | v >> 8) & 0x0000_FFFF
     };
     [gather(key), gather(key >> 1)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cells_in_lanes_are_those_of_one() {
+        fn check<T: Real>() {
+            let c = T::from_f64;
+            let extent =
+                Extent { low: [c(-1.0); 2], high: [c(1.0); 2], smallest: c(1.0), largest: c(1.0), total: c(1.0) };
+            for shifted in [false, true] {
+                let mesh = Mesh::new(&Search { shifted, ..Search::default() }, &extent, 3);
+                let mut state = 7_u64;
+                for i in 0..20_000_u32 {
+                    state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+                    let x = c((state >> 11) as f64 / (1_u64 << 50) as f64 - 4.0);
+                    // On cells' borders too, and next to them.
+                    let border = mesh.origin[1] + c(f64::from(i) / 64.0) / mesh.scale;
+                    for y in [border, border * (T::ONE - T::EPSILON), border * (T::ONE + T::EPSILON)] {
+                        assert_eq!(mesh.cell(&[x, y]), mesh.cell_in_lanes(&[x, y]));
+                    }
+                }
+            }
+        }
+        check::<f64>();
+        check::<f32>();
+    }
 }

@@ -13,6 +13,7 @@
 //! The mesh is shifted from step to step (by a sequence that depends on the step's number alone), so that a cluster which
 //! lies across a coarse border in one step doesn't in the next.
 
+#[cfg(not(feature = "small"))]
 mod bound;
 #[cfg(all(target_has_atomic = "ptr", not(feature = "small")))]
 mod buckets;
@@ -22,16 +23,16 @@ mod order;
 mod tree;
 
 use super::collision::Criterion;
-use super::extent::Extent;
 use super::sort;
 use super::theory::Group;
 use crate::error::{Error, Result};
 use crate::parallel::Executor;
 use crate::real::Real;
 use crate::space::Space;
-use mesh::{Areas, Mesh};
+use mesh::Areas;
+pub use mesh::Mesh;
 use order::particle;
-use tree::{Stack, Tree};
+use tree::{Found, Stack, Tree};
 
 /// Levels of the quadtree below the coarsest cell.
 pub const DEPTH: u32 = 32;
@@ -81,16 +82,10 @@ pub struct Scratch<'w, T> {
     /// Key in the high half, the particle in the low half.
     words: &'w mut [u64],
     many: Many<'w, T>,
-    /// The quadtree's open nodes: their numbers, masses, and moments.
-    nodes: &'w mut [[u32; 4]],
-    weights: &'w mut [T],
-    moments: &'w mut [[T; 6]],
+    stack: Stack<'w, T>,
     /// Levels that a particle shares with the one before it.
     shared: &'w mut [u8],
-    ranges: &'w mut [[u32; 2]],
-    /// mass, pairs, moment, centre of each cluster.
-    values: &'w mut [[T; 5]],
-    found: usize,
+    found: Found<'w, T>,
 }
 
 /// What only many particles need.
@@ -120,41 +115,37 @@ impl<'w, T: Real> Scratch<'w, T> {
             many: Many::lay(space, if n > sort::FEW { n } else { 0 }),
             #[cfg(not(all(target_has_atomic = "ptr", not(feature = "small"))))]
             many: core::marker::PhantomData,
-            nodes: space.part(stack),
-            weights: space.part(stack),
-            moments: space.part(stack),
+            stack: Stack { nodes: space.part(stack), masses: space.part(stack), moments: space.part(stack), height: 0 },
             shared: space.part(n),
-            ranges: space.part(n / 2),
-            values: space.part(n / 2),
-            found: 0,
+            found: Found { ranges: space.part(n / 2), values: space.part(n / 2), count: 0 },
         }
     }
 
     /// The number of clusters of the last search.
     #[must_use]
     pub fn len(&self) -> usize {
-        self.found
+        self.found.count
     }
 
     /// Whether the last search found none.
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        self.found == 0
+        self.found.count == 0
     }
 
     /// Finds again so many clusters that an earlier search left in the memory.
     pub fn resume(&mut self, clusters: usize) {
-        self.found = clusters;
+        self.found.count = clusters;
     }
 
     /// Forgets the clusters.
     pub fn clear(&mut self) {
-        self.found = 0;
+        self.found.count = 0;
     }
 
     /// The clusters of the last search, in the order of the quadtree.
     pub fn clusters(&self) -> impl Iterator<Item = Cluster<T>> + '_ {
-        self.ranges.iter().zip(self.values.iter()).take(self.found).map(
+        self.found.ranges.iter().zip(self.found.values.iter()).take(self.found.count).map(
             |(&[first, count], &[mass, pairs, moment, x, y])| Cluster {
                 first: first as usize,
                 count: count as usize,
@@ -176,9 +167,20 @@ impl<'w, T: Real> Scratch<'w, T> {
     }
 }
 
-/// Finds the clusters of `positions` and `masses` (equally long, of this extent) that may collide; the result is in `scratch`.
+/// What is searched.
+#[derive(Clone, Copy, Debug)]
+pub struct Particles<'a, T> {
+    /// Where they are.
+    pub positions: &'a [[T; 2]],
+    /// Their masses, as many.
+    pub masses: &'a [T],
+    /// The smallest mass, or less.
+    pub smallest: T,
+}
+
+/// Finds the clusters of particles that may collide; the result is in `scratch`.
 ///
-/// `step` chooses the mesh's shift. Deterministic: it depends on positions, masses and the arguments alone, not on the executor.
+/// `mesh` is that of the step for these particles' extent. Deterministic: the result does not depend on the executor.
 ///
 /// # Errors
 /// The executor's.
@@ -186,70 +188,69 @@ impl<'w, T: Real> Scratch<'w, T> {
 pub fn find<T: Real>(
     search: &Search<T>,
     criterion: &Criterion<T>,
-    step: u64,
-    extent: &Extent<T>,
-    (positions, masses): (&[[T; 2]], &[T]),
+    mesh: &Mesh<T>,
+    particles: Particles<'_, T>,
     executor: &dyn Executor,
     scratch: &mut Scratch<'_, T>,
 ) -> Result<()> {
-    scratch.found = 0;
+    scratch.clear();
+    scratch.stack.height = 0;
+    let Particles { positions, masses, .. } = particles;
     let n = positions.len();
     if n < 2 {
         return Ok(());
     }
-    let mesh = Mesh::new(search, extent, step);
-    let Scratch { words, many, shared, ranges, values, found, nodes, weights, moments } = scratch;
+    let Scratch { words, many, shared, found, stack } = scratch;
     // The state's arrays may have shrunk since the scratch was laid out.
     let (Some(words), Some(shared)) = (words.get_mut(..n), shared.get_mut(..n)) else { return Ok(()) };
     let is_many = cfg!(all(target_has_atomic = "ptr", not(feature = "small"))) && n > sort::FEW;
     #[cfg(all(target_has_atomic = "ptr", not(feature = "small")))]
     if is_many {
-        many.sort(&mesh, criterion, extent, (positions, masses), executor, (words, shared))?;
+        many.sort(mesh, criterion, particles, executor, (words, shared))?;
     }
     #[cfg(not(all(target_has_atomic = "ptr", not(feature = "small"))))]
     let _ = (many, executor);
     if !is_many {
-        order::few(&mesh, positions, words, shared);
+        order::few(mesh, positions, words, shared);
     }
+    #[cfg(all(target_has_atomic = "ptr", not(feature = "small")))]
+    let bound = many.bound(mesh, particles.smallest);
     let mut tree = Tree {
-        areas: Areas::new(&mesh, search),
-        mesh: &mesh,
+        areas: Areas::new(mesh, search),
+        mesh,
         criterion,
         words,
         positions,
         masses,
         shared,
+        #[cfg(not(feature = "small"))]
         bound: None,
-        ranges,
-        values,
-        found: 0,
+        found,
         seen: 0,
     };
-    let mut stack = Stack { nodes, masses: weights, moments, height: 0 };
     #[cfg(all(target_has_atomic = "ptr", not(feature = "small")))]
     if is_many {
-        tree.bound = Some(many.bound(&mesh, extent));
+        tree.bound = Some(&bound);
         for bucket in many.iter() {
             let buckets::Bucket { first, count, mass, pairs } = bucket;
             if let Some(pairs) = pairs {
-                let clusters = tree.found;
+                let clusters = tree.found.count;
                 pairs.iter().for_each(|&k| tree.noted(first + k as usize));
-                tree.leaf(&mut stack, [first, count, clusters], mass);
+                tree.leaf(stack, [first, count, clusters], mass);
             } else {
-                walk(&mut tree, &mut stack, first, count);
+                walk(&mut tree, stack, first, count);
             }
         }
     }
     if !is_many {
-        walk(&mut tree, &mut stack, 0, n);
+        walk(&mut tree, stack, 0, n);
     }
-    *found = tree.found;
     Ok(())
 }
 
 /// Adds so many particles, which are all of some cell, to the tree: cell by cell of a level at which they hold few.
 #[cfg_attr(feature = "small", inline)]
-fn walk<T: Real>(tree: &mut Tree<'_, T>, stack: &mut Stack<'_, T>, first: usize, count: usize) {
+fn walk<T: Real>(tree: &mut Tree<'_, '_, T>, stack: &mut Stack<'_, T>, first: usize, count: usize) {
     let shared = tree.shared;
     let level = fine(shared.get(first..first + count).unwrap_or(&[]));
     let (mut first, end) = (first, first + count);
@@ -260,12 +261,12 @@ fn walk<T: Real>(tree: &mut Tree<'_, T>, stack: &mut Stack<'_, T>, first: usize,
         let mass = tree.members(first, count).fold(T::ZERO, |sum, (_, m)| sum + m);
         if count > 2 && !tree.criterion.possible(3, mass) {
             // Too light for any cluster of more than two.
-            let clusters = tree.found;
+            let clusters = tree.found.count;
             tree.pairs(first, count);
             tree.leaf(stack, [first, count, clusters], mass);
         } else {
             for k in first..first + count {
-                let clusters = tree.found;
+                let clusters = tree.found.count;
                 let mass = tree.members(k, 1).next().map_or(T::ZERO, |(_, m)| m);
                 tree.leaf(stack, [k, 1, clusters], mass);
             }

@@ -53,24 +53,25 @@ pub fn deepen<T: Real>(
     counts: &mut [u32],
     shared: &mut [u8],
 ) {
-    let mut from = 0;
-    while from < words.len() {
-        let run = 1 + shared.iter().skip(from + 1).take_while(|&&level| u32::from(level & !MARK) == FIRST).count();
-        if run > 1 {
-            let (Some(words), Some(shared)) = (words.get_mut(from..from + run), shared.get_mut(from + 1..from + run))
-            else {
-                return;
-            };
-            for word in words.iter_mut() {
-                let i = particle(*word);
-                *word = positions.get(i).map_or(0, |x| mesh.deep_word(x, i as u64));
-            }
-            sort::by_high_half(words, spare, counts);
-            let keys = words.iter().map(|&word| key(word));
-            for (level, (a, b)) in shared.iter_mut().zip(keys.clone().zip(keys.skip(1))) {
-                *level = FIRST as u8 + levels(a, b);
-            }
+    let deepest = |&level: &u8| u32::from(level & !MARK) == FIRST;
+    let mut from = 1;
+    // Most share fewer.
+    while let Some(next) = shared.get(from..).and_then(|rest| rest.iter().position(deepest)) {
+        let begin = from + next;
+        let run = shared.iter().skip(begin).take_while(|level| deepest(level)).count();
+        let (Some(words), Some(shared)) = (words.get_mut(begin - 1..begin + run), shared.get_mut(begin..begin + run))
+        else {
+            return;
+        };
+        for word in words.iter_mut() {
+            let i = particle(*word);
+            *word = positions.get(i).map_or(0, |x| mesh.deep_word(x, i as u64));
         }
-        from += run;
+        sort::by_high_half(words, spare, counts);
+        let keys = words.iter().map(|&word| key(word));
+        for (level, (a, b)) in shared.iter_mut().zip(keys.clone().zip(keys.skip(1))) {
+            *level = FIRST as u8 + levels(a, b);
+        }
+        from = begin + run;
     }
 }

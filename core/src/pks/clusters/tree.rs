@@ -1,6 +1,7 @@
 //! The walk through the quadtree's nodes, which close one after the other from the leaves to the root.
 
 use super::DEPTH;
+#[cfg(not(feature = "small"))]
 use super::bound::Bound;
 use super::mesh::{Areas, Mesh};
 use super::moments::Moments;
@@ -27,13 +28,24 @@ pub struct Node<T> {
 }
 
 /// The open nodes, from the root on.
-pub struct Stack<'s, T> {
+#[derive(Debug)]
+pub struct Stack<'w, T> {
     /// Level, first, clusters, known.
-    pub nodes: &'s mut [[u32; 4]],
-    pub masses: &'s mut [T],
+    pub nodes: &'w mut [[u32; 4]],
+    pub masses: &'w mut [T],
     /// Apart, as few are ever looked at.
-    pub moments: &'s mut [[T; 6]],
+    pub moments: &'w mut [[T; 6]],
     pub height: usize,
+}
+
+/// The clusters found.
+#[derive(Debug)]
+pub struct Found<'w, T> {
+    /// Where each begins in the sorted order, and how many it has.
+    pub ranges: &'w mut [[u32; 2]],
+    /// mass, pairs, moment, centre of each.
+    pub values: &'w mut [[T; 5]],
+    pub count: usize,
 }
 
 impl<T: Real> Stack<'_, T> {
@@ -65,7 +77,7 @@ impl<T: Real> Stack<'_, T> {
 }
 
 /// What closing a node needs.
-pub struct Tree<'a, T> {
+pub struct Tree<'a, 'w, T> {
     pub mesh: &'a Mesh<T>,
     /// eta s^2 of the cells of each level.
     pub areas: Areas<T>,
@@ -76,16 +88,14 @@ pub struct Tree<'a, T> {
     /// Levels that each particle shares with the one before it.
     pub shared: &'a [u8],
     /// Of what spans whole buckets, if there are any.
-    pub bound: Option<Bound<'a, T>>,
-    /// What is found.
-    pub ranges: &'a mut [[u32; 2]],
-    pub values: &'a mut [[T; 5]],
-    pub found: usize,
+    #[cfg(not(feature = "small"))]
+    pub bound: Option<&'a Bound<'a, T>>,
+    pub found: &'a mut Found<'w, T>,
     /// Particles that lie before the end of the node that closes.
     pub seen: u32,
 }
 
-impl<T: Real> Tree<'_, T> {
+impl<T: Real> Tree<'_, '_, T> {
     /// Positions and masses of `count` particles in the sorted order.
     #[inline]
     pub fn members(&self, first: usize, count: usize) -> impl Iterator<Item = ([T; 2], T)> + Clone + use<'_, T> {
@@ -137,7 +147,7 @@ impl<T: Real> Tree<'_, T> {
     #[inline]
     fn pair(&mut self, k: usize, [before, here, after]: [u32; 3], moments: &Moments<T>) {
         if here >= self.mesh.coarsest {
-            let node = Node { level: here, first: k as u32, clusters: self.found as u32, ..Node::default() };
+            let node = Node { level: here, first: k as u32, clusters: self.found.count as u32, ..Node::default() };
             self.test(&node, 2, moments, Some(before.max(after)));
         }
     }
@@ -206,7 +216,8 @@ impl<T: Real> Tree<'_, T> {
         if node.level < self.mesh.coarsest || !self.criterion.possible(count, node.mass) {
             return;
         }
-        if let Some(bound) = &self.bound
+        #[cfg(not(feature = "small"))]
+        if let Some(bound) = self.bound
             && let Some(spread) = bound.spread(node.first, self.seen)
             && (!self.separated(spread, node.mass, parent)
                 || self.criterion.excludes(count, node.mass, spread / node.mass))
@@ -239,10 +250,11 @@ impl<T: Real> Tree<'_, T> {
             return;
         }
         let at = node.clusters as usize;
-        if let (Some(range), Some(value)) = (self.ranges.get_mut(at), self.values.get_mut(at)) {
+        let Found { ranges, values, count: found } = &mut *self.found;
+        if let (Some(range), Some(value)) = (ranges.get_mut(at), values.get_mut(at)) {
             *range = [node.first, count];
             *value = [group.mass, group.pairs, moment, centre[0], centre[1]];
-            self.found = at + 1;
+            *found = at + 1;
         }
     }
 
