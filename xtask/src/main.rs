@@ -11,6 +11,7 @@ mod firmware;
 mod header;
 mod install;
 mod layers;
+mod neon;
 mod shell;
 mod suites;
 mod symbols;
@@ -62,6 +63,12 @@ enum Command {
     Coverage,
     /// Runs the programs of `tests/firmware/` on bare machines in QEMU and measures them.
     Firmware,
+    /// Runs the tests of core and of `tests/` on aarch64, in QEMU.
+    Neon {
+        /// Handed to `cargo test`.
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+        filter: Vec<String>,
+    },
     /// Runs every scene (or those named) and writes a gallery of pictures beside the papers' numbers and ours.
     Figures {
         /// The scenes' quick sizes.
@@ -101,6 +108,7 @@ fn run(command: Command) -> Result<()> {
         Command::Coverage => coverage::run(),
         Command::Figures { quick, threads, scenes } => figures::run(quick, threads, &scenes),
         Command::Firmware => firmware::run().map(|_| ()),
+        Command::Neon { filter } => neon::run(&filter),
         Command::Install { prefix } => install::run(&prefix),
     }
 }

@@ -55,8 +55,7 @@ pub fn transfer(args: &Args) -> anyhow::Result<bool> {
             Bump { centre: [5.0, 0.0], axes: [1.0, 7.0], mass: mass / 3.0, count: n / 3 },
         ];
         let mesh = Mesh::new([-15.0; 2], [15.0; 2], [270; 2])?;
-        let mut system =
-            System::new(&bumps, Some(mesh), options, seed, args.threads)?.within(args.equation(Walls::Free));
+        let mut system = System::new(&bumps, Some((mesh, args.equation(Walls::Free))), options, seed, args.threads)?;
         // All particles weigh the same.
         system.masses.iter_mut().for_each(|m| *m = mass / n as f64);
         let mut line = vec![(0.0, system.second_moment())];
@@ -124,8 +123,7 @@ pub fn singularities(args: &Args) -> anyhow::Result<bool> {
             Bump { centre: [-3.0, -1.0], axes: [1.0; 2], mass: 0.7 * mass, count: n - light },
         ];
         let mesh = Mesh::new([-15.0; 2], [15.0; 2], [270; 2])?;
-        let mut system =
-            System::new(&bumps, Some(mesh), options, seed, args.threads)?.within(args.equation(Walls::Free));
+        let mut system = System::new(&bumps, Some((mesh, args.equation(Walls::Free))), options, seed, args.threads)?;
         let (mut line, mut begun) = (Vec::new(), None);
         // The moment starts at about 8.9 and falls at 13.44: all is over before t = 2.
         while system.counters.time < 2.0 {
@@ -210,7 +208,7 @@ pub fn species(args: &Args) -> anyhow::Result<bool> {
                 let options = options(args, chi, theory::noise(mass, mu, n));
                 let mesh = Mesh::new([-1.5; 2], [1.5; 2], [320; 2])?;
                 let mut system =
-                    System::new(&bumps, Some(mesh), options, seed, args.threads)?.within(args.equation(args.walls()));
+                    System::new(&bumps, Some((mesh, args.equation(args.walls()))), options, seed, args.threads)?;
                 let spread: f64 = kinds.iter().map(|kind| 4.0 * kind.mu * kind.mass).sum();
                 let first_rate = spread + system.pull()?;
                 let mut lines = [const { Vec::new() }; 3];
@@ -282,7 +280,7 @@ pub fn subcritical(args: &Args) -> anyhow::Result<bool> {
             let bump = Bump { centre: [0.0; 2], axes: [1.0; 2], mass, count: n };
             let mesh = Mesh::new([-15.0; 2], [15.0; 2], [270; 2])?;
             let mut system =
-                System::new(&[bump], Some(mesh), options, seed, args.threads)?.within(args.equation(Walls::Free));
+                System::new(&[bump], Some((mesh, args.equation(Walls::Free))), options, seed, args.threads)?;
             let mut line = vec![(0.0, system.second_moment())];
             // The line that alpha of the particles there are, step by step, would draw.
             let mut own = vec![(0.0, 0.0)];
@@ -331,7 +329,7 @@ pub fn stress(args: &Args) -> anyhow::Result<bool> {
         let heavy = Bump { centre: [0.0; 2], axes: [0.0; 2], mass: 0.99 * mass, count: 1 };
         let mesh = Mesh::new([-15.0; 2], [15.0; 2], [64; 2])?;
         let mut system =
-            System::new(&[heavy, bump], Some(mesh), options, 1, args.threads)?.within(args.equation(Walls::Free));
+            System::new(&[heavy, bump], Some((mesh, args.equation(Walls::Free))), options, 1, args.threads)?;
         let initial = system.masses.clone();
         let mut refused = 0;
         for _ in 0..steps {
@@ -392,7 +390,7 @@ pub fn speed(args: &Args) -> anyhow::Result<bool> {
         let options = Options { merging, ..Options::new(1.0, theory::noise(mass, 1.0, n)) };
         let bump = Bump { centre: [0.0; 2], axes: [7.0; 2], mass, count: n };
         let mesh = Mesh::new([-15.0; 2], [15.0; 2], [320; 2])?;
-        let mut system = System::new(&[bump], Some(mesh), options, 1, args.threads)?;
+        let mut system = System::new(&[bump], Some((mesh, args.equation(Walls::Free))), options, 1, args.threads)?;
         let mut best = f64::INFINITY;
         for _ in 0..30 {
             let before = system.report.substeps;

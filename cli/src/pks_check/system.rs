@@ -55,8 +55,7 @@ pub struct System {
     pub report: Report,
     /// Events since the start, and the labels they absorbed.
     pub log: Vec<(Event, Vec<u64>)>,
-    mesh: Option<(Mesh<f64>, Memory)>,
-    equation: Equation<f64>,
+    mesh: Option<(Mesh<f64>, Equation<f64>, Memory)>,
     workspace: Memory,
     threads: usize,
 }
@@ -64,7 +63,7 @@ pub struct System {
 impl System {
     pub fn new(
         bumps: &[Bump],
-        mesh: Option<Mesh<f64>>,
+        mesh: Option<(Mesh<f64>, Equation<f64>)>,
         options: Options<f64>,
         seed: u64,
         threads: usize,
@@ -82,9 +81,9 @@ impl System {
         let n = positions.len();
         let mut options = options;
         let mesh = match mesh {
-            Some(mesh) => {
+            Some((mesh, equation)) => {
                 options.search.domain = Some([mesh.lower(), mesh.upper()]);
-                Some((mesh, Memory::new(Grid::workspace_bytes(&mesh, &Equation::POISSON, threads)?)))
+                Some((mesh, equation, Memory::new(Grid::workspace_bytes(&mesh, &equation, threads)?)))
             }
             None => None,
         };
@@ -102,16 +101,9 @@ impl System {
             report,
             log: Vec::new(),
             mesh,
-            equation: Equation::POISSON,
             workspace,
             threads,
         })
-    }
-
-    /// The same with another field of the mesh.
-    pub fn within(mut self, equation: Equation<f64>) -> Self {
-        self.equation = equation;
-        self
     }
 
     /// One step; events are appended to the log.
@@ -119,7 +111,7 @@ impl System {
         let executor = Threads(self.threads);
         let mut run = mollis_core::field::Run { executor: &executor, ..Default::default() };
         let mut grid = match &mut self.mesh {
-            Some((mesh, memory)) => Some(Grid::prepare(memory.slice(), *mesh, self.equation, self.threads)?),
+            Some((mesh, equation, memory)) => Some(Grid::prepare(memory.slice(), *mesh, *equation, self.threads)?),
             None => None,
         };
         let mut events = vec![Event::default(); 4096];
@@ -196,8 +188,8 @@ impl System {
     /// What the mesh's field contributes to the rate of sum m |x|^2: `-2 chi sum m x . grad u`. No chance is in it but the positions'.
     pub fn pull(&mut self) -> Result<f64> {
         let n = self.count();
-        let Some((mesh, memory)) = &mut self.mesh else { return Ok(0.0) };
-        let mut grid = Grid::prepare(memory.slice(), *mesh, self.equation, 1)?;
+        let Some((mesh, equation, memory)) = &mut self.mesh else { return Ok(0.0) };
+        let mut grid = Grid::prepare(memory.slice(), *mesh, *equation, 1)?;
         let (positions, masses) = (&self.positions[..n], &self.masses[..n]);
         let mut gradient = vec![[0.0; 2]; n];
         grid.deposit(positions, masses, &Serial)?;

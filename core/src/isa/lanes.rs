@@ -115,6 +115,7 @@ pub(super) fn paired_quotients<T: Real, I: Isa<T>, const N: usize>(isa: I, m: I:
 }
 
 /// (1 - e)^-a, cut after `TERMS` powers of e: turns a seed y of 1/sqrt(x), with e = 1 - x y^2, into x^-a = y^(2a) (1 - e)^-a.
+#[cfg(target_arch = "x86_64")]
 #[inline(always)]
 pub(super) fn root_series<T: Real, I: Isa<T>, const TERMS: usize>(isa: I, e: I::V, a: f64) -> I::V {
     // (a)_k / k!
@@ -136,6 +137,7 @@ pub(super) fn root_series<T: Real, I: Isa<T>, const TERMS: usize>(isa: I, e: I::
 }
 
 /// [`Isa::inverse_root`] from a seed.
+#[cfg(target_arch = "x86_64")]
 #[inline(always)]
 pub(super) fn seeded_root<T: Real, I: Isa<T>, const TERMS: usize>(isa: I, a: I::V, seed: I::V) -> I::V {
     let e = isa.neg_mul_add(a, isa.mul(seed, seed), isa.splat(T::ONE));
@@ -143,6 +145,7 @@ pub(super) fn seeded_root<T: Real, I: Isa<T>, const TERMS: usize>(isa: I, a: I::
 }
 
 /// One quotient of [`Isa::over_cubed_roots`] from a seed.
+#[cfg(target_arch = "x86_64")]
 #[inline(always)]
 pub(super) fn seeded_over_cube<T: Real, I: Isa<T>, const TERMS: usize>(isa: I, m: I::V, a: I::V, seed: I::V) -> I::V {
     let square = isa.mul(seed, seed);
