@@ -21,7 +21,6 @@ impl<T: Real> Bound<'_, T> {
     /// No mass is below the smallest, and no point is a better centre than their mean; in each cell the particle is up to a width away from
     /// the corner that its key stands for, which takes at most that much off the root mean square (Minkowski).
     pub fn spread(&self, first: u32, end: u32) -> Option<T> {
-        // Of empty buckets that begin where another does, the last one holds it.
         let from = self.starts.partition_point(|&start| start <= first).checked_sub(1)?;
         let to = self.starts.partition_point(|&start| start < end);
         if self.starts.get(from) != Some(&first) || self.starts.get(to) != Some(&end) {

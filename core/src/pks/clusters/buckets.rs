@@ -45,9 +45,13 @@ pub struct Buckets<'w, T> {
     ends: &'w mut [u16],
     /// Mass and largest mass of each bucket of a block.
     loads: &'w mut [[T; 2]],
-    /// Where the buckets begin, and the end of the last.
+    /// Buckets that hold particles; what follows is about these, one after the other.
+    occupied: usize,
+    /// Which they are.
+    numbers: &'w mut [u16],
+    /// Where they begin, and the end of the last.
     starts: &'w mut [u32],
-    /// Mass and largest mass of the buckets.
+    /// Their masses and largest masses.
     masses: &'w mut [[T; 2]],
     /// Pairs to look at, or [`HEAVY`].
     pairs: &'w mut [u32],
@@ -81,6 +85,8 @@ impl<'w, T: Real> Buckets<'w, T> {
             spare: space.part(n),
             ends: space.part(blocks.saturating_mul(PITCH)),
             loads: space.part(blocks.saturating_mul(BUCKETS)),
+            occupied: 0,
+            numbers: space.part(buckets),
             starts: space.part(if n > 0 { BUCKETS + 1 } else { 0 }),
             masses: space.part(buckets),
             pairs: space.part(buckets),
@@ -118,13 +124,16 @@ impl<'w, T: Real> Buckets<'w, T> {
             Ok(())
         })?;
         self.total(blocks);
-        let reaches = Reaches::new(mesh, criterion, smallest, beyond);
-        let Self { blocked, spare, ends, starts, masses, pairs, sums, .. } = self;
-        let (blocked, ends, masses) = (&**blocked, &**ends, &**masses);
+        let Self { blocked, spare, ends, occupied, numbers, starts, masses, pairs, sums, .. } = self;
+        let (blocked, ends, numbers, masses) =
+            (&**blocked, &**ends, &**numbers, masses.get(..*occupied).unwrap_or(&[]));
+        let starts = starts.get(..=*occupied).unwrap_or(&[]);
+        let reaches = Reaches::new(mesh, criterion, smallest, masses, beyond);
         let ranges = (Ranges::new(words, starts)?, Ranges::new(spare, starts)?, Ranges::new(shared, starts)?);
         let (_, sums_of) = sums.split_first_mut().unwrap_or((&mut [0; 3], &mut []));
         let pieces = (ranges, Chunks::new(pairs, 1), Chunks::new(sums_of, 1));
-        each_piece(executor, BUCKETS, &pieces, &(), &|bucket, ((words, spare, shared), pairs, sums), ()| {
+        each_piece(executor, *occupied, &pieces, &(), &|at, ((words, spare, shared), pairs, sums), ()| {
+            let bucket = numbers.get(at).map_or(0, |&bucket| usize::from(bucket));
             let parts = (0..blocks).map(|block| {
                 let end = |at: usize| ends.get(block * PITCH + at).map_or(0, |&end| usize::from(end));
                 let from = block * BLOCK;
@@ -133,7 +142,7 @@ impl<'w, T: Real> Buckets<'w, T> {
             });
             let mut counts = [0; sort::BUCKETS];
             sort::collect_by_20_bits(parts, words, spare, &mut counts);
-            let [mass, heaviest] = masses.get(bucket).copied().unwrap_or_default();
+            let [mass, heaviest] = masses.get(at).copied().unwrap_or_default();
             let heavy = words.len() > 2 && criterion.grouped(mass, heaviest);
             let reach = if heavy { None } else { reaches.of(heaviest) };
             let cells = reach.map(|reach| reach.cells);
@@ -155,22 +164,37 @@ impl<'w, T: Real> Buckets<'w, T> {
         Ok(())
     }
 
-    /// Adds up what the blocks hold.
+    /// Adds up what the blocks hold, and closes the gaps that empty buckets leave.
     fn total(&mut self, blocks: usize) {
-        let Self { ends, loads, starts, masses, .. } = self;
+        let Self { ends, loads, occupied, numbers, starts, masses, .. } = self;
         starts.fill(0);
         masses.fill([T::ZERO; 2]);
         for (ends, loads) in ends.chunks(PITCH).zip(loads.chunks(BUCKETS)).take(blocks) {
             let before = core::iter::once(&0).chain(ends);
-            for ((start, &end), &before) in starts.iter_mut().zip(ends.iter().take(BUCKETS)).zip(before) {
-                *start += u32::from(end - before);
+            for ((count, &end), &before) in starts.iter_mut().zip(ends.iter().take(BUCKETS)).zip(before) {
+                *count += u32::from(end - before);
             }
             for ([mass, heaviest], &[m, h]) in masses.iter_mut().zip(loads) {
                 *mass += m;
                 *heaviest = if h > *heaviest { h } else { *heaviest };
             }
         }
-        sort::starts(starts);
+        *occupied = 0;
+        let mut start = 0;
+        for bucket in 0..BUCKETS {
+            let (Some(&count), Some(&load)) = (starts.get(bucket), masses.get(bucket)) else { return };
+            if count > 0
+                && let (Some(to), Some(mass), Some(number)) =
+                    (starts.get_mut(*occupied), masses.get_mut(*occupied), numbers.get_mut(*occupied))
+            {
+                (*to, *mass, *number) = (start, load, bucket as u16);
+                *occupied += 1;
+                start += count;
+            }
+        }
+        if let Some(end) = starts.get_mut(*occupied) {
+            *end = start;
+        }
     }
 
     /// What runs through all buckets: levels shared across their borders, and running sums.
@@ -180,17 +204,14 @@ impl<'w, T: Real> Buckets<'w, T> {
         if let Some(first) = self.sums.first_mut() {
             *first = sum;
         }
-        for (bucket, (sums, range)) in (0_u32..).zip(self.sums.iter_mut().skip(1).zip(self.starts.windows(2))) {
+        let buckets = self.numbers.iter().zip(self.starts.iter()).take(self.occupied);
+        for (sums, (&bucket, &start)) in self.sums.iter_mut().skip(1).zip(buckets) {
             for (sum, here) in sum.iter_mut().zip(sums.iter_mut()) {
                 *sum = sum.wrapping_add(*here);
                 *here = *sum;
             }
-            let &[start, end] = range else { continue };
-            if start == end {
-                continue;
-            }
             if let Some(level) = shared.get_mut(start as usize) {
-                let at = bucket << (32 - 2 * LEVEL);
+                let at = u32::from(bucket) << (32 - 2 * LEVEL);
                 *level = before.map_or(0, |before| levels(before, at));
                 before = Some(at);
             }
@@ -199,12 +220,12 @@ impl<'w, T: Real> Buckets<'w, T> {
 
     /// The buckets that hold particles.
     pub fn iter(&self) -> impl Iterator<Item = Bucket<'_, T>> {
-        let known = self.masses.iter().zip(self.pairs.iter());
+        let known = self.masses.iter().zip(self.pairs.iter()).take(self.occupied);
         self.starts.windows(2).zip(known).filter_map(|(range, (&[mass, _], &pairs))| {
             let &[start, end] = range else { return None };
             let (first, count) = (start as usize, end.checked_sub(start)? as usize);
             let noted = (pairs != HEAVY).then(|| self.spare.get(first..first + pairs as usize)).flatten();
-            (count > 0).then_some(Bucket { first, count, mass, pairs: noted })
+            Some(Bucket { first, count, mass, pairs: noted })
         })
     }
 
@@ -271,10 +292,16 @@ struct Reach<T> {
 struct Reaches<T>([(T, Option<Reach<T>>); RATIOS + 1]);
 
 impl<T: Real> Reaches<T> {
-    fn new(mesh: &Mesh<T>, criterion: &Criterion<T>, smallest: T, beyond: Beyond) -> Self {
+    /// For masses from the smallest to the largest of the buckets' largest.
+    fn new(mesh: &Mesh<T>, criterion: &Criterion<T>, smallest: T, masses: &[[T; 2]], beyond: Beyond) -> Self {
+        let heaviest = masses.iter().fold(smallest, |most, &[_, h]| most.max(h));
         let width = mesh.side.ldexp(-((FIRST + beyond.levels) as i32));
         let mut largest = smallest;
         Self(core::array::from_fn(|_| {
+            if largest >= T::TWO * heaviest {
+                // No bucket asks for it.
+                return (largest, None);
+            }
             let reach = criterion.reach(smallest, largest).map(|reach| Reach {
                 // One more for the places within the cells, one for the rounding of coordinates.
                 cells: (reach / width).to_u32().saturating_add(2),
