@@ -14,7 +14,7 @@ use mollis_core::pks::{self, Attraction, Counters, Event, Events, Setting, State
 use mollis_core::random::Philox;
 use mollis_tests::Aligned;
 
-/// FNV-1a over the bits.
+/// The bits, mixed in order as by FNV-1a, a word at a time.
 struct Hash(u64);
 impl Hash {
     fn add<T: Real>(&mut self, numbers: &[T]) {

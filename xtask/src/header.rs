@@ -116,7 +116,7 @@ fn constants() -> Result<String> {
   (4 * MOLLIS_WORKSPACE_PADDED(8 * ((n) / 2)) + ((n) > 0 ? 1600 : 0) + \\
    MOLLIS_WORKSPACE_PADDED(20 * ((n) / 2)) + 4 * MOLLIS_WORKSPACE_PADDED(8 * (n)) + 2 * MOLLIS_WORKSPACE_PADDED(n) + \\
    MOLLIS_WORKSPACE_PADDED(4 * (((n) + 255) / 256)) + MOLLIS_WORKSPACE_PADDED(48) + \\
-   ((n) > 512 ? 2 * MOLLIS_WORKSPACE_PADDED(8 * (n)) + 41024 * (((n) + 32767) / 32768) + 172160 : 0) + \\
+   ((n) > 512 ? 2 * MOLLIS_WORKSPACE_PADDED(8 * (n)) + 73792 * (((n) + 32767) / 32768) + 204928 : 0) + \\
    MOLLIS_SUM2_WORKSPACE_BYTES_F32(n))
 ",
         mollis_core::space::ALIGN

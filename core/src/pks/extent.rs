@@ -78,8 +78,25 @@ impl<T: Real> Extent<T> {
     }
 
     /// In this thread.
-    #[inline(always)]
     fn here(positions: &[[T; 2]], masses: &[T]) -> Result<Self> {
+        if cfg!(feature = "small") {
+            return Self::few(positions, masses);
+        }
+        // In pieces, so that the sum has few roundings.
+        const EACH: usize = 1024;
+        let (mut all, mut negative) = (Self::none(), Ok(()));
+        for (positions, masses) in positions.chunks(EACH).zip(masses.chunks(EACH)) {
+            match Self::few(positions, masses) {
+                Ok(part) => all = all.with(&part),
+                Err(Error::Mass) => negative = Err(Error::Mass),
+                Err(error) => return Err(error),
+            }
+        }
+        if all.total.is_finite() { negative.map(|()| all) } else { Err(Error::NotFinite) }
+    }
+
+    #[inline(always)]
+    fn few(positions: &[[T; 2]], masses: &[T]) -> Result<Self> {
         let mut all = Self::none();
         // Zero times each number: NaN once one is not finite.
         let mut poison = T::ZERO;

@@ -18,8 +18,9 @@ pub struct Bound<'a, T> {
 impl<T: Real> Bound<'_, T> {
     /// A lower bound of `sum m |x - c|^2` over the particles from `first` to `end` in the order, if they are all of some buckets.
     ///
-    /// No mass is below the smallest, and no point is a better centre than their mean; in each cell the particle is up to a width away from
-    /// the corner that its key stands for, which takes at most that much off the root mean square (Minkowski).
+    /// No mass is below the smallest, and no point is a better centre than their mean. Particles lie anywhere in the cells that their keys
+    /// stand for; these offsets deviate from their own mean by at most half a width along each axis, 0.71 widths in all, which is the most that they take
+    /// off the root mean square (Minkowski). The rest of a width is for the rounding of coordinates.
     pub fn spread(&self, first: u32, end: u32) -> Option<T> {
         let from = self.starts.partition_point(|&start| start <= first).checked_sub(1)?;
         let to = self.starts.partition_point(|&start| start < end);
@@ -33,7 +34,7 @@ impl<T: Real> Bound<'_, T> {
         let variance = ((squares - (x * x + y * y) / count) / count).max(0.0);
         let deviation = (Real::sqrt(variance) - 1.0).max(0.0) * self.width;
         // A margin for roundings.
-        Some(T::from_f64(0.99 * count * deviation * deviation) * self.smallest)
+        Some(T::from_f64(0.99 * count * deviation * deviation * self.smallest.to_f64()))
     }
 }
 

@@ -4,8 +4,8 @@
 //! collects its particles from the blocks and sorts them by the rest of their keys. Neither depends on the executor.
 //!
 //! Of most buckets nothing more is needed. Where no three particles can collide ([`Criterion::grouped`]) only pairs are of interest, and of
-//! these only what the keys show to be near enough to one another ([`Criterion::reach`]): the places of these pairs are noted, and the
-//! positions are not looked at again. Sums of the keys' coordinates bound the second moments of what spans several buckets.
+//! these only what the keys show to be near enough to one another ([`Criterion::reach`]): the places of these pairs are noted, and only
+//! their positions are looked at again. Sums of the keys' coordinates bound the second moments of what spans several buckets.
 
 use super::Particles;
 use super::bound::Bound;
@@ -36,15 +36,15 @@ const RATIOS: usize = 24;
 
 /// The search's memory for many particles.
 #[derive(Debug)]
-pub struct Buckets<'w, T> {
+pub struct Buckets<'w> {
     /// Words of the particles, block by block, by buckets within a block.
     blocked: &'w mut [u64],
     /// Scratch of the sorts; then, bucket by bucket, the places of the pairs to look at.
     spare: &'w mut [u64],
     /// Where each bucket of a block ends in it.
     ends: &'w mut [u16],
-    /// Mass and largest mass of each bucket of a block.
-    loads: &'w mut [[T; 2]],
+    /// Mass and largest mass of each bucket of a block, in double precision: what is excluded by them has a margin of a thousandth.
+    loads: &'w mut [[f64; 2]],
     /// Buckets that hold particles; what follows is about these, one after the other.
     occupied: usize,
     /// Which they are.
@@ -52,7 +52,7 @@ pub struct Buckets<'w, T> {
     /// Where they begin, and the end of the last.
     starts: &'w mut [u32],
     /// Their masses and largest masses.
-    masses: &'w mut [[T; 2]],
+    masses: &'w mut [[f64; 2]],
     /// Pairs to look at, or [`HEAVY`].
     pairs: &'w mut [u32],
     /// Sums of the coordinates of the keys and of their squares, over all buckets before this one.
@@ -64,18 +64,18 @@ const HEAVY: u32 = u32::MAX;
 
 /// What is known of a bucket.
 #[derive(Clone, Copy, Debug)]
-pub struct Bucket<'a, T> {
+pub struct Bucket<'a> {
     /// Its first particle in the order.
     pub first: usize,
     /// How many it has, at least 1.
     pub count: usize,
     /// Their mass.
-    pub mass: T,
+    pub mass: f64,
     /// The places, from the first, of the pairs that may collide; `None`: more than pairs may.
     pub pairs: Option<&'a [u64]>,
 }
 
-impl<'w, T: Real> Buckets<'w, T> {
+impl<'w> Buckets<'w> {
     /// Lays out the memory for `n` particles.
     pub fn lay(space: &mut impl Space<'w>, n: usize) -> Self {
         let blocks = n.div_ceil(BLOCK);
@@ -98,7 +98,7 @@ impl<'w, T: Real> Buckets<'w, T> {
     ///
     /// # Errors
     /// The executor's.
-    pub fn sort(
+    pub fn sort<T: Real>(
         &mut self,
         mesh: &Mesh<T>,
         criterion: &Criterion<T>,
@@ -142,7 +142,7 @@ impl<'w, T: Real> Buckets<'w, T> {
             });
             let mut counts = [0; sort::BUCKETS];
             sort::collect_by_20_bits(parts, words, spare, &mut counts);
-            let [mass, heaviest] = masses.get(at).copied().unwrap_or_default();
+            let [mass, heaviest] = masses.get(at).map_or([T::ZERO; 2], |load| load.map(T::from_f64));
             let heavy = words.len() > 2 && criterion.grouped(mass, heaviest);
             let reach = if heavy { None } else { reaches.of(heaviest) };
             let cells = reach.map(|reach| reach.cells);
@@ -168,7 +168,7 @@ impl<'w, T: Real> Buckets<'w, T> {
     fn total(&mut self, blocks: usize) {
         let Self { ends, loads, occupied, numbers, starts, masses, .. } = self;
         starts.fill(0);
-        masses.fill([T::ZERO; 2]);
+        masses.fill([0.0; 2]);
         for (ends, loads) in ends.chunks(PITCH).zip(loads.chunks(BUCKETS)).take(blocks) {
             let before = core::iter::once(&0).chain(ends);
             for ((count, &end), &before) in starts.iter_mut().zip(ends.iter().take(BUCKETS)).zip(before) {
@@ -219,7 +219,7 @@ impl<'w, T: Real> Buckets<'w, T> {
     }
 
     /// The buckets that hold particles.
-    pub fn iter(&self) -> impl Iterator<Item = Bucket<'_, T>> {
+    pub fn iter(&self) -> impl Iterator<Item = Bucket<'_>> {
         let known = self.masses.iter().zip(self.pairs.iter()).take(self.occupied);
         self.starts.windows(2).zip(known).filter_map(|(range, (&[mass, _], &pairs))| {
             let &[start, end] = range else { return None };
@@ -230,7 +230,7 @@ impl<'w, T: Real> Buckets<'w, T> {
     }
 
     /// What bounds second moments.
-    pub fn bound(&self, mesh: &Mesh<T>, smallest: T) -> Bound<'_, T> {
+    pub fn bound<T: Real>(&self, mesh: &Mesh<T>, smallest: T) -> Bound<'_, T> {
         Bound { starts: self.starts, sums: self.sums, width: mesh.side.ldexp(-(FIRST as i32)).to_f64(), smallest }
     }
 }
@@ -293,8 +293,8 @@ struct Reaches<T>([(T, Option<Reach<T>>); RATIOS + 1]);
 
 impl<T: Real> Reaches<T> {
     /// For masses from the smallest to the largest of the buckets' largest.
-    fn new(mesh: &Mesh<T>, criterion: &Criterion<T>, smallest: T, masses: &[[T; 2]], beyond: Beyond) -> Self {
-        let heaviest = masses.iter().fold(smallest, |most, &[_, h]| most.max(h));
+    fn new(mesh: &Mesh<T>, criterion: &Criterion<T>, smallest: T, masses: &[[f64; 2]], beyond: Beyond) -> Self {
+        let heaviest = masses.iter().fold(smallest, |most, &[_, h]| most.max(T::from_f64(h)));
         let width = mesh.side.ldexp(-((FIRST + beyond.levels) as i32));
         let mut largest = smallest;
         Self(core::array::from_fn(|_| {
@@ -303,8 +303,9 @@ impl<T: Real> Reaches<T> {
                 return (largest, None);
             }
             let reach = criterion.reach(smallest, largest).map(|reach| Reach {
-                // One more for the places within the cells, one for the rounding of coordinates.
-                cells: (reach / width).to_u32().saturating_add(2),
+                // Rounded up; two more for the rounding of two coordinates, of which single precision has 2^24 in the mesh, as many
+                // as there may be cells, and twice as long next to the far side (test `two_within_reach_are_never_more_cells_apart`).
+                cells: (reach / width).to_u32().saturating_add(3),
                 square: reach * reach,
             });
             let known = (largest, reach);
@@ -330,7 +331,7 @@ struct File<'a, T> {
     keys: &'a mut [u64],
     words: &'a mut [u64],
     ends: &'a mut [u16],
-    loads: &'a mut [[T; 2]],
+    loads: &'a mut [[f64; 2]],
 }
 
 /// The bucket of a word.
@@ -349,10 +350,11 @@ impl<T: Real> Plain for File<'_, T> {
             *key = beyond.word(mesh.cell_in_lanes(x), i);
         }
         ends.fill(0);
-        loads.fill([T::ZERO; 2]);
+        loads.fill([0.0; 2]);
         let keys = keys.get(..positions.len()).unwrap_or(&[]);
         for (&word, &m) in keys.iter().zip(masses) {
             if let (Some(count), Some([mass, heaviest])) = (ends.get_mut(bucket(word)), loads.get_mut(bucket(word))) {
+                let m = m.to_f64();
                 *count += 1;
                 *mass += m;
                 *heaviest = if m > *heaviest { m } else { *heaviest };
@@ -469,4 +471,75 @@ fn near<T: Real>(reach: Reach<T>, positions: &[[T; 2]], words: &[u64], places: &
         return kept as u32;
     }
     noted
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pks::clusters::Search;
+    use crate::pks::collision::{CollisionLaw, Merging};
+    use crate::pks::extent::Extent;
+    use crate::pks::theory::Law;
+
+    fn within_reach<T: Real>(n: usize) -> u32 {
+        let c = T::from_f64;
+        let mut state = 9_u64;
+        let mut uniform = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1_u64 << 53) as f64
+        };
+        let beyond = Beyond::new(n);
+        let mut farthest = 0;
+        for _ in 0..400 {
+            // Sides next to powers of two, where coordinates are coarsest against the cells.
+            let size = c(0.5 + 0.3 * uniform() * uniform());
+            let corner = c(2.0 * uniform() - 1.0);
+            let extent =
+                Extent { low: [corner; 2], high: [corner + size; 2], smallest: T::ONE, largest: T::ONE, total: T::ONE };
+            let mesh = Mesh::new(&Search::default(), &extent, (1000.0 * uniform()) as u64);
+            // A reach of a few cells.
+            let width = mesh.side.to_f64() / (1_u64 << (FIRST + beyond.levels)) as f64;
+            let dt = (width * 4.0 * uniform()).powi(2);
+            let law = Law { chi: c(0.1), noise: T::ONE, gamma: T::ONE };
+            let criterion = Criterion::new(law, CollisionLaw::Exact, Merging::All, c(1e-4), c(dt));
+            let reach = criterion.reach(T::ONE, T::ONE).unwrap();
+            let known = Reaches::new(&mesh, &criterion, T::ONE, &[[1.0; 2]], beyond).of(T::ONE).unwrap();
+            for _ in 0..2000 {
+                let a = [0, 1].map(|_| corner + size * c(uniform()));
+                let b = a.map(|x| x + reach * c(2.0 * uniform() - 1.0));
+                if (b[0] - a[0]).abs() > reach || (b[1] - a[1]).abs() > reach {
+                    continue;
+                }
+                let [p, q] = [a, b].map(|x| beyond.place(beyond.word(mesh.cell_in_lanes(&x), n - 1)));
+                let apart = p[0].abs_diff(q[0]).max(p[1].abs_diff(q[1]));
+                assert!(apart <= known.cells, "{apart} {known:?} {reach} {width}");
+                farthest = farthest.max(apart + 3 - known.cells.min(apart + 3));
+            }
+        }
+        farthest
+    }
+
+    #[test]
+    fn two_within_reach_are_never_more_cells_apart() {
+        for n in [600, 70_000, 1_000_000, 1 << 28] {
+            // The bound is reached to a cell or two.
+            assert!(within_reach::<f64>(n) > 0);
+            assert!(within_reach::<f32>(n) > 0);
+        }
+    }
+
+    #[test]
+    fn words_hold_what_was_put_in() {
+        for n in [1, 2, 513, 1 << 16, (1 << 16) + 1, 1_000_000, 1 << 24, u32::MAX as usize] {
+            let beyond = Beyond::new(n);
+            for [x, y] in [[0, 0], [u32::MAX, 0], [0x1234_5678, 0x9ABC_DEF0], [u32::MAX; 2]] {
+                for i in [0, n / 2, n - 1] {
+                    let word = beyond.word([x, y], i);
+                    assert_eq!(beyond.place(word), [x, y].map(|c| c >> (FIRST - beyond.levels)));
+                    assert_eq!(order::particle(beyond.strip(word)), i);
+                    assert_eq!(key(beyond.strip(word)), interleave([x >> 16, y >> 16]));
+                }
+            }
+        }
+    }
 }

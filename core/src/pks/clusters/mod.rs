@@ -81,7 +81,7 @@ pub struct Cluster<T> {
 pub struct Scratch<'w, T> {
     /// Key in the high half, the particle in the low half.
     words: &'w mut [u64],
-    many: Many<'w, T>,
+    many: Many<'w>,
     stack: Stack<'w, T>,
     /// Levels that a particle shares with the one before it.
     shared: &'w mut [u8],
@@ -90,9 +90,9 @@ pub struct Scratch<'w, T> {
 
 /// What only many particles need.
 #[cfg(all(target_has_atomic = "ptr", not(feature = "small")))]
-type Many<'w, T> = buckets::Buckets<'w, T>;
+type Many<'w> = buckets::Buckets<'w>;
 #[cfg(not(all(target_has_atomic = "ptr", not(feature = "small"))))]
-type Many<'w, T> = core::marker::PhantomData<&'w T>;
+type Many<'w> = core::marker::PhantomData<&'w ()>;
 
 impl<'w, T: Real> Scratch<'w, T> {
     /// Lays out the scratch for `n` particles.
@@ -236,7 +236,7 @@ pub fn find<T: Real>(
             if let Some(pairs) = pairs {
                 let clusters = tree.found.count;
                 pairs.iter().for_each(|&k| tree.noted(first + k as usize));
-                tree.leaf(stack, [first, count, clusters], mass);
+                tree.leaf(stack, [first, count, clusters], T::from_f64(mass));
             } else {
                 walk(&mut tree, stack, first, count);
             }
