@@ -223,6 +223,7 @@ fn negligible<T: Real>(a: T, x: T, p: T) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::pks::testing::Uniform;
     use std::vec::Vec;
 
     #[test]
@@ -242,11 +243,8 @@ mod tests {
 
     #[test]
     fn what_is_excluded_cannot_collide() {
-        let mut state = 5_u64;
-        let mut uniform = || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (state >> 11) as f64 / (1_u64 << 53) as f64
-        };
+        let mut numbers = Uniform(5);
+        let mut uniform = || numbers.next();
         let (mut grouped, mut near, mut excluded) = ([0; 2], [0; 3], [0; 2]);
         for round in 0..20_000 {
             let n = 2 + (uniform() * 12.0) as usize;

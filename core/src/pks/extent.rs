@@ -26,42 +26,18 @@ pub struct Extent<T> {
 }
 
 impl<T: Real> Extent<T> {
-    /// Without particles: the box is empty, no mass is the smallest.
-    fn none() -> Self {
-        Self { low: [T::INFINITY; 2], high: [-T::INFINITY; 2], smallest: T::INFINITY, largest: T::ZERO, total: T::ZERO }
-    }
-
-    /// The extent of these particles, as many positions as masses; the sum does not depend on the executor.
+    /// The extent of these particles, as many positions as masses; the sum does not depend on the executor. Without particles the box is empty
+    /// and no mass is the smallest.
     ///
     /// # Errors
     /// [`Error::NotFinite`]: a number or the sum of the masses; [`Error::Mass`]: one is not positive; the executor's.
     #[cfg_attr(feature = "small", inline(never))]
     pub fn of(positions: &[[T; 2]], masses: &[T], executor: &dyn Executor) -> Result<Self> {
-        #[cfg(all(target_has_atomic = "ptr", not(feature = "small")))]
-        if masses.len() > FEW {
-            use crate::space::{Chunks, each_piece};
-            let mut parts = [Ok(Self::none()); PARTS];
-            let each = masses.len().div_ceil(PARTS);
-            each_piece(executor, PARTS, &Chunks::new(&mut parts, 1), &(), &|task, part, ()| {
-                let from = task.saturating_mul(each).min(masses.len());
-                let to = from.saturating_add(each).min(masses.len());
-                if let ([part], Some(positions), Some(masses)) = (part, positions.get(from..to), masses.get(from..to)) {
-                    *part = Self::here(positions, masses);
-                }
-                Ok(())
-            })?;
-            // A number that is not finite before a mass that is not positive, wherever they are.
-            if parts.contains(&Err(Error::NotFinite)) {
-                return Err(Error::NotFinite);
-            }
-            let mut all = Self::none();
-            for part in parts {
-                all = all.with(&part?);
-            }
-            return if all.total.is_finite() { Ok(all) } else { Err(Error::NotFinite) };
+        let Seen { extent, poison } = Seen::by(positions, masses, executor)?;
+        if poison.is_nan() || !extent.total.is_finite() {
+            return Err(Error::NotFinite);
         }
-        let _ = executor;
-        Self::here(positions, masses)
+        if extent.smallest > T::ZERO { Ok(extent) } else { Err(Error::Mass) }
     }
 
     #[inline(always)]
@@ -76,38 +52,73 @@ impl<T: Real> Extent<T> {
             total: self.total + other.total,
         }
     }
+}
+
+/// The extent of some particles, before it is known whether it means anything.
+#[derive(Clone, Copy)]
+struct Seen<T> {
+    extent: Extent<T>,
+    /// The sum of zero times each number: NaN once one is not finite.
+    poison: T,
+}
+
+impl<T: Real> Seen<T> {
+    #[inline(always)]
+    fn none() -> Self {
+        let (low, high) = ([T::INFINITY; 2], [-T::INFINITY; 2]);
+        let extent = Extent { low, high, smallest: T::INFINITY, largest: T::ZERO, total: T::ZERO };
+        Self { extent, poison: T::ZERO }
+    }
+
+    #[inline(always)]
+    fn with(&self, other: &Self) -> Self {
+        Self { extent: self.extent.with(&other.extent), poison: self.poison + other.poison }
+    }
+
+    /// Of one particle.
+    #[inline(always)]
+    fn one(x: [T; 2], m: T) -> Self {
+        let extent = Extent { low: x, high: x, smallest: m, largest: m, total: m };
+        Self { extent, poison: (x[0] * T::ZERO + x[1] * T::ZERO) + m * T::ZERO }
+    }
+
+    #[inline(always)]
+    fn few(positions: &[[T; 2]], masses: &[T]) -> Self {
+        positions.iter().zip(masses).fold(Self::none(), |all, (&x, &m)| all.with(&Self::one(x, m)))
+    }
 
     /// In this thread.
-    fn here(positions: &[[T; 2]], masses: &[T]) -> Result<Self> {
+    #[inline(always)]
+    fn here(positions: &[[T; 2]], masses: &[T]) -> Self {
         if cfg!(feature = "small") {
             return Self::few(positions, masses);
         }
         // In pieces, so that the sum has few roundings.
         const EACH: usize = 1024;
-        let (mut all, mut negative) = (Self::none(), Ok(()));
-        for (positions, masses) in positions.chunks(EACH).zip(masses.chunks(EACH)) {
-            match Self::few(positions, masses) {
-                Ok(part) => all = all.with(&part),
-                Err(Error::Mass) => negative = Err(Error::Mass),
-                Err(error) => return Err(error),
-            }
-        }
-        if all.total.is_finite() { negative.map(|()| all) } else { Err(Error::NotFinite) }
+        let pieces = positions.chunks(EACH).zip(masses.chunks(EACH));
+        pieces.fold(Self::none(), |all, (positions, masses)| all.with(&Self::few(positions, masses)))
     }
 
+    /// Through the executor, if they are many.
     #[inline(always)]
-    fn few(positions: &[[T; 2]], masses: &[T]) -> Result<Self> {
-        let mut all = Self::none();
-        // Zero times each number: NaN once one is not finite.
-        let mut poison = T::ZERO;
-        for (&x, &m) in positions.iter().zip(masses) {
-            poison += (x[0] * T::ZERO + x[1] * T::ZERO) + m * T::ZERO;
-            all = all.with(&Self { low: x, high: x, smallest: m, largest: m, total: m });
+    fn by(positions: &[[T; 2]], masses: &[T], executor: &dyn Executor) -> Result<Self> {
+        #[cfg(all(target_has_atomic = "ptr", not(feature = "small")))]
+        if masses.len() > FEW {
+            use crate::space::{Chunks, each_piece};
+            let mut parts = [Self::none(); PARTS];
+            let each = masses.len().div_ceil(PARTS);
+            each_piece(executor, PARTS, &Chunks::new(&mut parts, 1), &(), &|task, part, ()| {
+                let from = task.saturating_mul(each).min(masses.len());
+                let to = from.saturating_add(each).min(masses.len());
+                if let ([part], Some(positions), Some(masses)) = (part, positions.get(from..to), masses.get(from..to)) {
+                    *part = Self::here(positions, masses);
+                }
+                Ok(())
+            })?;
+            return Ok(parts.iter().fold(Self::none(), |all, part| all.with(part)));
         }
-        if poison.is_nan() || !all.total.is_finite() {
-            return Err(Error::NotFinite);
-        }
-        if all.smallest > T::ZERO { Ok(all) } else { Err(Error::Mass) }
+        let _ = executor;
+        Ok(Self::here(positions, masses))
     }
 }
 

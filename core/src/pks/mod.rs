@@ -14,6 +14,8 @@ mod motion;
 mod sort;
 mod state;
 mod step;
+#[cfg(test)]
+mod testing;
 pub mod theory;
 
 pub use collision::{CollisionLaw, Merging};

@@ -163,6 +163,7 @@ pub fn largest_masses<T: Real>(mu: [T; 2], chi: T) -> [T; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::pks::testing::Uniform;
 
     #[test]
     fn numbers_of_the_paper() {
@@ -212,11 +213,8 @@ mod tests {
     #[test]
     fn indices_subtract() {
         // (2.9): merging a cluster changes the whole system's index by -(nu + 1), to rounding.
-        let mut seed = 1_u64;
-        let mut random = || {
-            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (seed >> 11) as f64 / (1_u64 << 53) as f64
-        };
+        let mut numbers = Uniform(1);
+        let mut random = || numbers.next();
         for trial in 0..200 {
             let n = 3 + (random() * 60.0) as usize;
             let k = 2 + (random() * (n - 2) as f64) as usize;

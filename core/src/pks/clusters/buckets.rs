@@ -231,7 +231,13 @@ impl<'w> Buckets<'w> {
 
     /// What bounds second moments.
     pub fn bound<T: Real>(&self, mesh: &Mesh<T>, smallest: T) -> Bound<'_, T> {
-        Bound { starts: self.starts, sums: self.sums, width: mesh.side.ldexp(-(FIRST as i32)).to_f64(), smallest }
+        Bound {
+            // Beyond the occupied ones nothing is in order.
+            starts: self.starts.get(..=self.occupied).unwrap_or(&[]),
+            sums: self.sums,
+            width: mesh.side.ldexp(-(FIRST as i32)).to_f64(),
+            smallest,
+        }
     }
 }
 
@@ -456,38 +462,40 @@ fn note(shared: &mut [u8], places: &mut [u64]) -> u32 {
 
 /// Keeps of so many noted places those whose particles are within reach; how many. The reads of positions do not wait for one another.
 fn near<T: Real>(reach: Reach<T>, positions: &[[T; 2]], words: &[u64], places: &mut [u64], noted: u32) -> u32 {
-    if reach.square.is_finite() {
-        let mut kept = 0;
-        for at in 0..noted as usize {
-            let Some(&place) = places.get(at) else { continue };
-            let position = |k: u64| words.get(k as usize).and_then(|&word| positions.get(order::particle(word)));
-            let (Some(a), Some(b)) = (position(place), position(place + 1)) else { continue };
-            let [dx, dy] = [b[0] - a[0], b[1] - a[1]];
-            if let Some(slot) = places.get_mut(kept) {
-                *slot = place;
-                kept += usize::from(dx * dx + dy * dy <= reach.square);
-            }
-        }
-        return kept as u32;
+    if !reach.square.is_finite() {
+        return noted;
     }
-    noted
+    let mut kept = 0;
+    for at in 0..noted as usize {
+        let Some(&place) = places.get(at) else { continue };
+        let position = |k: u64| words.get(k as usize).and_then(|&word| positions.get(order::particle(word)));
+        let (Some(a), Some(b)) = (position(place), position(place + 1)) else { continue };
+        let [dx, dy] = [b[0] - a[0], b[1] - a[1]];
+        if let Some(slot) = places.get_mut(kept) {
+            *slot = place;
+            kept += usize::from(dx * dx + dy * dy <= reach.square);
+        }
+    }
+    kept as u32
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::parallel::Serial;
     use crate::pks::clusters::Search;
     use crate::pks::collision::{CollisionLaw, Merging};
     use crate::pks::extent::Extent;
+    use crate::pks::testing::Uniform;
     use crate::pks::theory::Law;
+    use crate::space::{ALIGN, Carve, Measure};
+    use std::vec;
+    use std::vec::Vec;
 
     fn within_reach<T: Real>(n: usize) -> u32 {
         let c = T::from_f64;
-        let mut state = 9_u64;
-        let mut uniform = || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (state >> 11) as f64 / (1_u64 << 53) as f64
-        };
+        let mut numbers = Uniform(9);
+        let mut uniform = || numbers.next();
         let beyond = Beyond::new(n);
         let mut farthest = 0;
         for _ in 0..400 {
@@ -525,6 +533,40 @@ mod tests {
             // The bound is reached to a cell or two.
             assert!(within_reach::<f64>(n) > 0);
             assert!(within_reach::<f32>(n) > 0);
+        }
+    }
+
+    #[test]
+    fn only_occupied_buckets_bound_moments() {
+        // In two clumps, so that most buckets are empty, with memory that was used before.
+        let mut numbers = Uniform(4);
+        let n = 2000;
+        let positions: Vec<[f64; 2]> = (0..n).map(|i| [0, 1].map(|_| (i % 2) as f64 + 0.1 * numbers.next())).collect();
+        let masses = vec![1.0; n];
+        let extent = Extent::of(&positions, &masses, &Serial).unwrap();
+        let law = Law { chi: 1e-6, noise: 1.0, gamma: 1.0 };
+        let criterion = Criterion::new(law, CollisionLaw::Exact, Merging::All, 1e-4, 1e-6);
+        let bytes = Measure::of(|space| {
+            Buckets::lay(space, n);
+            space.finish()
+        });
+        let mut memory = vec![0xAB_u8; bytes.unwrap() + ALIGN];
+        let start = memory.as_ptr().align_offset(ALIGN);
+        let mut buckets = Buckets::lay(&mut Carve::reopen(&mut memory[start..]).unwrap(), n);
+        for step in 0..10 {
+            let mesh = Mesh::new(&Search::default(), &extent, step);
+            let particles = Particles { positions: &positions, masses: &masses, smallest: extent.smallest };
+            let (mut words, mut shared) = (vec![0; n], vec![0; n]);
+            buckets.sort(&mesh, &criterion, particles, &Serial, (&mut words, &mut shared)).unwrap();
+            let bound = buckets.bound(&mesh, extent.smallest);
+            assert!(bound.starts.windows(2).all(|w| w[0] < w[1]) && bound.starts.last() == Some(&(n as u32)));
+            assert_eq!(buckets.iter().map(|bucket| bucket.count).sum::<usize>(), n);
+            // Of all of them.
+            let middle = [0, 1].map(|k| positions.iter().map(|x| x[k]).sum::<f64>() / n as f64);
+            let square = |x: &[f64; 2]| (x[0] - middle[0]).powi(2) + (x[1] - middle[1]).powi(2);
+            let spread: f64 = positions.iter().map(square).sum();
+            let least = bound.spread(0, n as u32).unwrap();
+            assert!(least <= spread && least > 0.9 * spread, "{least} {spread}");
         }
     }
 

@@ -143,6 +143,7 @@ pub fn part(key: u32) -> [u32; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::pks::testing::Uniform;
 
     #[test]
     fn cells_in_lanes_are_those_of_one() {
@@ -152,10 +153,9 @@ mod tests {
                 Extent { low: [c(-1.0); 2], high: [c(1.0); 2], smallest: c(1.0), largest: c(1.0), total: c(1.0) };
             for shifted in [false, true] {
                 let mesh = Mesh::new(&Search { shifted, ..Search::default() }, &extent, 3);
-                let mut state = 7_u64;
+                let mut uniform = Uniform(7);
                 for i in 0..20_000_u32 {
-                    state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-                    let x = c((state >> 11) as f64 / (1_u64 << 50) as f64 - 4.0);
+                    let x = c(8.0 * uniform.next() - 4.0);
                     // On cells' borders too, and next to them.
                     let border = mesh.origin[1] + c(f64::from(i) / 64.0) / mesh.scale;
                     for y in [border, border * (T::ONE - T::EPSILON), border * (T::ONE + T::EPSILON)] {
