@@ -684,17 +684,23 @@ typedef struct mollis_pks_attraction {
    */
   const struct mollis_grid2_options *grid;
   /**
-   * SUM: a kernel prepared by mollis_kernel2_prepare (or its _f32); its mollifier bounds the speed.
+   * SUM, and MESH with heavy particles: a kernel prepared by mollis_kernel2_prepare (or its _f32); its mollifier bounds the speed.
    */
   const void *kernel;
   /**
-   * SUM: the bytes of its buffer.
+   * The bytes of its buffer.
    */
   size_t kernel_bytes;
   /**
    * SUM: the relative error that may be spent for speed; 0 for rounding alone.
    */
   double tolerance;
+  /**
+   * MESH: particles of at least this mass, the 64 heaviest at most, act by `kernel` pair by pair, both ways and at every distance, and not
+   * through the mesh, which is wrong within some widths of a particle. The kernel is V of the mesh's equation, mollified over
+   * a part of a mesh width; sub-steps become short near them. Not with no-flux walls. 0: none.
+   */
+  double heavy;
 } mollis_pks_attraction;
 
 /**

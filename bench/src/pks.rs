@@ -233,7 +233,7 @@ impl Pks {
                 memory,
                 Setting {
                     options: &options,
-                    attraction: Attraction::Mesh(&mut grid),
+                    attraction: Attraction::Mesh(&mut grid, None),
                     run: &mut Run { executor, ..Run::default() },
                     report: Some(&mut made),
                 },

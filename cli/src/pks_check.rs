@@ -2,6 +2,7 @@
 //! to compare. Exit status 1 if a number misses.
 
 mod experiments;
+mod heavy;
 mod hitting;
 mod system;
 
@@ -9,6 +10,7 @@ use std::process::ExitCode;
 
 use clap::{Args as Arguments, ValueEnum};
 use mollis_core::grid::{Equation, Order, Walls};
+use mollis_core::pks::theory;
 
 /// Which experiment.
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -27,6 +29,8 @@ enum Name {
     Stress,
     /// Time of a step.
     Speed,
+    /// The mesh's field round a heavy particle, and two heavy ones that meet, with and without their pairs summed beside the mesh.
+    Heavy,
 }
 
 /// Arguments of `mollis pks-check`.
@@ -61,6 +65,9 @@ pub struct Args {
     /// The mesh's scheme is of fourth order, not the paper's of second.
     #[arg(long)]
     fourth: bool,
+    /// `transfer`, `singularities`, `stress`: particles of at least this mass act pair by pair, not through the mesh; in units of 8 pi mu / chi.
+    #[arg(long)]
+    heavy: Option<f64>,
     /// `species`: steps; the experiment's own number if 0.
     #[arg(long, default_value_t = 0)]
     steps: u32,
@@ -82,6 +89,7 @@ pub fn main(args: Args) -> anyhow::Result<ExitCode> {
         Name::Subcritical => experiments::subcritical(&args)?,
         Name::Stress => experiments::stress(&args)?,
         Name::Speed => experiments::speed(&args)?,
+        Name::Heavy => heavy::run()?,
     };
     println!("{}", if passed { "PASS" } else { "FAIL" });
     Ok(if passed { ExitCode::SUCCESS } else { ExitCode::FAILURE })
@@ -92,6 +100,14 @@ impl Args {
     fn equation(&self, walls: Walls) -> Equation<f64> {
         let order = if self.fourth { Order::Fourth } else { Order::Second };
         Equation { walls, order, ..Equation::POISSON }
+    }
+
+    /// The option's particles act pair by pair.
+    fn sum_heavy(&self, system: &mut system::System) -> anyhow::Result<()> {
+        if let Some(mass) = self.heavy {
+            system.sum_heavy(mass * theory::critical_mass(1.0, system.options.chi))?;
+        }
+        Ok(())
     }
 
     fn walls(&self) -> Walls {

@@ -15,7 +15,9 @@ use mollis_core::grid::{Equation, Grid, Mesh, Order, Walls};
 use mollis_core::kernel::{Kernel, Law, Term};
 use mollis_core::mollifier::Mollifier;
 use mollis_core::pks::clusters::Search;
-use mollis_core::pks::{self, Attraction, CollisionLaw, Counters, Event, Events, Merging, Options, Scheme, theory};
+use mollis_core::pks::{
+    self, Attraction, CollisionLaw, Counters, Event, Events, Heavy, Merging, Options, Scheme, theory,
+};
 use mollis_core::random::{Generator, Philox};
 use mollis_core::space::ALIGN;
 use mollis_core::{Error, Real, Result};
@@ -57,6 +59,8 @@ enum Force {
     Free,
     Box,
     Sum,
+    /// A mesh in free space, and the kernel for heavy particles.
+    Heavy,
 }
 
 /// One scene in both languages' words.
@@ -68,6 +72,9 @@ struct Scene {
     steps: usize,
     dt: f64,
 }
+
+/// The least mass of a heavy particle.
+const HEAVY: f64 = 0.11;
 
 const MESH: mollis_mesh2 = mollis_mesh2 { lower: [-2.0, -2.0], upper: [2.0, 2.0], cells: [17, 20] };
 const WALLS: f64 = 0.75;
@@ -90,7 +97,8 @@ fn rust<T: Real>(o: &mollis_pks_options, force: Force) -> Options<T> {
     let c = T::from_f64;
     let [a, b, d, e] = o.domain.map(c);
     let given = (o.domain != [0.0; 4]).then_some([[a, b], [d, e]]);
-    let meshed = matches!(force, Force::Free | Force::Box).then_some([MESH.lower.map(c), MESH.upper.map(c)]);
+    let meshed =
+        matches!(force, Force::Free | Force::Box | Force::Heavy).then_some([MESH.lower.map(c), MESH.upper.map(c)]);
     Options {
         chi: c(o.chi),
         noise: c(o.noise),
@@ -166,7 +174,7 @@ macro_rules! scalar {
                 let attraction = mollis_pks_attraction {
                     kind: match scene.force {
                         Force::None => MOLLIS_PKS_ATTRACTION_NONE,
-                        Force::Free | Force::Box => MOLLIS_PKS_ATTRACTION_MESH,
+                        Force::Free | Force::Box | Force::Heavy => MOLLIS_PKS_ATTRACTION_MESH,
                         Force::Sum => MOLLIS_PKS_ATTRACTION_SUM,
                     },
                     reserved: 0,
@@ -175,6 +183,7 @@ macro_rules! scalar {
                     kernel: block.pointer().cast_const(),
                     kernel_bytes: block.bytes().len(),
                     tolerance: 0.0,
+                    heavy: if scene.force == Force::Heavy { HEAVY } else { 0.0 },
                 };
                 let mut counters = mollis_pks_counters { time: 0.0, step: 0, count: N as u64, pending: 0 };
                 let none = mollis_pks_event { time: 0.0, label: 0, mass: 0.0, index: 0.0, first: 0, absorbed: 0 };
@@ -272,9 +281,11 @@ macro_rules! scalar {
                 let (mut written, mut labels_written, mut report) = (0, 0, pks::Report::default());
                 let mut status = 0;
                 for _ in 0..scene.steps {
+                    let heavy = Heavy { kernel: &kernel, mass: HEAVY as $t, core: DELTA as $t };
                     let attraction = match scene.force {
                         Force::None => Attraction::None,
-                        Force::Free | Force::Box => Attraction::Mesh(&mut grid),
+                        Force::Free | Force::Box => Attraction::Mesh(&mut grid, None),
+                        Force::Heavy => Attraction::Mesh(&mut grid, Some(&heavy)),
                         Force::Sum => Attraction::Sum(&kernel, &exactly),
                     };
                     let done = pks::step(
@@ -329,7 +340,7 @@ macro_rules! scalar {
                         report.absorbed,
                     ],
                 };
-                let meshed = matches!(scene.force, Force::Free | Force::Box);
+                let meshed = matches!(scene.force, Force::Free | Force::Box | Force::Heavy);
                 (outcome, own.next_multiple_of(ALIGN) + if meshed { grid_block.bytes().len() } else { 0 })
             }
         }
@@ -364,7 +375,7 @@ fn every_choice_gives_the_bits_of_rust() {
         with(&|o| (o.mesh, o.domain, o.shifted) = ([3, 2], [-4.0, -3.0, 3.5, 4.5], 0)),
         with(&|o| (o.width, o.at_most) = (1e-6, 9)),
     ];
-    for force in [Force::None, Force::Box, Force::Sum] {
+    for force in [Force::None, Force::Box, Force::Sum, Force::Heavy] {
         for scheme in [MOLLIS_PKS_SCHEME_EULER_MARUYAMA, MOLLIS_PKS_SCHEME_STRANG_RK4] {
             scenes.push(Scene { force, ..with(&|o| o.scheme = scheme) });
         }
@@ -428,6 +439,7 @@ fn refused_calls_have_their_codes_and_write_nothing() {
         kernel: null(),
         kernel_bytes: 0,
         tolerance: 0.0,
+        heavy: 0.0,
     };
     let (positions, masses, labels, species) = start::<f64>();
     let mut bytes = 0;
@@ -459,7 +471,26 @@ fn refused_calls_have_their_codes_and_write_nothing() {
         (changed(&|o| o.domain = [1.0, 0.0, 0.0, 1.0]), Error::OutOfDomain),
     ];
     let coarse = mollis_mesh2 { cells: [1, 8], ..MESH };
+    let heavy = mollis_pks_attraction { heavy: 1.0, ..attraction };
+    let mut block = [0_u8; 4096];
+    let at = block.as_ptr().align_offset(ALIGN);
+    let terms = [Term { law: Law::Newtonian, coefficient: 1.0 }];
+    let softened = Mollifier::Compact { order: 2, exponent: 4 };
+    Kernel::<f64, 2>::prepare(&mut block[at..], &terms, softened, DELTA).unwrap();
+    let ready = mollis_pks_attraction { kernel: block[at..].as_ptr().cast(), kernel_bytes: 4096 - at, ..heavy };
+    let mut walled = std::mem::MaybeUninit::<mollis_grid2_options>::uninit();
+    // SAFETY: a live structure of this size, which the call fills.
+    let mut walled = unsafe {
+        assert_eq!(mollis_grid2_options_init(walled.as_mut_ptr(), size_of::<mollis_grid2_options>()), 0);
+        walled.assume_init()
+    };
+    walled.walls = MOLLIS_WALLS_NO_FLUX;
     let bad_attractions = [
+        (heavy, Error::NotPrepared),
+        (mollis_pks_attraction { kernel_bytes: 64, ..heavy }, Error::NullPointer),
+        (mollis_pks_attraction { heavy: -1.0, ..ready }, Error::OutOfDomain),
+        (mollis_pks_attraction { heavy: f64::NAN, ..ready }, Error::NotFinite),
+        (mollis_pks_attraction { grid: &raw const walled, ..ready }, Error::Unsupported),
         (mollis_pks_attraction { kind: 3, ..attraction }, Error::UnknownValue),
         (mollis_pks_attraction { mesh: null(), ..attraction }, Error::NullPointer),
         (mollis_pks_attraction { mesh: &raw const coarse, ..attraction }, Error::OutOfDomain),

@@ -5,7 +5,7 @@ use mollis_core::field::{self, Interaction, Run};
 use mollis_core::grid::{Equation, Grid, Mesh, Walls};
 use mollis_core::parallel::{Executor, Serial};
 use mollis_core::pks::{
-    Attraction, Counters, Event, Events, Merging, Options, Report, Scheme, Setting, State, step, theory,
+    Attraction, Counters, Event, Events, Heavy, Merging, Options, Report, Scheme, Setting, State, step, theory,
     workspace_bytes,
 };
 use mollis_core::random::{Generator, Philox, Stream};
@@ -95,6 +95,17 @@ enum Force {
     None,
     Sum,
     Mesh(Walls),
+    /// A mesh in free space, and heavy particles beside it.
+    Heavy,
+}
+
+impl Force {
+    fn walls(self) -> Walls {
+        match self {
+            Force::Mesh(walls) => walls,
+            _ => Walls::Free,
+        }
+    }
 }
 
 #[derive(Clone, PartialEq, Debug)]
@@ -128,7 +139,9 @@ impl<T: Real> Rig<T> {
         let summed: Option<(&dyn Interaction<T, 2>, _)> = (force == Force::Sum).then_some((&Plummer, &exactly));
         let workspace = Memory::new(workspace_bytes(n, summed, &options, workers).unwrap());
         let grid = Memory::new(match force {
-            Force::Mesh(walls) => Grid::workspace_bytes(&Self::mesh(), &Self::equation(walls), workers).unwrap(),
+            Force::Mesh(_) | Force::Heavy => {
+                Grid::workspace_bytes(&Self::mesh(), &Self::equation(force.walls()), workers).unwrap()
+            }
             _ => 0,
         });
         let (events, absorbed) = (vec![Event::default(); room.0], vec![0; room.1]);
@@ -158,14 +171,18 @@ impl<T: Real> Rig<T> {
         let threads = Threads(self.workers);
         let executor: &dyn Executor = if self.workers == 1 { &Serial } else { &threads };
         let mut grid = match self.force {
-            Force::Mesh(walls) => {
-                Some(Grid::prepare(self.grid.get(), Self::mesh(), Self::equation(walls), self.workers).unwrap())
+            Force::Mesh(_) | Force::Heavy => {
+                let equation = Self::equation(self.force.walls());
+                Some(Grid::prepare(self.grid.get(), Self::mesh(), equation, self.workers).unwrap())
             }
             _ => None,
         };
         let exactly = field::Options::default();
+        // Beyond Plummer's softening this is the mesh's potential.
+        let heavy = Heavy { kernel: &Plummer, mass: T::from_f64(0.5), core: T::from_f64(0.01) };
         let attraction = match (&mut grid, self.force) {
-            (Some(grid), _) => Attraction::Mesh(grid),
+            (Some(grid), Force::Heavy) => Attraction::Mesh(grid, Some(&heavy)),
+            (Some(grid), _) => Attraction::Mesh(grid, None),
             (None, Force::Sum) => Attraction::Sum(&Plummer, &exactly),
             _ => Attraction::None,
         };
@@ -230,7 +247,7 @@ fn collapsing<T: Real>(n: usize, seed: u64) -> (Particles<T>, Options<T>) {
     (particles, Options::new(T::ONE, T::from_f64(theory::noise(mass * 1.25, 1.0, n.max(1)))))
 }
 
-const ALL: [Force; 4] = [Force::None, Force::Sum, Force::Mesh(Walls::Free), Force::Mesh(Walls::NoFlux)];
+const ALL: [Force; 5] = [Force::None, Force::Sum, Force::Mesh(Walls::Free), Force::Mesh(Walls::NoFlux), Force::Heavy];
 
 #[test]
 fn the_event_log_replays_every_mass_bitwise_and_the_order_is_kept() {
@@ -270,7 +287,7 @@ fn the_event_log_replays_every_mass_bitwise_and_the_order_is_kept() {
         assert!(places.windows(2).all(|w| w[0] < w[1]));
         assert!((0..rig.n()).all(|i| rig.p.species[i] == start.species[places[i]]));
     }
-    for force in [Force::Sum, Force::Mesh(Walls::Free)] {
+    for force in [Force::Sum, Force::Mesh(Walls::Free), Force::Heavy] {
         check::<f64>(force);
         check::<f32>(force);
     }
@@ -324,7 +341,7 @@ fn a_run_continues_bit_for_bit_from_copies() {
 
 #[test]
 fn a_full_event_buffer_stops_before_the_merge_and_goes_on() {
-    for force in [Force::Sum, Force::Mesh(Walls::Free)] {
+    for force in [Force::Sum, Force::Mesh(Walls::Free), Force::Heavy] {
         let (start, options) = collapsing::<f64>(700, 4);
         let mut whole = Rig::new(start.clone(), options, force, (1000, 1000), 1);
         let mut parts = Rig::new(start, options, force, (1, 700), 1);
@@ -494,7 +511,7 @@ fn refused_calls_change_nothing() {
     check(&|rig| rig.options.search.mesh = [0, 1], 1e-3, Error::OutOfDomain);
     check(&|rig| rig.options.search.domain = Some([[0.0; 2], [0.0; 2]]), 1e-3, Error::OutOfDomain);
     check(&|rig| rig.options.control = Control { width: 1e-3, at_least: 1, at_most: 2 }, 1e-1, Error::TooManySubsteps);
-    assert_eq!(refused, 20 * 4);
+    assert_eq!(refused, 20 * 5);
     let mut rig = Rig::new(start.clone(), Options { noise: 1e300, ..options }, Force::None, (0, 0), 1);
     assert_eq!(rig.step(&mut Split(1), 1e10), Err(Error::BecameNotFinite));
     assert!(rig.p == start);

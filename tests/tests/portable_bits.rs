@@ -98,7 +98,7 @@ fn coalescing<T: Real>(order: Order) -> (u64, u64) {
             memory.bytes(),
             Setting {
                 options: &options,
-                attraction: Attraction::Mesh(&mut grid),
+                attraction: Attraction::Mesh(&mut grid, None),
                 run: &mut Run { executor: &Serial, ..Run::default() },
                 report: None,
             },

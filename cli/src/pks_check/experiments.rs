@@ -25,7 +25,9 @@ fn options(args: &Args, chi: f64, noise: f64) -> Options<f64> {
 fn choice(args: &Args) -> String {
     let chosen = options(args, 1.0, 1.0);
     let order = args.equation(Walls::Free).order;
-    format!("{:?} law, {:?} collisions merge, mesh of {order:?} order", chosen.law, chosen.merging)
+    let heavy =
+        args.heavy.map_or(String::new(), |mass| format!(", pairs with particles of at least {mass} critical masses"));
+    format!("{:?} law, {:?} collisions merge, mesh of {order:?} order{heavy}", chosen.law, chosen.merging)
 }
 
 /// The mean of the second values over the times a..b.
@@ -56,6 +58,7 @@ pub fn transfer(args: &Args) -> anyhow::Result<bool> {
         ];
         let mesh = Mesh::new([-15.0; 2], [15.0; 2], [270; 2])?;
         let mut system = System::new(&bumps, Some((mesh, args.equation(Walls::Free))), options, seed, args.threads)?;
+        args.sum_heavy(&mut system)?;
         // All particles weigh the same.
         system.masses.iter_mut().for_each(|m| *m = mass / n as f64);
         let mut line = vec![(0.0, system.second_moment())];
@@ -124,6 +127,7 @@ pub fn singularities(args: &Args) -> anyhow::Result<bool> {
         ];
         let mesh = Mesh::new([-15.0; 2], [15.0; 2], [270; 2])?;
         let mut system = System::new(&bumps, Some((mesh, args.equation(Walls::Free))), options, seed, args.threads)?;
+        args.sum_heavy(&mut system)?;
         let (mut line, mut begun) = (Vec::new(), None);
         // The moment starts at about 8.9 and falls at 13.44: all is over before t = 2.
         while system.counters.time < 2.0 {
@@ -330,6 +334,7 @@ pub fn stress(args: &Args) -> anyhow::Result<bool> {
         let mesh = Mesh::new([-15.0; 2], [15.0; 2], [64; 2])?;
         let mut system =
             System::new(&[heavy, bump], Some((mesh, args.equation(Walls::Free))), options, 1, args.threads)?;
+        args.sum_heavy(&mut system)?;
         let initial = system.masses.clone();
         let mut refused = 0;
         for _ in 0..steps {

@@ -1,9 +1,10 @@
 //! A run: particles, grid and workspace in one place.
 
 use mollis_core::grid::{Equation, Grid, Mesh};
+use mollis_core::mollifier::{Blob, Mollifier};
 use mollis_core::parallel::{Executor, Serial};
 use mollis_core::pks::theory::{Group, Law};
-use mollis_core::pks::{self, Attraction, Counters, Event, Events, Options, Report, Setting, State};
+use mollis_core::pks::{self, Attraction, Counters, Event, Events, Heavy, Options, Report, Setting, State};
 use mollis_core::random::{Generator, Philox};
 use mollis_core::{Error, Result};
 
@@ -56,6 +57,8 @@ pub struct System {
     /// Events since the start, and the labels they absorbed.
     pub log: Vec<(Event, Vec<u64>)>,
     mesh: Option<(Mesh<f64>, Equation<f64>, Memory)>,
+    /// The kernel of heavy particles and their least mass.
+    pub heavy: Option<(Blob<f64, 2>, f64)>,
     workspace: Memory,
     threads: usize,
 }
@@ -101,9 +104,19 @@ impl System {
             report,
             log: Vec::new(),
             mesh,
+            heavy: None,
             workspace,
             threads,
         })
+    }
+
+    /// From now on particles of at least this mass act pair by pair, softened over a quarter of a mesh width.
+    pub fn sum_heavy(&mut self, mass: f64) -> Result<()> {
+        let Some((mesh, ..)) = &self.mesh else { return Err(Error::Unsupported) };
+        let [h, k] = mesh.spacing();
+        let kernel = Blob::new(Mollifier::Compact { order: 2, exponent: 4 }, 0.25 * h.min(k))?;
+        self.heavy = Some((kernel, mass));
+        Ok(())
     }
 
     /// One step; events are appended to the log.
@@ -114,12 +127,13 @@ impl System {
             Some((mesh, equation, memory)) => Some(Grid::prepare(memory.slice(), *mesh, *equation, self.threads)?),
             None => None,
         };
+        let heavy = self.heavy.as_ref().map(|(kernel, mass)| Heavy { kernel, mass: *mass, core: kernel.delta() });
         let mut events = vec![Event::default(); 4096];
         let mut labels = vec![0; self.positions.len()];
         loop {
             let (mut written, mut labels_written) = (0, 0);
             let attraction = match &mut grid {
-                Some(grid) => Attraction::Mesh(grid),
+                Some(grid) => Attraction::Mesh(grid, heavy.as_ref()),
                 None => Attraction::None,
             };
             let done = pks::step(

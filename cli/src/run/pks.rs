@@ -173,7 +173,7 @@ impl Simulation for Coalescing<'_> {
                 self.workspace.slice(),
                 Setting {
                     options: &self.options,
-                    attraction: Attraction::Mesh(&mut grid),
+                    attraction: Attraction::Mesh(&mut grid, None),
                     run: &mut run,
                     report: Some(&mut self.report),
                 },

@@ -21,6 +21,8 @@ pub(super) struct Deposit<'a, T> {
     pub scale: MassScale,
     pub positions: &'a [[T; 2]],
     pub masses: &'a [T],
+    /// Takes the particles away that were added.
+    pub remove: bool,
     pub words: &'a mut [i64],
 }
 
@@ -29,11 +31,13 @@ impl<T: Real> Plain for Deposit<'_, T> {
 
     #[inline(always)]
     fn run(self) -> Result<()> {
-        let Self { mesh, locator, walls, scale, positions, masses, words } = self;
+        let Self { mesh, locator, walls, scale, positions, masses, remove, words } = self;
         let nodes = words.len().saturating_sub(TAIL);
         let (words, tail) = words.split_at_mut_checked(nodes).ok_or(Error::LengthMismatch)?;
         let tail = tail.first_chunk_mut::<TAIL>().ok_or(Error::LengthMismatch)?;
-        let (per_mass, pitch) = (scale.per_mass(), mesh.cells()[0] + 1);
+        // Rounding is symmetric, so the opposite mass takes away what was added, to the bit.
+        let one = if remove { -1 } else { 1 };
+        let (per_mass, pitch) = (f64::from(one) * scale.per_mass(), mesh.cells()[0] + 1);
         let mut places = Places::NONE;
         let mut shares = [[0_i64; BLOCK]; 4];
         for (positions, masses) in positions.chunks(BLOCK).zip(masses.chunks(BLOCK)) {
@@ -48,7 +52,7 @@ impl<T: Real> Plain for Deposit<'_, T> {
             for ((&node, (((&a, &b), &c), &d)), (&x, m)) in node.iter().zip(shares).zip(positions.iter().zip(masses)) {
                 if node == OUTSIDE {
                     let m = m.to_f64() * per_mass;
-                    away(mesh, &locator, walls, x, m, pitch, words, tail)?;
+                    away(mesh, &locator, walls, x, m, i64::from(one), pitch, words, tail)?;
                 } else {
                     scatter(words, pitch, node as usize, [a, b, c, d]);
                 }
@@ -89,6 +93,7 @@ fn away<T: Real>(
     walls: Walls,
     x: [T; 2],
     m: f64,
+    one: i64,
     pitch: usize,
     words: &mut [i64],
     tail: &mut [i64; TAIL],
@@ -112,7 +117,7 @@ fn away<T: Real>(
             let (lower, upper) = (mesh.lower(), mesh.upper());
             let moment = |offset: f64| nearest(m / MOMENT * offset);
             let add =
-                [1, nearest(m), moment(offset(x[0], lower[0], upper[0])), moment(offset(x[1], lower[1], upper[1]))];
+                [one, nearest(m), moment(offset(x[0], lower[0], upper[0])), moment(offset(x[1], lower[1], upper[1]))];
             for (word, add) in tail.iter_mut().zip(add) {
                 *word = word.wrapping_add(add);
             }

@@ -236,6 +236,18 @@ impl<'w, T: Real> Grid<'w, T> {
     /// [`Error::LengthMismatch`], [`Error::WorkspaceTooSmall`] (the executor has more workers than the grid was prepared for)
     /// before anything is added; [`Error::NotFinite`]: a position is not, the density being then undefined.
     pub fn add(&mut self, positions: &[[T; 2]], masses: &[T], executor: &dyn Executor) -> Result<()> {
+        self.change(positions, masses, false, executor)
+    }
+
+    /// Takes particles out that were added with the same positions and masses, to the bit: the density is as if they had never been there.
+    ///
+    /// # Errors
+    /// As [`Grid::add`].
+    pub fn remove(&mut self, positions: &[[T; 2]], masses: &[T], executor: &dyn Executor) -> Result<()> {
+        self.change(positions, masses, true, executor)
+    }
+
+    fn change(&mut self, positions: &[[T; 2]], masses: &[T], remove: bool, executor: &dyn Executor) -> Result<()> {
         self.check_workers(executor)?;
         if positions.len() != masses.len() {
             return Err(Error::LengthMismatch);
@@ -248,7 +260,7 @@ impl<'w, T: Real> Grid<'w, T> {
             let until = positions.len().min(from.saturating_add(PARTICLES));
             let (positions, masses) = (positions.get(from..until), masses.get(from..until));
             let (positions, masses) = (positions.unwrap_or_default(), masses.unwrap_or_default());
-            widest(Level::best(), deposit::Deposit { mesh, locator, walls, scale, positions, masses, words })
+            widest(Level::best(), deposit::Deposit { mesh, locator, walls, scale, positions, masses, remove, words })
         })?;
         // Which worker took which task does not matter: integers add up to the same in any order.
         let (result, others) = self.arrays.words.split_at_mut_checked(each).ok_or(Error::WorkspaceTooSmall)?;

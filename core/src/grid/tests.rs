@@ -183,3 +183,24 @@ fn interpolation_is_the_adjoint_of_the_deposit() {
         });
     }
 }
+
+#[test]
+fn what_is_removed_was_never_there() {
+    for walls in [Walls::Free, Walls::NoFlux] {
+        let mesh = Mesh::new([-1.0, -0.5], [1.0, 1.5], [12, 17]).unwrap();
+        // Some of them outside.
+        let (positions, masses) = cloud(500, [-1.2, -0.6], [1.3, 1.7], 5);
+        let ((kept, gone), (kept_masses, gone_masses)) = (positions.split_at(300), masses.split_at(300));
+        let scale = MassScale::of(&masses).unwrap();
+        with_grid(mesh, Equation { walls, ..Equation::POISSON }, 1, |grid| {
+            grid.begin(scale);
+            grid.add(kept, kept_masses, &Serial).unwrap();
+            let words = grid.words().to_vec();
+            grid.begin(scale);
+            grid.add(&positions, &masses, &Serial).unwrap();
+            assert!(grid.words() != words);
+            grid.remove(gone, gone_masses, &Serial).unwrap();
+            assert_eq!(grid.words(), words);
+        });
+    }
+}

@@ -9,6 +9,7 @@
 pub mod clusters;
 pub mod collision;
 pub mod extent;
+mod heavy;
 mod merge;
 mod motion;
 mod sort;
@@ -19,5 +20,6 @@ mod testing;
 pub mod theory;
 
 pub use collision::{CollisionLaw, Merging};
+pub use heavy::{Heavy, MAX_HEAVY};
 pub use state::{Counters, Event, Events, Options, Report, Scheme, State};
 pub use step::{Attraction, Setting, Summed, step, workspace_bytes};

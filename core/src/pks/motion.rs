@@ -15,8 +15,18 @@ use crate::rk4;
 /// Particles of a tile.
 pub const TILE: usize = 256;
 
-/// Overwrites the second with the gradient of the potential at the points of the first.
-pub type Gradient<'a, T> = dyn Fn(&[[T; 2]], &mut [[T; 2]]) + Sync + 'a;
+/// Overwrites the second with the gradient of the potential at the points of the first, and lowers the third to the longest jumps that
+/// sub-steps from there may make.
+pub type Gradient<'a, T> = dyn Fn(&[[T; 2]], &mut [[T; 2]], &mut [T]) + Sync + 'a;
+
+/// A field that stands still for a step.
+#[derive(Clone, Copy)]
+pub struct Frozen<'a, T> {
+    /// The field.
+    pub gradient: &'a Gradient<'a, T>,
+    /// Particles, by ascending index, that move in other ways: what is found for them is written over.
+    pub others: &'a [usize],
+}
 
 /// What moves.
 #[derive(Clone, Copy, Debug)]
@@ -81,7 +91,7 @@ impl<'a, T: Real> Moving<'a, T> {
 /// [`Error::TooManySubsteps`], [`Error::BecameNotFinite`], the generator's, the executor's.
 pub fn frozen<T: Real>(
     moving: &Moving<'_, T>,
-    gradient: Option<&Gradient<'_, T>>,
+    field: Option<&Frozen<'_, T>>,
     generator: &mut dyn Generator,
     moved: Moved<'_, T>,
     executor: &dyn Executor,
@@ -91,12 +101,12 @@ pub fn frozen<T: Real>(
     if cfg!(not(feature = "small")) && (philox.is_some() || moving.options.noise == T::ZERO) {
         // Without noise nothing is drawn, so any generator will do.
         let philox = philox.unwrap_or(Philox::new(0));
-        tiles(moving, positions, increments, substeps, executor, &|part, positions, increments| {
+        tiles(moving, positions, increments, substeps, executor, &|k, part, positions, increments| {
             let mut draw = |labels: &[u64], substep: u32, out: &mut [[T; 2]]| {
                 philox.normals(labels, moving.step, substep, out);
                 Ok(())
             };
-            tile(&part, gradient, &mut draw, positions, increments)
+            tile(&part, k, field, &mut draw, positions, increments)
         })?;
     } else {
         let chunks = positions.chunks_mut(TILE).zip(increments.chunks_mut(TILE)).zip(substeps.iter_mut());
@@ -104,13 +114,13 @@ pub fn frozen<T: Real>(
             let mut draw = |labels: &[u64], substep: u32, out: &mut [[T; 2]]| {
                 normals_of_labels(generator, labels, moving.step, substep, out)
             };
-            *substeps = tile(&moving.tile(k), gradient, &mut draw, positions, increments)?;
+            *substeps = tile(&moving.tile(k), k, field, &mut draw, positions, increments)?;
         }
     }
     Ok(substeps.iter().fold(0, |sum, &s| sum + u64::from(s)))
 }
 
-type Body<'a, T> = dyn Fn(Moving<'_, T>, &mut [[T; 2]], &mut [[T; 2]]) -> Result<u32> + Sync + 'a;
+type Body<'a, T> = dyn Fn(usize, Moving<'_, T>, &mut [[T; 2]], &mut [[T; 2]]) -> Result<u32> + Sync + 'a;
 
 /// Runs the body over all tiles, through the executor where the machine has atomics.
 #[cfg(all(target_has_atomic = "ptr", not(feature = "small")))]
@@ -126,7 +136,7 @@ fn tiles<T: Real>(
     let tasks = tiles_of(positions.len());
     let outputs = (Chunks::new(positions, TILE), Chunks::new(increments, TILE), Chunks::new(substeps, 1));
     each_piece(executor, tasks, &outputs, &(), &|k, (positions, increments, substeps), ()| {
-        let made = body(moving.tile(k), positions, increments)?;
+        let made = body(k, moving.tile(k), positions, increments)?;
         substeps.iter_mut().for_each(|s| *s = made);
         Ok(())
     })
@@ -143,7 +153,7 @@ fn tiles<T: Real>(
 ) -> Result<()> {
     let chunks = positions.chunks_mut(TILE).zip(increments.chunks_mut(TILE)).zip(substeps.iter_mut());
     for (k, ((positions, increments), substeps)) in chunks.enumerate() {
-        *substeps = body(moving.tile(k), positions, increments)?;
+        *substeps = body(k, moving.tile(k), positions, increments)?;
     }
     Ok(())
 }
@@ -170,28 +180,30 @@ pub fn copy<T: Real>(to: &mut [[T; 2]], from: &[[T; 2]], executor: &dyn Executor
 /// Draws a pair of normals for each label in a sub-step.
 type Draw<'a, T> = dyn FnMut(&[u64], u32, &mut [[T; 2]]) -> Result<()> + 'a;
 
-/// One tile: most particles need one sub-step, which is made for all of them at once; then the others one by one.
+/// One tile, the `number`th: most particles need one sub-step, which is made for all of them at once; then the others one by one.
 fn tile<T: Real>(
     part: &Moving<'_, T>,
-    gradient: Option<&Gradient<'_, T>>,
+    number: usize,
+    field: Option<&Frozen<'_, T>>,
     draw: &mut Draw<'_, T>,
     positions: &mut [[T; 2]],
     increments: &mut [[T; 2]],
 ) -> Result<u32> {
     let mut slopes = [[T::ZERO; 2]; TILE];
     let mut normals = [[T::ZERO; 2]; TILE];
+    let mut jumps = [part.options.control.width; TILE];
     let n = part.positions.len();
     let (Some(slopes), Some(normals)) = (slopes.get_mut(..n), normals.get_mut(..n)) else {
         return Err(Error::TooLarge);
     };
-    if let Some(gradient) = gradient {
-        gradient(part.positions, slopes);
+    if let Some(field) = field {
+        (field.gradient)(part.positions, slopes, &mut jumps);
     }
     if part.options.noise > T::ZERO {
         draw(part.labels, 0, normals)?;
     }
     let mut enough = [true; TILE];
-    let job = Once { part, slopes, normals, positions: &mut *positions, enough: &mut enough };
+    let job = Once { part, slopes, normals, jumps: &jumps, positions: &mut *positions, enough: &mut enough };
     // Where flash is dear nothing moves in tiles.
     let finite = if cfg!(feature = "small") { job.run() } else { widest(Level::best(), job) };
     if !finite {
@@ -205,6 +217,9 @@ fn tile<T: Real>(
             }
         }
     }
+    for index in field.map_or(&[][..], |field| field.others) {
+        index.checked_sub(number * TILE).and_then(|k| enough.get_mut(k)).into_iter().for_each(|enough| *enough = true);
+    }
     let mut made = n as u32;
     if enough.iter().take(n).all(|&e| e) {
         return Ok(made);
@@ -213,8 +228,11 @@ fn tile<T: Real>(
         let (Some(&x), Some(&m), Some(&label)) = (part.positions.get(k), part.masses.get(k), part.labels.get(k)) else {
             continue;
         };
-        let (Some(&slope), Some(&normal)) = (slopes.get(k), normals.get(k)) else { continue };
-        let (to, increment, done) = wander(part, gradient, draw, Walker { x, m, label, slope, normal })?;
+        let (Some(&slope), Some(&normal), Some(&jump)) = (slopes.get(k), normals.get(k), jumps.get(k)) else {
+            continue;
+        };
+        let walker = Walker { x, m, label, slope, normal, jump };
+        let (to, increment, done) = wander(part, field, draw, walker)?;
         if !(to[0].is_finite() && to[1].is_finite()) {
             return Err(Error::BecameNotFinite);
         }
@@ -234,6 +252,8 @@ struct Once<'a, T> {
     part: &'a Moving<'a, T>,
     slopes: &'a [[T; 2]],
     normals: &'a [[T; 2]],
+    /// The longest expected jumps.
+    jumps: &'a [T; TILE],
     positions: &'a mut [[T; 2]],
     /// Whether one sub-step is enough.
     enough: &'a mut [bool; TILE],
@@ -244,19 +264,19 @@ impl<T: Real> Plain for Once<'_, T> {
 
     #[inline(always)]
     fn run(self) -> bool {
-        let Self { part, slopes, normals, positions, enough } = self;
+        let Self { part, slopes, normals, jumps, positions, enough } = self;
         let Options { chi, noise, ref control, .. } = *part.options;
         // E|N| = sqrt(pi / 2), and the noise's part of the jump is sqrt(2 D dt) E|N|.
         let (dt, twice, mean) = (part.dt, T::TWO * noise * part.dt, (T::HALF * T::PI).sqrt());
         let one = control.at_least <= 1;
         let mut finite = true;
-        let parts = part.positions.iter().zip(part.masses).zip(slopes.iter()).zip(normals.iter());
-        for ((((x, &m), g), z), (to, enough)) in parts.zip(positions.iter_mut().zip(enough.iter_mut())) {
+        let parts = part.positions.iter().zip(part.masses).zip(slopes.iter()).zip(normals.iter().zip(jumps));
+        for ((((x, &m), g), (z, &jump)), (to, enough)) in parts.zip(positions.iter_mut().zip(enough.iter_mut())) {
             let v = [-(chi * g[0]), -(chi * g[1])];
             let spread = (twice / m).sqrt();
             *to = [x[0] + v[0] * dt + spread * z[0], x[1] + v[1] * dt + spread * z[1]];
             let speed = (v[0] * v[0] + v[1] * v[1]).sqrt();
-            *enough = one & (speed * dt + mean * spread <= control.width);
+            *enough = one & (speed * dt + mean * spread <= jump);
             finite &= !*enough | (to[0].is_finite() & to[1].is_finite());
         }
         finite
@@ -270,17 +290,19 @@ struct Walker<T> {
     label: u64,
     slope: [T; 2],
     normal: [T; 2],
+    jump: T,
 }
 
 /// Sub-steps of one particle: where it ends, its Wiener increment, how many they were.
 fn wander<T: Real>(
     part: &Moving<'_, T>,
-    gradient: Option<&Gradient<'_, T>>,
+    field: Option<&Frozen<'_, T>>,
     draw: &mut Draw<'_, T>,
     walker: Walker<T>,
 ) -> Result<([T; 2], [T; 2], u32)> {
-    let Options { chi, noise, ref control, .. } = *part.options;
-    let Walker { mut x, m, label, slope, normal } = walker;
+    let Options { chi, noise, mut control, .. } = *part.options;
+    let Walker { mut x, m, label, slope, normal, jump } = walker;
+    control.width = jump;
     let (mut slope, mut normal) = ([slope], [normal]);
     let diffusivity = noise / m;
     let (mut left, mut done, mut sum) = (part.dt, 0, [T::ZERO; 2]);
@@ -298,8 +320,10 @@ fn wander<T: Real>(
         if left <= T::ZERO {
             return Ok((x, sum, done));
         }
-        if let Some(gradient) = gradient {
-            gradient(&[x], &mut slope);
+        if let Some(field) = field {
+            let mut jump = [part.options.control.width];
+            (field.gradient)(&[x], &mut slope, &mut jump);
+            [control.width] = jump;
         }
         if noise > T::ZERO {
             draw(&[label], done, &mut normal)?;

@@ -3,8 +3,9 @@
 use super::clusters::{self, Mesh, Particles};
 use super::collision::{Criterion, Merging};
 use super::extent::Extent;
+use super::heavy::{Heavy, Picked};
 use super::merge::{Queue, compact};
-use super::motion::{self, Moved, Moving};
+use super::motion::{self, Frozen, Moved, Moving};
 use super::state::{Counters, Events, Options, Report, Scheme, State};
 use super::theory::Law;
 use crate::error::{Error, Result};
@@ -25,7 +26,10 @@ pub enum Attraction<'a, 'g, T: Real> {
     Sum(&'a dyn Interaction<T, 2>, &'a field::Options),
     /// A mesh's field, solved once a step, in which every particle takes its own sub-steps, whose expected jumps stay below the
     /// mesh width. In a box with no-flux walls particles are reflected. The grid is written over. Not with the feature `small`.
-    Mesh(&'a mut Grid<'g, T>),
+    ///
+    /// With [`Heavy`], not in a box, heavy particles act pair by pair, both ways and at every distance; a stream of random numbers is drawn
+    /// for them once more, after all particles.
+    Mesh(&'a mut Grid<'g, T>, Option<&'a Heavy<'a, T>>),
 }
 
 impl<T: Real> core::fmt::Debug for Attraction<'_, '_, T> {
@@ -33,7 +37,8 @@ impl<T: Real> core::fmt::Debug for Attraction<'_, '_, T> {
         f.write_str(match self {
             Attraction::None => "None",
             Attraction::Sum(..) => "Sum",
-            Attraction::Mesh(_) => "Mesh",
+            Attraction::Mesh(_, None) => "Mesh",
+            Attraction::Mesh(_, Some(_)) => "Mesh and heavy pairs",
         })
     }
 }
@@ -173,7 +178,7 @@ pub fn step<T: Real>(
     workspace: &mut [u8],
     setting: Setting<'_, '_, '_, T>,
 ) -> Result<()> {
-    let Setting { options, attraction, run, mut report } = setting;
+    let Setting { options, mut attraction, run, mut report } = setting;
     let room = state.positions.len();
     let lengths = state.masses.len() == room
         && state.labels.len() == room
@@ -186,6 +191,11 @@ pub fn step<T: Real>(
     let number = u32::try_from(counters.step).map_err(|_| Error::TooLarge)?;
     if !(dt > T::ZERO && dt.is_finite()) {
         return Err(Error::TimeStep);
+    }
+    if cfg!(not(feature = "small"))
+        && let Attraction::Mesh(grid, Some(heavy)) = &attraction
+    {
+        heavy.check(grid.equation())?;
     }
     let layout = Layout { room, summed: attraction.summed(), options, executor: run.executor };
     if counters.pending > 0 {
@@ -203,11 +213,17 @@ pub fn step<T: Real>(
 
     // Section 3.2 (1): clusters.
     let attracted = !matches!(attraction, Attraction::None) && options.chi != T::ZERO;
-    let Searched { found, total } = layout.search(workspace, &criterion, before, counters.step, attracted)?;
+    let Searched { found, total, largest } = layout.search(workspace, &criterion, before, counters.step, attracted)?;
     if let Some(clusters) = found {
         Report { searches: 1, clusters: clusters as u64, ..Report::default() }.add_to(&mut report);
     }
     let found = found.unwrap_or(0);
+    if cfg!(not(feature = "small"))
+        && let Attraction::Mesh(_, heavy) = &mut attraction
+    {
+        // Nobody is looked for where nobody is.
+        *heavy = heavy.filter(|heavy| largest >= heavy.mass);
+    }
 
     // (2): motion, into the workspace.
     let start = Start { before, total, attracted, clustered: found > 0, dt, number };
@@ -233,6 +249,8 @@ struct Searched<T> {
     found: Option<usize>,
     /// The sum of the masses.
     total: T,
+    /// The largest mass.
+    largest: T,
 }
 
 /// Where a step's end is told.
@@ -292,7 +310,7 @@ impl<T: Real> Layout<'_, T> {
         queue.clear();
         found.clear();
         if positions.len() < 2 || !attracted || criterion.impossible(largest, total) {
-            return Ok(Searched { found: None, total });
+            return Ok(Searched { found: None, total, largest });
         }
         let particles = Particles { positions, masses, smallest };
         clusters::find(&self.options.search, criterion, &mesh, particles, self.executor, found)?;
@@ -306,7 +324,7 @@ impl<T: Real> Layout<'_, T> {
                 }
             }
         }
-        Ok(Searched { found: Some(found.len()), total })
+        Ok(Searched { found: Some(found.len()), total, largest })
     }
 
     /// Moves the particles into the workspace, with what the search marked recorded.
@@ -324,7 +342,7 @@ impl<T: Real> Layout<'_, T> {
         let mut limited;
         let mut options = self.options;
         if cfg!(not(feature = "small"))
-            && let Attraction::Mesh(grid) = &attraction
+            && let Attraction::Mesh(grid, _) = &attraction
         {
             let [h, k] = grid.mesh().spacing();
             limited = *options;
@@ -338,7 +356,7 @@ impl<T: Real> Layout<'_, T> {
         let force = if attracted && !positions.is_empty() { &mut attraction } else { &mut Attraction::None };
         travel(&moving, total, moved, force, generator, Buffers { gradient, field }, run, report)?;
         if cfg!(not(feature = "small"))
-            && let Attraction::Mesh(grid) = &attraction
+            && let Attraction::Mesh(grid, _) = &attraction
             && grid.equation().walls == Walls::NoFlux
         {
             // Sub-steps beyond a wall were made in the mirrored field: folding the end is reflecting the path.
@@ -445,16 +463,28 @@ fn travel<T: Real>(
     }
     let (made, draws) = match (fixed, force) {
         (false, Attraction::None) => (motion::frozen(moving, None, generator, moved, executor)?, 1),
-        (false, Attraction::Mesh(grid)) => {
+        (false, Attraction::Mesh(grid, heavy)) => {
             stop(run)?;
-            grid.begin(scale()?);
-            grid.add(moving.positions, moving.masses, executor)?;
-            grid.solve(executor)?;
+            let picked = solve(grid, *heavy, scale()?, (moving.positions, moving.masses), executor)?;
             fields += 1;
             stop(run)?;
             let grid = &**grid;
-            let gradient = |points: &[[T; 2]], out: &mut [[T; 2]]| grid.interpolate_here(points, out);
-            (motion::frozen(moving, Some(&gradient), generator, moved, executor)?, 1)
+            let gradient = |points: &[[T; 2]], out: &mut [[T; 2]], jumps: &mut [T]| {
+                grid.interpolate_here(points, out);
+                if let Some(picked) = &picked {
+                    picked.attract(points, out, jumps);
+                }
+            };
+            let others = picked.as_ref().map_or(&[][..], Picked::indices);
+            let Moved { positions, increments, substeps } = moved;
+            let field = Frozen { gradient: &gradient, others };
+            let to = Moved { positions: &mut *positions, increments: &mut *increments, substeps };
+            let mut made = motion::frozen(moving, Some(&field), generator, to, executor)?;
+            if let Some(picked) = &picked {
+                let to = Moved { positions, increments, substeps: &mut [] };
+                made += picked.advance(grid, moving, generator, to, executor)?;
+            }
+            (made, 1)
         }
         (fixed, force) => {
             // Its plan is for the particles alive.
@@ -464,11 +494,12 @@ fn travel<T: Real>(
                 stop(run)?;
                 fields += 1;
                 match (&mut *force, &plan) {
-                    (Attraction::Mesh(grid), _) => {
-                        grid.begin(scale()?);
-                        grid.add(points, moving.masses, executor)?;
-                        grid.solve(executor)?;
-                        grid.interpolate(points, slopes, executor)
+                    (Attraction::Mesh(grid, heavy), _) => {
+                        let particles = (points, moving.masses);
+                        match solve(grid, *heavy, scale()?, particles, executor)? {
+                            Some(picked) => picked.gradient(grid, particles, slopes, executor),
+                            None => grid.interpolate(points, slopes, executor),
+                        }
                     }
                     (Attraction::Sum(kernel, _), Some(plan)) => {
                         let outputs = Outputs { gradient: Some(slopes), ..Outputs::default() };
@@ -493,6 +524,24 @@ fn travel<T: Real>(
     let normals = if noisy { made * draws } else { 0 };
     Report { fields, substeps: made, normals, ..Report::default() }.add_to(report);
     Ok(())
+}
+
+/// Solves for the field of all particles but the heavy ones, which are returned.
+fn solve<'h, T: Real>(
+    grid: &mut Grid<'_, T>,
+    heavy: Option<&'h Heavy<'h, T>>,
+    scale: MassScale,
+    (positions, masses): (&[[T; 2]], &[T]),
+    executor: &dyn Executor,
+) -> Result<Option<Picked<'h, T>>> {
+    let picked = heavy.and_then(|heavy| Picked::of(heavy, positions, masses));
+    grid.begin(scale);
+    grid.add(positions, masses, executor)?;
+    if let Some(picked) = &picked {
+        picked.leave(grid, executor)?;
+    }
+    grid.solve(executor)?;
+    Ok(picked)
 }
 
 /// The first `n` elements.

@@ -13,6 +13,8 @@ use core::ffi::c_void;
 use mollis_core::field;
 use mollis_core::grid::Grid;
 use mollis_core::kernel::Kernel;
+#[cfg(not(feature = "small"))]
+use mollis_core::pks::Heavy;
 use mollis_core::pks::{self, Attraction, Counters, Event, Events, Report, Setting, State, Summed};
 use mollis_core::random::{Generator, Philox};
 use mollis_core::space::{ALIGN, Plain};
@@ -42,11 +44,17 @@ fn sum_options(tolerance: f64) -> Result<SumOptions> {
     if Real::is_finite(tolerance) { Ok(&field::Options::DEFAULT) } else { Err(Error::NotFinite) }
 }
 
+/// The kernel by which heavy particles act beside a mesh, and their least mass.
+#[cfg(not(feature = "small"))]
+type Massive<'k, T> = Option<(Kernel<'k, T, 2>, T)>;
+#[cfg(feature = "small")]
+type Massive<'k, T> = core::marker::PhantomData<(&'k (), T)>;
+
 /// A caller's choice of attraction, checked.
-#[expect(clippy::large_enum_variant, reason = "one lives at a time, on the stack: there is no heap to box in")]
 enum Chosen<'k, T: Real> {
     None,
-    Mesh(mollis_core::grid::Mesh<T>, mollis_core::grid::Equation<T>),
+    #[cfg_attr(feature = "small", expect(dead_code, reason = "refused there"))]
+    Mesh(mollis_core::grid::Mesh<T>, mollis_core::grid::Equation<T>, Massive<'k, T>),
     Sum(Kernel<'k, T, 2>, SumOptions),
 }
 
@@ -66,9 +74,20 @@ impl<T: Real> Chosen<'_, T> {
             let given = *attraction;
             match given.kind {
                 MOLLIS_PKS_ATTRACTION_NONE => Ok(Self::None),
-                MOLLIS_PKS_ATTRACTION_MESH if cfg!(feature = "small") => Err(Error::Unsupported),
+                #[cfg(feature = "small")]
+                MOLLIS_PKS_ATTRACTION_MESH => Err(Error::Unsupported),
+                #[cfg(not(feature = "small"))]
                 MOLLIS_PKS_ATTRACTION_MESH => {
-                    Ok(Self::Mesh(mollis_mesh2::read(given.mesh)?, equation(&structures::read(given.grid)?)?))
+                    let (mesh, equation) = (mollis_mesh2::read(given.mesh)?, equation(&structures::read(given.grid)?)?);
+                    let heavy = if given.heavy == 0.0 {
+                        None
+                    } else {
+                        let kernel: Kernel<'_, T, 2> = kernel::open(given.kernel, given.kernel_bytes)?;
+                        let mass = T::from_wide(given.heavy);
+                        Heavy { kernel: &kernel, mass, core: kernel.delta() }.check(&equation)?;
+                        Some((kernel, mass))
+                    };
+                    Ok(Self::Mesh(mesh, equation, heavy))
                 }
                 MOLLIS_PKS_ATTRACTION_SUM => {
                     Ok(Self::Sum(kernel::open(given.kernel, given.kernel_bytes)?, sum_options(given.tolerance)?))
@@ -90,7 +109,7 @@ impl<T: Real> Chosen<'_, T> {
         let own = pks::workspace_bytes(room, self.summed(), options, workers)?;
         let own = own.checked_next_multiple_of(ALIGN).ok_or(Error::TooLarge)?;
         let grid = match self {
-            Self::Mesh(mesh, equation) if cfg!(not(feature = "small")) => {
+            Self::Mesh(mesh, equation, _) if cfg!(not(feature = "small")) => {
                 Grid::workspace_bytes(mesh, equation, workers)?
             }
             _ => 0,
@@ -251,7 +270,7 @@ where
         let chosen = chosen.as_ref().map_err(|&error| error)?;
         let mut whole;
         let options = match chosen {
-            Chosen::Mesh(mesh, _) if cfg!(not(feature = "small")) && options.search.domain.is_none() => {
+            Chosen::Mesh(mesh, ..) if cfg!(not(feature = "small")) && options.search.domain.is_none() => {
                 whole = *options;
                 whole.search.domain = Some([mesh.lower(), mesh.upper()]);
                 &whole
@@ -309,13 +328,20 @@ where
         run.enter(|run| {
             #[cfg(not(feature = "small"))]
             let mut grid = match chosen {
-                Chosen::Mesh(mesh, equation) => Some(Grid::prepare(rest, *mesh, *equation, run.executor.workers())?),
+                Chosen::Mesh(mesh, equation, _) => Some(Grid::prepare(rest, *mesh, *equation, run.executor.workers())?),
+                _ => None,
+            };
+            #[cfg(not(feature = "small"))]
+            let heavy = match chosen {
+                Chosen::Mesh(_, _, Some((kernel, mass))) => Some(Heavy { kernel, mass: *mass, core: kernel.delta() }),
                 _ => None,
             };
             for _ in 0..self.steps {
                 let attraction = match chosen {
                     #[cfg(not(feature = "small"))]
-                    Chosen::Mesh(..) => grid.as_mut().map_or(Attraction::None, Attraction::Mesh),
+                    Chosen::Mesh(..) => {
+                        grid.as_mut().map_or(Attraction::None, |grid| Attraction::Mesh(grid, heavy.as_ref()))
+                    }
                     Chosen::Sum(kernel, options) => Attraction::Sum(kernel, options),
                     _ => Attraction::None,
                 };

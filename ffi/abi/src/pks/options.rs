@@ -167,12 +167,16 @@ pub struct mollis_pks_attraction {
     pub mesh: *const mollis_mesh2,
     /// MESH: walls and screening; null for free space without screening.
     pub grid: *const mollis_grid2_options,
-    /// SUM: a kernel prepared by mollis_kernel2_prepare (or its _f32); its mollifier bounds the speed.
+    /// SUM, and MESH with heavy particles: a kernel prepared by mollis_kernel2_prepare (or its _f32); its mollifier bounds the speed.
     pub kernel: *const c_void,
-    /// SUM: the bytes of its buffer.
+    /// The bytes of its buffer.
     pub kernel_bytes: usize,
     /// SUM: the relative error that may be spent for speed; 0 for rounding alone.
     pub tolerance: f64,
+    /// MESH: particles of at least this mass, the 64 heaviest at most, act by `kernel` pair by pair, both ways and at every distance, and not
+    /// through the mesh, which is wrong within some widths of a particle. The kernel is V of the mesh's equation, mollified over
+    /// a part of a mesh width; sub-steps become short near them. Not with no-flux walls. 0: none.
+    pub heavy: f64,
 }
 
 /// Time, and what a run counts. Zero it, then set `count`; it belongs to the state that a checkpoint saves.

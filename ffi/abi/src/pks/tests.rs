@@ -13,6 +13,7 @@ const NOTHING: mollis_pks_attraction = mollis_pks_attraction {
     kernel: null(),
     kernel_bytes: 0,
     tolerance: 0.0,
+    heavy: 0.0,
 };
 
 #[test]

@@ -1,0 +1,431 @@
+//! The few heavy particles beside a mesh: their attraction is summed pair by pair, not interpolated.
+//!
+//! On a mesh a particle is four nodes' masses, so that within some widths of it the attraction is wrong by as much as it is, and two heavy
+//! particles meet in a field that knows neither well. Particle-particle particle-mesh methods (Hockney & Eastwood, *Computer Simulation Using
+//! Particles*, 1988, chapter 8) subtract the smoothed force of near pairs and add the true one. Here the pairs that matter have a heavy
+//! partner, and these partners are so few that their smooth part need not be on the mesh at all: they are taken out of the density to the
+//! bit, every other particle feels the exact force of each of them at every distance, and they feel the exact opposite. Nothing is left of
+//! the mesh's error, momentum is conserved as before, and a pair costs a division.
+
+use super::motion::{self, Moved, Moving};
+use super::state::Options;
+use crate::error::{Error, Result};
+use crate::field::{Interaction, LANES};
+use crate::grid::{Equation, Grid, Walls};
+use crate::isa::{Level, Plain, widest};
+use crate::mollifier::Mollifier;
+use crate::parallel::Executor;
+use crate::random::Generator;
+use crate::real::Real;
+use crate::space::{Chunks, each_piece};
+
+/// At most so many particles are heavy: those of the greatest masses, of equal ones the first.
+pub const MAX_HEAVY: usize = 64;
+
+/// Particles of one task.
+const PARTICLES: usize = 8192;
+
+/// Heavy particles move in at least so many sub-steps.
+const SUBSTEPS: u32 = 16;
+
+/// Which particles act pair by pair beside a mesh, and how.
+#[derive(Clone, Copy)]
+pub struct Heavy<'a, T: Real> {
+    /// V of the mesh's equation (with its sign and screening), as a kernel without singularity: mollified over a part of a mesh width, say.
+    pub kernel: &'a dyn Interaction<T, 2>,
+    /// Particles of at least this mass; positive.
+    pub mass: T,
+    /// The expected jump of a sub-step at distance r from a heavy particle stays below a quarter of `max(core, r)`: the kernel's delta.
+    pub core: T,
+}
+
+impl<T: Real> core::fmt::Debug for Heavy<'_, T> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("Heavy").field("mass", &self.mass).field("core", &self.core).finish_non_exhaustive()
+    }
+}
+
+impl<T: Real> Heavy<'_, T> {
+    /// Checks the numbers and what surrounds the mesh.
+    ///
+    /// # Errors
+    /// [`Error::NotFinite`]; [`Error::OutOfDomain`]: the mass is not positive or the core negative. [`Error::Unsupported`]: walls, whose images
+    /// a sum over pairs does not know.
+    pub fn check(&self, equation: &Equation<T>) -> Result<()> {
+        if !(self.mass.is_finite() && self.core.is_finite()) {
+            return Err(Error::NotFinite);
+        }
+        if !(self.mass > T::ZERO && self.core >= T::ZERO) {
+            return Err(Error::OutOfDomain);
+        }
+        if equation.walls == Walls::NoFlux { Err(Error::Unsupported) } else { Ok(()) }
+    }
+}
+
+/// The heavy particles of a moment, in the order of the array.
+#[derive(Clone, Copy)]
+pub struct Picked<'a, T: Real> {
+    pull: Pull<'a, T>,
+    core: T,
+    count: usize,
+    indices: [usize; MAX_HEAVY],
+    positions: [[T; 2]; MAX_HEAVY],
+    masses: [T; MAX_HEAVY],
+}
+
+impl<'a, T: Real> Picked<'a, T> {
+    /// The heavy ones of these particles; `None` without any.
+    pub fn of(heavy: &Heavy<'a, T>, positions: &[[T; 2]], masses: &[T]) -> Option<Self> {
+        let pull = Pull::new(heavy.kernel);
+        let (indices, origin, none) = ([0; MAX_HEAVY], [[T::ZERO; 2]; MAX_HEAVY], [T::ZERO; MAX_HEAVY]);
+        let mut picked = Self { pull, core: heavy.core, count: 0, indices, positions: origin, masses: none };
+        for (index, (&m, &x)) in masses.iter().zip(positions).enumerate() {
+            if m >= heavy.mass {
+                picked.take(index, x, m);
+            }
+        }
+        (picked.count > 0).then_some(picked)
+    }
+
+    /// Takes one more, for the last of the lightest if there is no room.
+    fn take(&mut self, index: usize, x: [T; 2], m: T) {
+        if self.count == MAX_HEAVY {
+            let (mut lightest, mut at) = (T::INFINITY, 0);
+            for (k, &mass) in self.masses.iter().enumerate() {
+                if mass <= lightest {
+                    (lightest, at) = (mass, k);
+                }
+            }
+            if m <= lightest {
+                return;
+            }
+            close(&mut self.indices, at);
+            close(&mut self.positions, at);
+            close(&mut self.masses, at);
+            self.count -= 1;
+        }
+        let slots = (self.indices.get_mut(self.count), self.positions.get_mut(self.count));
+        if let ((Some(to_index), Some(to_x)), Some(to_m)) = (slots, self.masses.get_mut(self.count)) {
+            (*to_index, *to_x, *to_m) = (index, x, m);
+            self.count += 1;
+        }
+    }
+
+    /// Their places among the particles, ascending.
+    pub fn indices(&self) -> &[usize] {
+        self.indices.get(..self.count).unwrap_or_default()
+    }
+
+    fn positions(&self) -> &[[T; 2]] {
+        self.positions.get(..self.count).unwrap_or_default()
+    }
+
+    fn masses(&self) -> &[T] {
+        self.masses.get(..self.count).unwrap_or_default()
+    }
+
+    /// Takes them out of the density of all particles.
+    ///
+    /// # Errors
+    /// Those of [`Grid::remove`].
+    pub fn leave(&self, grid: &mut Grid<'_, T>, executor: &dyn Executor) -> Result<()> {
+        grid.remove(self.positions(), self.masses(), executor)
+    }
+
+    /// Adds the gradient of their potential to that at `points`, and lowers the longest jumps there. A heavy particle's own place gets
+    /// nothing from itself.
+    pub fn attract(&self, points: &[[T; 2]], slopes: &mut [[T; 2]], jumps: &mut [T]) {
+        let (positions, masses) = (self.positions(), self.masses());
+        widest(Level::best(), Attract { pull: self.pull, core: self.core, positions, masses, points, slopes, jumps });
+    }
+
+    /// Overwrites the gradients at the heavy particles with that of the other `particles`, by pairs.
+    ///
+    /// # Errors
+    /// The executor's.
+    fn react(
+        &self,
+        (positions, masses): (&[[T; 2]], &[T]),
+        slopes: &mut [[T; 2]],
+        executor: &dyn Executor,
+    ) -> Result<()> {
+        let pull = self.pull;
+        each_piece(executor, self.count, &Chunks::new(slopes, 1), &(), &|task, slopes, ()| {
+            let (Some(&at), Some(slope)) = (self.positions().get(task), slopes.first_mut()) else { return Ok(()) };
+            *slope = [T::ZERO; 2];
+            let mut from = 0;
+            for until in self.indices().iter().copied().chain([positions.len()]) {
+                let part = from..until;
+                from = until + 1;
+                let (Some(positions), Some(masses)) = (positions.get(part.clone()), masses.get(part)) else { continue };
+                let [x, y] = widest(Level::best(), React { pull, at, positions, masses });
+                *slope = [slope[0] + x, slope[1] + y];
+            }
+            Ok(())
+        })
+    }
+
+    /// Overwrites `slopes` with the gradient at all of `particles`: that of the grid, which holds the others, and by pairs that of and at the heavy
+    /// ones.
+    ///
+    /// # Errors
+    /// The executor's.
+    pub fn gradient(
+        &self,
+        grid: &Grid<'_, T>,
+        (positions, masses): (&[[T; 2]], &[T]),
+        slopes: &mut [[T; 2]],
+        executor: &dyn Executor,
+    ) -> Result<()> {
+        let tasks = positions.len().div_ceil(PARTICLES);
+        each_piece(executor, tasks, &Chunks::new(slopes, PARTICLES), &(), &|task, slopes, ()| {
+            let points = positions.get(task * PARTICLES..).unwrap_or_default();
+            let points = points.get(..slopes.len()).unwrap_or_default();
+            grid.interpolate_here(points, slopes);
+            self.attract(points, slopes, &mut []);
+            Ok(())
+        })?;
+        let mut own = [[T::ZERO; 2]; MAX_HEAVY];
+        let own = own.get_mut(..self.count).ok_or(Error::TooLarge)?;
+        self.react((positions, masses), own, executor)?;
+        self.attract(self.positions(), own, &mut []);
+        for (&index, own) in self.indices().iter().zip(own) {
+            slopes.get_mut(index).into_iter().for_each(|slope| *slope = *own);
+        }
+        Ok(())
+    }
+
+    /// Moves the heavy particles, with common sub-steps in which they see each other where they are, and the others where they were. The grid's
+    /// gradient at a sub-step's place is corrected by what pairs and mesh differ at the start. Returns the sub-steps of all.
+    ///
+    /// # Errors
+    /// As [`motion::together`].
+    pub fn advance(
+        &self,
+        grid: &Grid<'_, T>,
+        moving: &Moving<'_, T>,
+        generator: &mut dyn Generator,
+        moved: Moved<'_, T>,
+        executor: &dyn Executor,
+    ) -> Result<u64> {
+        let n = self.count;
+        let (mut corrections, mut slopes) = ([[T::ZERO; 2]; MAX_HEAVY], [[T::ZERO; 2]; MAX_HEAVY]);
+        let (mut ends, mut jumps, mut labels, mut recorded) =
+            ([[T::ZERO; 2]; MAX_HEAVY], [[T::ZERO; 2]; MAX_HEAVY], [0; MAX_HEAVY], [0; MAX_HEAVY]);
+        for ((&index, label), flag) in self.indices().iter().zip(&mut labels).zip(&mut recorded) {
+            *label = moving.labels.get(index).copied().ok_or(Error::LengthMismatch)?;
+            *flag = moving.recorded.get(index).copied().unwrap_or(0);
+        }
+        let room = Error::TooLarge;
+        let corrections = corrections.get_mut(..n).ok_or(room)?;
+        let slopes = slopes.get_mut(..n).ok_or(room)?;
+        self.react((moving.positions, moving.masses), corrections, executor)?;
+        grid.interpolate_here(self.positions(), slopes);
+        for (correction, mesh) in corrections.iter_mut().zip(&*slopes) {
+            *correction = [correction[0] - mesh[0], correction[1] - mesh[1]];
+        }
+        let part = Moving {
+            positions: self.positions(),
+            masses: self.masses(),
+            labels: labels.get(..n).ok_or(room)?,
+            recorded: recorded.get(..n).ok_or(room)?,
+            options: &self.options(moving.options),
+            ..*moving
+        };
+        let (ends, jumps) = (ends.get_mut(..n).ok_or(room)?, jumps.get_mut(..n).ok_or(room)?);
+        let mut sum = |points: &[[T; 2]], slopes: &mut [[T; 2]]| {
+            grid.interpolate_here(points, slopes);
+            for (slope, correction) in slopes.iter_mut().zip(&*corrections) {
+                *slope = [slope[0] + correction[0], slope[1] + correction[1]];
+            }
+            let mut there = *self;
+            there.positions.iter_mut().zip(points).for_each(|(to, x)| *to = *x);
+            there.attract(points, slopes, &mut []);
+            Ok(())
+        };
+        let to = Moved { positions: &mut *ends, increments: &mut *jumps, substeps: &mut [] };
+        let made = motion::together(&part, &mut sum, generator, to, slopes)?;
+        for ((&index, end), (jump, &flag)) in self.indices().iter().zip(&*ends).zip(jumps.iter().zip(&recorded)) {
+            moved.positions.get_mut(index).into_iter().for_each(|to| *to = *end);
+            if flag != 0 {
+                moved.increments.get_mut(index).into_iter().for_each(|to| *to = *jump);
+            }
+        }
+        Ok(made * n as u64)
+    }
+
+    /// The options of their motion: Euler's error in the square of a distance is that of the jump, so sub-steps are short against the distances,
+    /// which costs little for so few.
+    fn options(&self, options: &Options<T>) -> Options<T> {
+        let mut own = *options;
+        let mut least = T::INFINITY;
+        for (k, x) in self.positions().iter().enumerate() {
+            for y in self.positions().iter().take(k) {
+                let d = [x[0] - y[0], x[1] - y[1]];
+                let r = (d[0] * d[0] + d[1] * d[1]).sqrt();
+                least = if r > T::ZERO { least.min(r) } else { least };
+            }
+        }
+        let share = T::from_i32(SUBSTEPS as i32);
+        own.control.width = own.control.width.min(least.max(self.core) / share);
+        own.control.at_least = own.control.at_least.max(SUBSTEPS.min(own.control.at_most));
+        own
+    }
+}
+
+/// Closes the gap that the element at `at` leaves.
+fn close<X: Copy>(slice: &mut [X], at: usize) {
+    let mut rest = slice.iter_mut().skip(at).peekable();
+    while let (Some(to), Some(next)) = (rest.next(), rest.peek()) {
+        *to = **next;
+    }
+}
+
+/// The kernel, and what is known of it.
+#[derive(Clone, Copy)]
+struct Pull<'a, T: Real> {
+    kernel: &'a dyn Interaction<T, 2>,
+    singular: bool,
+    /// The factor is the first over r^2 where r^2 is at least the second.
+    far: Option<(T, T)>,
+}
+
+impl<'a, T: Real> Pull<'a, T> {
+    fn new(kernel: &'a dyn Interaction<T, 2>) -> Self {
+        let far = kernel.newtonian().filter(|(_, blob)| !matches!(blob.mollifier(), Mollifier::Gaussian { .. }));
+        let far = far.map(|(coefficient, blob)| (coefficient / (T::TWO * T::PI), blob.delta() * blob.delta()));
+        Self { kernel, singular: kernel.is_singular(), far }
+    }
+
+    /// K'(r) / r for these r^2.
+    #[inline(always)]
+    fn factors(&self, squares: &[T; LANES]) -> [T; LANES] {
+        if let Some((strength, beyond)) = self.far {
+            let far = squares.iter().fold(true, |all, &r2| all & (r2 >= beyond) & (r2 > T::ZERO));
+            if far {
+                return squares.map(|r2| strength / r2);
+            }
+        }
+        self.near(squares)
+    }
+
+    #[inline(never)]
+    fn near(&self, squares: &[T; LANES]) -> [T; LANES] {
+        let distance = |r2: T| if self.singular && r2 == T::ZERO { T::ONE } else { r2.sqrt() };
+        if let Some((strength, beyond)) = self.far {
+            return squares.map(|r2| {
+                if r2 >= beyond && r2 > T::ZERO { strength / r2 } else { self.kernel.gradient_factor(distance(r2)) }
+            });
+        }
+        let wanted = crate::field::Wanted { gradient: true, ..Default::default() };
+        let [_, factors, _] = self.kernel.pairs(&squares.map(distance), LANES, wanted);
+        factors
+    }
+}
+
+/// [`LANES`] points, coordinate by coordinate; lanes beyond the last repeat it.
+#[inline(always)]
+fn lanes<T: Real>(points: &[[T; 2]]) -> [[T; LANES]; 2] {
+    let last = points.last().copied().unwrap_or_default();
+    let [mut x, mut y] = last.map(|v| [v; LANES]);
+    for ((x, y), point) in x.iter_mut().zip(&mut y).zip(points) {
+        (*x, *y) = (point[0], point[1]);
+    }
+    [x, y]
+}
+
+/// Differences and their squares' sums.
+#[inline(always)]
+fn apart<T: Real>([x, y]: &[[T; LANES]; 2], from: [T; 2]) -> ([[T; LANES]; 2], [T; LANES]) {
+    let (dx, dy) = (x.map(|x| x - from[0]), y.map(|y| y - from[1]));
+    let mut squares = [T::ZERO; LANES];
+    for ((square, &dx), &dy) in squares.iter_mut().zip(&dx).zip(&dy) {
+        *square = dx * dx + dy * dy;
+    }
+    ([dx, dy], squares)
+}
+
+/// Adds the gradient of a few masses to that at many points.
+struct Attract<'a, T: Real> {
+    pull: Pull<'a, T>,
+    core: T,
+    positions: &'a [[T; 2]],
+    masses: &'a [T],
+    points: &'a [[T; 2]],
+    slopes: &'a mut [[T; 2]],
+    /// Lowered; empty: not wanted.
+    jumps: &'a mut [T],
+}
+
+impl<T: Real> Plain for Attract<'_, T> {
+    type Out = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { pull, core, positions, masses, points, slopes, jumps } = self;
+        let mut jumps = jumps.chunks_mut(LANES);
+        for (points, slopes) in points.chunks(LANES).zip(slopes.chunks_mut(LANES)) {
+            let here = lanes(points);
+            let (mut sums, mut nearest) = ([[T::ZERO; LANES]; 2], [T::INFINITY; LANES]);
+            for (&from, &m) in positions.iter().zip(masses) {
+                let (differences, squares) = apart(&here, from);
+                let factors = pull.factors(&squares);
+                for (sum, difference) in sums.iter_mut().zip(&differences) {
+                    for ((sum, &factor), &d) in sum.iter_mut().zip(&factors).zip(difference) {
+                        *sum += m * factor * d;
+                    }
+                }
+                for (nearest, &square) in nearest.iter_mut().zip(&squares) {
+                    *nearest = if (square > T::ZERO) & (square < *nearest) { square } else { *nearest };
+                }
+            }
+            let [x, y] = &sums;
+            for (slope, (&x, &y)) in slopes.iter_mut().zip(x.iter().zip(y)) {
+                *slope = [slope[0] + x, slope[1] + y];
+            }
+            let quarter = T::HALF * T::HALF;
+            for (jump, &square) in jumps.next().unwrap_or_default().iter_mut().zip(&nearest) {
+                *jump = jump.min(quarter * core.max(square.sqrt()));
+            }
+        }
+    }
+}
+
+/// The gradient of many masses at one point.
+struct React<'a, T: Real> {
+    pull: Pull<'a, T>,
+    at: [T; 2],
+    positions: &'a [[T; 2]],
+    masses: &'a [T],
+}
+
+impl<T: Real> Plain for React<'_, T> {
+    type Out = [T; 2];
+
+    #[inline(always)]
+    fn run(self) -> [T; 2] {
+        let Self { pull, at, positions, masses } = self;
+        // Short sums are added up to long ones, so that errors grow slowly.
+        const SHORT: usize = 64 * LANES;
+        let mut total = [T::ZERO; 2];
+        for (positions, masses) in positions.chunks(SHORT).zip(masses.chunks(SHORT)) {
+            let mut sums = [[T::ZERO; LANES]; 2];
+            for (positions, masses) in positions.chunks(LANES).zip(masses.chunks(LANES)) {
+                let (differences, squares) = apart(&lanes(positions), at);
+                let factors = pull.factors(&squares);
+                // Lanes beyond the last have no mass.
+                let mut m = [T::ZERO; LANES];
+                m.iter_mut().zip(masses).for_each(|(to, &m)| *to = m);
+                for (sum, difference) in sums.iter_mut().zip(&differences) {
+                    for (((sum, &factor), &d), &m) in sum.iter_mut().zip(&factors).zip(difference).zip(&m) {
+                        *sum -= m * factor * d;
+                    }
+                }
+            }
+            for (total, sums) in total.iter_mut().zip(sums) {
+                *total += sums.into_iter().fold(T::ZERO, |sum, v| sum + v);
+            }
+        }
+        total
+    }
+}
