@@ -8,9 +8,10 @@ use anyhow::{Context, Result, bail};
 use clap::Args;
 use mollis_core::field::Run;
 use mollis_core::grid::{Equation, Grid, MassScale, Mesh, Order};
+use mollis_core::mollifier::{Blob, Mollifier};
 use mollis_core::parallel::{Executor, Serial};
 use mollis_core::pks::{
-    Attraction, Counters, Event, Events, Merging, Options, Report as Made, Setting, State, step, theory,
+    Attraction, Counters, Event, Events, Heavy, Merging, Options, Report as Made, Setting, State, step, theory,
     workspace_bytes,
 };
 use mollis_core::random::Philox;
@@ -40,6 +41,9 @@ pub struct Pks {
     /// Sub-steps; each phase's least time counts.
     #[arg(long, default_value_t = 20)]
     repetitions: usize,
+    /// Makes so many of the particles heavy, a tenth of the mass each, whose pairs whole steps sum beside the mesh.
+    #[arg(long, default_value_t = 0)]
+    heavy: usize,
     /// Runs `peers/numpy_pks.py` with this interpreter too (it needs NumPy and SciPy).
     #[arg(long)]
     python: Option<String>,
@@ -203,6 +207,7 @@ impl Pks {
             *x = (0.25 * *x).clamp(-1.4, 1.4);
         }
         let mut masses = vec![mass / n as f64; n];
+        masses.iter_mut().take(self.heavy).for_each(|m| *m = 0.1 * mass);
         let mesh = Mesh::new([-1.5, -1.5], [1.5, 1.5], [self.grid; 2])?;
         let mut options = Options { merging, ..Options::new(1.0, theory::noise(mass, 1.0, n)) };
         options.search.domain = Some([mesh.lower(), mesh.upper()]);
@@ -211,6 +216,9 @@ impl Pks {
         let mut grid = Grid::prepare(aligned(&mut grid_memory), mesh, self.equation(), workers)?;
         let mut memory = vec![0; workspace_bytes(n, None, &options, workers)? + 64];
         let memory = aligned(&mut memory);
+        let [h, _] = mesh.spacing();
+        let kernel = Blob::new(Mollifier::Compact { order: 2, exponent: 4 }, 0.25 * h)?;
+        let heavy = Heavy { kernel: &kernel, mass: 0.1 * mass, core: kernel.delta() };
         let (mut events, mut absorbed) = (vec![Event::default(); n / 2 + 1], vec![0; n]);
         let mut counters = Counters { count: n as u64, ..Counters::default() };
         let mut made = Made::default();
@@ -233,7 +241,7 @@ impl Pks {
                 memory,
                 Setting {
                     options: &options,
-                    attraction: Attraction::Mesh(&mut grid, None),
+                    attraction: Attraction::Mesh(&mut grid, Some(&heavy)),
                     run: &mut Run { executor, ..Run::default() },
                     report: Some(&mut made),
                 },

@@ -128,7 +128,7 @@ pub fn singularities(args: &Args) -> anyhow::Result<bool> {
         let mesh = Mesh::new([-15.0; 2], [15.0; 2], [270; 2])?;
         let mut system = System::new(&bumps, Some((mesh, args.equation(Walls::Free))), options, seed, args.threads)?;
         args.sum_heavy(&mut system)?;
-        let (mut line, mut begun) = (Vec::new(), None);
+        let (mut line, mut drift, mut begun) = (Vec::new(), Vec::new(), None);
         // The moment starts at about 8.9 and falls at 13.44: all is over before t = 2.
         while system.counters.time < 2.0 {
             system.step(&mut Philox::new(seed), dt).context("step")?;
@@ -153,6 +153,7 @@ pub fn singularities(args: &Args) -> anyhow::Result<bool> {
             if two >= 0.99 {
                 begun.get_or_insert((system.counters.time, system.count(), two));
                 line.push((system.counters.time, system.second_moment()));
+                drift.push((system.counters.time, system.alpha()));
             }
         }
         let Some((time, count, two)) = begun else {
@@ -161,10 +162,11 @@ pub fn singularities(args: &Args) -> anyhow::Result<bool> {
         };
         let value = slope(&line);
         println!(
-            "seed {seed}: from t = {time:.3} ({count} particles, two hold {:.2}%) over {} steps: slope {value:.3} (theory {:.2}), {:.0} s",
+            "seed {seed}: from t = {time:.3} ({count} particles, two hold {:.2}%) over {} steps: slope {value:.3} (theory {:.2}; alpha (2.4) of these particles {:.3}), {:.0} s",
             100.0 * two,
             line.len(),
             theory::second_moment_rate(mass, 1.0, 1.0, &[0.3 * mass, 0.7 * mass]),
+            mean(&drift, 0.0, 2.0),
             start.elapsed().as_secs_f64()
         );
         slopes.push(value);

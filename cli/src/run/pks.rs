@@ -5,9 +5,10 @@ use mollis_core::Error;
 use mollis_core::field::Run;
 use mollis_core::grid::{Equation, Grid, Mesh, Order, Walls};
 use mollis_core::isa::Level;
+use mollis_core::mollifier::{Blob, Mollifier};
 use mollis_core::parallel::Executor;
 use mollis_core::pks::{
-    self, Attraction, CollisionLaw, Counters, Events, Merging, Options, Report, Setting, State, theory,
+    self, Attraction, CollisionLaw, Counters, Events, Heavy, Merging, Options, Report, Setting, State, theory,
 };
 use mollis_core::random::Philox;
 
@@ -38,6 +39,8 @@ pub struct Coalescing<'a> {
     report: Report,
     /// The part of the initial data that each label began in.
     parts: Vec<u8>,
+    /// The kernel of particles that act pair by pair, and their least mass.
+    heavy: Option<(Blob<f64, 2>, f64)>,
     /// With several parts, how much mass of each a label holds now.
     held: Vec<f64>,
     part_masses: Vec<f64>,
@@ -76,6 +79,14 @@ impl<'a> Coalescing<'a> {
         let grid = Memory::new(Grid::workspace_bytes(&mesh, &equation, workers)?);
         let workspace = Memory::new(pks::workspace_bytes(n, None, &options, workers)?);
         let whole: f64 = start.masses.iter().sum();
+        // mu~ = mu M / N, so mu also where several species make one.
+        let critical = theory::critical_mass(noise * n as f64 / whole, pks.chi);
+        let softened = Mollifier::Compact { order: 2, exponent: 4 };
+        let [h, k] = mesh.spacing();
+        let heavy = match pks.heavy {
+            Some(mass) => Some((Blob::new(softened, 0.25 * h.min(k))?, mass * critical)),
+            None => None,
+        };
         let kinds = scene.initial.len();
         let mut part_masses = vec![0.0; kinds];
         let mut held = vec![0.0; if kinds > 1 { n * kinds } else { 0 }];
@@ -102,8 +113,8 @@ impl<'a> Coalescing<'a> {
             held,
             part_masses,
             followed: choose(n, scene.output.trajectories).into_iter().map(|index| index as u64).collect(),
-            // mu~ = mu M / N, so mu also where several species make one.
-            critical: theory::critical_mass(noise * n as f64 / whole, pks.chi),
+            critical,
+            heavy,
             recent: Vec::new(),
         })
     }
@@ -151,6 +162,7 @@ impl Simulation for Coalescing<'_> {
         let mut events = vec![pks::Event::default(); ROOM];
         let mut absorbed = vec![0; self.positions.len()];
         let mut generator = Philox::new(self.scene.seed);
+        let heavy = self.heavy.as_ref().map(|(kernel, mass)| Heavy { kernel, mass: *mass, core: kernel.delta() });
         let mut list = Vec::new();
         loop {
             let (mut written, mut labels_written) = (0, 0);
@@ -173,7 +185,7 @@ impl Simulation for Coalescing<'_> {
                 self.workspace.slice(),
                 Setting {
                     options: &self.options,
-                    attraction: Attraction::Mesh(&mut grid, None),
+                    attraction: Attraction::Mesh(&mut grid, heavy.as_ref()),
                     run: &mut run,
                     report: Some(&mut self.report),
                 },

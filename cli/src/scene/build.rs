@@ -271,6 +271,7 @@ fn pks(node: &Node, mistakes: &mut Vec<Mistake>) -> Pks {
         y: interval(node, "y").unwrap_or([-15.0, 15.0]),
         quadrupole: text(node, "border").as_deref() == Some("quadrupole"),
         fourth: text(node, "scheme").as_deref() == Some("fourth"),
+        heavy: number(node, "heavy"),
         printed: text(node, "law").as_deref() == Some("printed"),
         hard: text(node, "collapse").as_deref() == Some("hard"),
         cell: number(node, "cell").unwrap_or(1.0),

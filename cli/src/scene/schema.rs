@@ -340,6 +340,13 @@ const PKS: &[Field] = &[
         "order of the mesh's field: five points as in the paper, or nine; the latter wants nearly square cells",
     ),
     field(
+        "heavy",
+        Number(Positive),
+        "critical masses",
+        Otherwise("none"),
+        "particles of at least this mass, the 64 heaviest at most, act pair by pair, softened over a quarter of a mesh width, not through the mesh",
+    ),
+    field(
         "law",
         Choice(&["exact", "printed"]),
         "",

@@ -187,6 +187,8 @@ pub struct Pks {
     pub quadrupole: bool,
     /// The mesh's scheme of fourth order.
     pub fourth: bool,
+    /// Least mass of particles that act pair by pair, in critical masses.
+    pub heavy: Option<f64>,
     /// The printed increment test instead of the exact law.
     pub printed: bool,
     /// Only clusters of index at most -1 merge.

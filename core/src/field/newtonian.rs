@@ -565,20 +565,29 @@ pub(super) fn outside<T: Real, I: Isa<T>, const D: usize, const NB: usize, const
             }
         }
         2 if P => {
+            // Stage by stage for all vectors: their chains of dependent operations then run beside each other.
             let (one, two) = (isa.splat(T::ONE), isa.splat(T::TWO));
-            for (result, &r2) in result.iter_mut().zip(r2) {
-                let (z, e) = log_numerator(isa, r2);
-                let sum = isa.add(two, z);
-                let s = if G {
-                    // 1 / (r2 (2 + z)) serves both divisions.
-                    let both = isa.div(one, isa.mul(r2, sum));
-                    result.1 = isa.mul(isa.mul(mass, both), sum);
-                    isa.mul(isa.mul(z, both), r2)
-                } else {
-                    isa.div(z, sum)
-                };
-                result.0 = log(isa, isa.add(e, log_exponent), s);
+            let (mut z, mut e, mut s) = ([zero; NB], [zero; NB], [zero; NB]);
+            for ((z, e), &r2) in z.iter_mut().zip(&mut e).zip(r2) {
+                (*z, *e) = log_numerator(isa, r2);
+                *e = isa.add(*e, log_exponent);
             }
+            if G {
+                // 1 / (r2 (2 + z)) serves both divisions.
+                for ((both, &r2), &z) in s.iter_mut().zip(r2).zip(&z) {
+                    *both = isa.div(one, isa.mul(r2, isa.add(two, z)));
+                }
+                for (((s, &r2), &z), result) in s.iter_mut().zip(r2).zip(&z).zip(&mut result) {
+                    result.1 = isa.mul(isa.mul(mass, *s), isa.add(two, z));
+                    *s = isa.mul(isa.mul(z, *s), r2);
+                }
+            } else {
+                for (s, &z) in s.iter_mut().zip(&z) {
+                    *s = isa.div(z, isa.add(two, z));
+                }
+            }
+            let logs = log(isa, e, s);
+            result.iter_mut().zip(logs).for_each(|(result, log)| result.0 = log);
         }
         2 => {
             if G {

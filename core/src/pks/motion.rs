@@ -15,8 +15,8 @@ use crate::rk4;
 /// Particles of a tile.
 pub const TILE: usize = 256;
 
-/// Overwrites the second with the gradient of the potential at the points of the first, and lowers the third to the longest jumps that
-/// sub-steps from there may make.
+/// Overwrites the second with the gradient of the potential at the points of the first, and lowers the third, where there is one, to the longest
+/// jumps that sub-steps from there may make.
 pub type Gradient<'a, T> = dyn Fn(&[[T; 2]], &mut [[T; 2]], &mut [T]) + Sync + 'a;
 
 /// A field that stands still for a step.
@@ -24,7 +24,7 @@ pub type Gradient<'a, T> = dyn Fn(&[[T; 2]], &mut [[T; 2]], &mut [T]) + Sync + '
 pub struct Frozen<'a, T> {
     /// The field.
     pub gradient: &'a Gradient<'a, T>,
-    /// Particles, by ascending index, that move in other ways: what is found for them is written over.
+    /// Particles, by ascending index, that move in other ways: what is found for them is written over. Without any, no jump is limited.
     pub others: &'a [usize],
 }
 
@@ -191,19 +191,22 @@ fn tile<T: Real>(
 ) -> Result<u32> {
     let mut slopes = [[T::ZERO; 2]; TILE];
     let mut normals = [[T::ZERO; 2]; TILE];
-    let mut jumps = [part.options.control.width; TILE];
     let n = part.positions.len();
     let (Some(slopes), Some(normals)) = (slopes.get_mut(..n), normals.get_mut(..n)) else {
         return Err(Error::TooLarge);
     };
+    let others = field.map_or(&[][..], |field| field.others);
+    let mut jumps = [T::ZERO; TILE];
+    let jumps = if others.is_empty() { &mut [] } else { jumps.get_mut(..n).unwrap_or_default() };
+    jumps.fill(part.options.control.width);
     if let Some(field) = field {
-        (field.gradient)(part.positions, slopes, &mut jumps);
+        (field.gradient)(part.positions, slopes, jumps);
     }
     if part.options.noise > T::ZERO {
         draw(part.labels, 0, normals)?;
     }
     let mut enough = [true; TILE];
-    let job = Once { part, slopes, normals, jumps: &jumps, positions: &mut *positions, enough: &mut enough };
+    let job = Once { part, slopes, normals, positions: &mut *positions, enough: &mut enough };
     // Where flash is dear nothing moves in tiles.
     let finite = if cfg!(feature = "small") { job.run() } else { widest(Level::best(), job) };
     if !finite {
@@ -217,7 +220,10 @@ fn tile<T: Real>(
             }
         }
     }
-    for index in field.map_or(&[][..], |field| field.others) {
+    for (enough, &jump) in enough.iter_mut().zip(&*jumps) {
+        *enough &= jump >= part.options.control.width;
+    }
+    for index in others {
         index.checked_sub(number * TILE).and_then(|k| enough.get_mut(k)).into_iter().for_each(|enough| *enough = true);
     }
     let mut made = n as u32;
@@ -228,9 +234,9 @@ fn tile<T: Real>(
         let (Some(&x), Some(&m), Some(&label)) = (part.positions.get(k), part.masses.get(k), part.labels.get(k)) else {
             continue;
         };
-        let (Some(&slope), Some(&normal), Some(&jump)) = (slopes.get(k), normals.get(k), jumps.get(k)) else {
-            continue;
-        };
+        let (Some(&slope), Some(&normal)) = (slopes.get(k), normals.get(k)) else { continue };
+        let jump = jumps.get(k).copied().unwrap_or(part.options.control.width);
+        // Where jumps are limited one sub-step may be enough all the same: then it is made once more.
         let walker = Walker { x, m, label, slope, normal, jump };
         let (to, increment, done) = wander(part, field, draw, walker)?;
         if !(to[0].is_finite() && to[1].is_finite()) {
@@ -252,8 +258,6 @@ struct Once<'a, T> {
     part: &'a Moving<'a, T>,
     slopes: &'a [[T; 2]],
     normals: &'a [[T; 2]],
-    /// The longest expected jumps.
-    jumps: &'a [T; TILE],
     positions: &'a mut [[T; 2]],
     /// Whether one sub-step is enough.
     enough: &'a mut [bool; TILE],
@@ -264,19 +268,19 @@ impl<T: Real> Plain for Once<'_, T> {
 
     #[inline(always)]
     fn run(self) -> bool {
-        let Self { part, slopes, normals, jumps, positions, enough } = self;
+        let Self { part, slopes, normals, positions, enough } = self;
         let Options { chi, noise, ref control, .. } = *part.options;
         // E|N| = sqrt(pi / 2), and the noise's part of the jump is sqrt(2 D dt) E|N|.
         let (dt, twice, mean) = (part.dt, T::TWO * noise * part.dt, (T::HALF * T::PI).sqrt());
         let one = control.at_least <= 1;
         let mut finite = true;
-        let parts = part.positions.iter().zip(part.masses).zip(slopes.iter()).zip(normals.iter().zip(jumps));
-        for ((((x, &m), g), (z, &jump)), (to, enough)) in parts.zip(positions.iter_mut().zip(enough.iter_mut())) {
+        let parts = part.positions.iter().zip(part.masses).zip(slopes.iter()).zip(normals.iter());
+        for ((((x, &m), g), z), (to, enough)) in parts.zip(positions.iter_mut().zip(enough.iter_mut())) {
             let v = [-(chi * g[0]), -(chi * g[1])];
             let spread = (twice / m).sqrt();
             *to = [x[0] + v[0] * dt + spread * z[0], x[1] + v[1] * dt + spread * z[1]];
             let speed = (v[0] * v[0] + v[1] * v[1]).sqrt();
-            *enough = one & (speed * dt + mean * spread <= jump);
+            *enough = one & (speed * dt + mean * spread <= control.width);
             finite &= !*enough | (to[0].is_finite() & to[1].is_finite());
         }
         finite
