@@ -698,7 +698,7 @@ typedef struct mollis_pks_attraction {
   /**
    * MESH: particles of at least this mass, the 64 heaviest at most, act by `kernel` pair by pair, both ways and at every distance, and not
    * through the mesh, which is wrong within some widths of a particle. The kernel is V of the mesh's equation, mollified over
-   * a part of a mesh width; sub-steps become short near them. Not with no-flux walls. 0: none.
+   * a part of a mesh width (a quarter, say); sub-steps become short near them. Not with no-flux walls, nor with a singular kernel. 0: none.
    */
   double heavy;
 } mollis_pks_attraction;
@@ -2707,7 +2707,7 @@ mollis_status mollis_dual_norm3_eval_f32(const size_t (*points)[3],
  *
  * Refused: MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_OPTIONS_SIZE, MOLLIS_ERR_UNKNOWN_VALUE, MOLLIS_ERR_NOT_FINITE,
  * MOLLIS_ERR_OUT_OF_DOMAIN (a negative noise, separation or probability not between 0 and 1, an empty mesh),
- * MOLLIS_ERR_TOO_LARGE, and those of an unprepared kernel.
+ * MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_UNSUPPORTED (heavy particles in a box, or by a singular kernel), and those of an unprepared kernel.
  */
 mollis_status mollis_pks_workspace_bytes(size_t room,
                                          const struct mollis_pks_options *options,
@@ -2735,7 +2735,7 @@ mollis_status mollis_pks_workspace_bytes_f32(size_t room,
  * | labels    | room    | all different; a merged particle keeps its lowest                                           |
  * | species   | room    | travels with the particles; may be null                                                     |
  * | counters  | 1       | read and written                                                                            |
- * | generator |         | the host's stream, drawn in array order; null: the built-in one with `seed`, a stream a label |
+ * | generator |         | the host's stream, drawn in array order, then for heavy particles; null: the built-in one with `seed`, a stream a label |
  * | events    | 1       | every merge is appended                                                                     |
  * | report    | 1       | added to; may be null                                                                       |
  *
@@ -2747,7 +2747,7 @@ mollis_status mollis_pks_workspace_bytes_f32(size_t room,
  * same workspace content: it goes on with counters->pending merges. Any other status leaves the state of the last completed step:
  * MOLLIS_ERR_TOO_MANY_SUBSTEPS, MOLLIS_ERR_BECAME_NOT_FINITE, MOLLIS_ERR_STOPPED, the generator's or executor's own. Refused with nothing
  * written: MOLLIS_ERR_NOT_FINITE, MOLLIS_ERR_MASS, MOLLIS_ERR_TIME_STEP, MOLLIS_ERR_OUT_OF_DOMAIN, MOLLIS_ERR_LENGTH_MISMATCH (count > room),
- * MOLLIS_ERR_OVERLAP, MOLLIS_ERR_WORKSPACE_TOO_SMALL, MOLLIS_ERR_NOT_PREPARED (pending merges that the workspace does not hold).
+ * MOLLIS_ERR_OVERLAP, MOLLIS_ERR_UNSUPPORTED (heavy particles in a box, or by a singular kernel), MOLLIS_ERR_WORKSPACE_TOO_SMALL, MOLLIS_ERR_NOT_PREPARED (pending merges that the workspace does not hold).
  */
 mollis_status mollis_pks_step(const struct mollis_pks_options *options,
                               const struct mollis_pks_attraction *attraction,

@@ -8,7 +8,6 @@ use anyhow::{Context, Result, bail};
 use clap::Args;
 use mollis_core::field::Run;
 use mollis_core::grid::{Equation, Grid, MassScale, Mesh, Order};
-use mollis_core::mollifier::{Blob, Mollifier};
 use mollis_core::parallel::{Executor, Serial};
 use mollis_core::pks::{
     Attraction, Counters, Event, Events, Heavy, Merging, Options, Report as Made, Setting, State, step, theory,
@@ -216,8 +215,7 @@ impl Pks {
         let mut grid = Grid::prepare(aligned(&mut grid_memory), mesh, self.equation(), workers)?;
         let mut memory = vec![0; workspace_bytes(n, None, &options, workers)? + 64];
         let memory = aligned(&mut memory);
-        let [h, _] = mesh.spacing();
-        let kernel = Blob::new(Mollifier::Compact { order: 2, exponent: 4 }, 0.25 * h)?;
+        let kernel = Heavy::softening(&mesh)?;
         let heavy = Heavy { kernel: &kernel, mass: 0.1 * mass, core: kernel.delta() };
         let (mut events, mut absorbed) = (vec![Event::default(); n / 2 + 1], vec![0; n]);
         let mut counters = Counters { count: n as u64, ..Counters::default() };
@@ -241,7 +239,7 @@ impl Pks {
                 memory,
                 Setting {
                     options: &options,
-                    attraction: Attraction::Mesh(&mut grid, Some(&heavy)),
+                    attraction: Attraction::Mesh(&mut grid, (self.heavy > 0).then_some(&heavy)),
                     run: &mut Run { executor, ..Run::default() },
                     report: Some(&mut made),
                 },

@@ -8,7 +8,7 @@ static _Alignas(MOLLIS_WORKSPACE_ALIGN) unsigned char kernel[MOLLIS_KERNEL2_NEWT
 int main(void) {
   const mollis_mollifier mollifier = {MOLLIS_MOLLIFIER_COMPACT, 4, 5};
   const mollis_kernel_term newtonian = {MOLLIS_KERNEL_NEWTONIAN, 0, 1.0, {0.0, 0.0}};
-  mollis_pks_attraction attraction = {MOLLIS_PKS_ATTRACTION_SUM, 0, 0, 0, kernel, sizeof kernel, 0.0};
+  mollis_pks_attraction attraction = {MOLLIS_PKS_ATTRACTION_SUM, 0, 0, 0, kernel, sizeof kernel, 0.0, 0.0};
   mollis_pks_options options;
   size_t n, bytes = 0;
   mollis_pks_options_init(&options, sizeof options);

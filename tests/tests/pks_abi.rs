@@ -529,6 +529,7 @@ fn refused_calls_have_their_codes_and_write_nothing() {
         (Box::new(|c| c.species = c.labels.cast()), Error::Overlap),
         (Box::new(|c| c.counters = c.report.cast()), Error::Overlap),
         (Box::new(|c| c.labels = c.workspace.cast()), Error::Overlap),
+        (Box::new(move |c| (c.attraction, c.workspace) = (&raw const ready, ready.kernel.cast_mut())), Error::Overlap),
         (Box::new(|c| c.dt = 0.0), Error::TimeStep),
         (Box::new(|c| c.dt = f64::NAN), Error::TimeStep),
         (Box::new(|c| c.room = N - 1), Error::LengthMismatch),

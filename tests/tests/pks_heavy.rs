@@ -118,7 +118,7 @@ fn a_heavy_particle_attracts_exactly_at_every_distance() {
             start.masses.push(T::from_f64(1e-12));
         }
         // So short that the field is that of the start, so strong that the way is not lost in the places' rounding.
-        let (chi, dt) = (1.0, if T::EPSILON > T::from_f64(1e-10) { 1e-4 } else { 1e-8 });
+        let (chi, dt) = (1.0, if T::EPSILON > T::from_f64(1e-10) { 2e-5 } else { 1e-8 });
         let mut end = start.clone();
         let options = Options { scheme, ..quiet(chi) };
         steps(&mut end, &options, equation, with.then_some(&heavy), dt, 1, &Serial).unwrap();
@@ -136,20 +136,19 @@ fn a_heavy_particle_attracts_exactly_at_every_distance() {
         for scheme in [Scheme::EulerMaruyama, Scheme::StrangRk4] {
             let equation = Equation { order, ..equation() };
             let (with, without) = [true, false].map(|with| error::<f64>(&blob(), equation, scheme, with)).into();
-            // In the time the fixed scheme follows a way of up to 3e-5 of the distance.
-            let bound = if scheme == Scheme::StrangRk4 { 1e-4 } else { 1e-7 };
-            assert!(with < bound && without > 0.5, "{order:?} {scheme:?}: {with:e}, on the mesh {without:e}");
+            // In the time both schemes follow a way of up to 3e-5 of the distance.
+            assert!(with < 1e-4 && without > 0.5, "{order:?} {scheme:?}: {with:e}, on the mesh {without:e}");
         }
     }
     let single = error::<f32>(&blob(), equation(), Scheme::EulerMaruyama, true);
-    assert!(single < 1e-2, "{single:e}");
+    assert!(single < 5e-2, "{single:e}");
     let screened = Equation { screening: 3.0, ..equation() };
     let terms = [Term { law: Law::Screened { k: 3.0 }, coefficient: 1.0 }];
     let mollifier = Mollifier::Compact { order: 2, exponent: 4 };
     let mut memory = Aligned::new(Kernel::<f64, 2>::workspace_bytes(&terms, mollifier).unwrap());
     let kernel = Kernel::prepare(memory.bytes(), &terms, mollifier, CORE).unwrap();
     let found = error::<f64>(&kernel, screened, Scheme::EulerMaruyama, true);
-    assert!(found < 1e-7, "{found:e}");
+    assert!(found < 1e-4, "{found:e}");
 }
 
 #[test]
@@ -178,6 +177,31 @@ fn pairs_of_heavy_and_light_conserve_momentum() {
         // What is left is the border's, whose field is prescribed, for the light particles' part.
         let (with, without) = (drift(Some(&heavy)), drift(None));
         assert!(with < 3e-5 && with < 0.02 * without, "{scheme:?}: {with:e}, on the mesh {without:e}");
+    }
+}
+
+#[test]
+fn what_falls_in_within_a_step_takes_the_heavy_one_along_by_its_own_mass() {
+    // Light particles on one side fall in at the first part of the step; with the force of the start the heavy one would go on.
+    for (radius, dt) in [(0.5 * H, 1e-4), (0.5 * H, 1e-3), (2.0 * H, 1e-3), (2.0 * H, 4e-3)] {
+        let mut start = Particles { positions: vec![[0.01, 0.02]], masses: vec![10.0] };
+        for k in 0..1000 {
+            let [a, b] = spread(k);
+            let (sin, cos) = (std::f64::consts::PI * (a - 0.5)).sin_cos();
+            let r = radius * b.sqrt();
+            start.positions.push([0.01 + r * cos, 0.02 + r * sin]);
+            start.masses.push(1e-3);
+        }
+        let kernel = blob();
+        let heavy = Heavy { kernel: &kernel, mass: 1.0, core: CORE };
+        let mut end = start.clone();
+        steps(&mut end, &quiet(1.0), equation(), Some(&heavy), dt, 1, &Serial).unwrap();
+        let way = |k: usize| [0, 1].map(|c| start.masses[k] * (end.positions[k][c] - start.positions[k][c]));
+        let light = (1..1001).map(way).fold([0.0; 2], |sum, w| [sum[0] + w[0], sum[1] + w[1]]);
+        let own = way(0);
+        let off = (own[0] + light[0]).hypot(own[1] + light[1]) / light[0].hypot(light[1]);
+        // Most where the fall just ends at the softening's edge.
+        assert!(off < if dt == 1e-4 { 0.12 } else { 0.05 }, "{radius} {dt}: {off}, {own:?}, {light:?}");
     }
 }
 
@@ -265,12 +289,14 @@ fn impossible_choices_are_refused() {
     let start = Particles { positions: vec![[0.1, 0.2], [0.3, -0.1]], masses: vec![1.0, 2.0] };
     let kernel = blob();
     let good = Heavy { kernel: &kernel, mass: 1.0, core: CORE };
+    let bare = Blob::new(Mollifier::None, 1.0).unwrap();
     let walls = Equation { walls: Walls::NoFlux, ..equation() };
     for (heavy, equation, want) in [
         (Heavy { mass: 0.0, ..good }, equation(), Error::OutOfDomain),
         (Heavy { mass: -1.0, ..good }, equation(), Error::OutOfDomain),
         (Heavy { mass: f64::NAN, ..good }, equation(), Error::NotFinite),
-        (Heavy { core: -1.0, ..good }, equation(), Error::OutOfDomain),
+        (Heavy { core: 0.0, ..good }, equation(), Error::OutOfDomain),
+        (Heavy { kernel: &bare, ..good }, equation(), Error::Unsupported),
         (Heavy { core: f64::INFINITY, ..good }, equation(), Error::NotFinite),
         (good, walls, Error::Unsupported),
     ] {

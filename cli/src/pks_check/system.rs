@@ -1,7 +1,7 @@
 //! A run: particles, grid and workspace in one place.
 
 use mollis_core::grid::{Equation, Grid, Mesh};
-use mollis_core::mollifier::{Blob, Mollifier};
+use mollis_core::mollifier::Blob;
 use mollis_core::parallel::{Executor, Serial};
 use mollis_core::pks::theory::{Group, Law};
 use mollis_core::pks::{self, Attraction, Counters, Event, Events, Heavy, Options, Report, Setting, State};
@@ -113,9 +113,7 @@ impl System {
     /// From now on particles of at least this mass act pair by pair, softened over a quarter of a mesh width.
     pub fn sum_heavy(&mut self, mass: f64) -> Result<()> {
         let Some((mesh, ..)) = &self.mesh else { return Err(Error::Unsupported) };
-        let [h, k] = mesh.spacing();
-        let kernel = Blob::new(Mollifier::Compact { order: 2, exponent: 4 }, 0.25 * h.min(k))?;
-        self.heavy = Some((kernel, mass));
+        self.heavy = Some((Heavy::softening(mesh)?, mass));
         Ok(())
     }
 

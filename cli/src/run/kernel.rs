@@ -5,7 +5,6 @@ use mollis_core::field::Interaction;
 use mollis_core::kernel::{Kernel, Law as CoreLaw, Term as CoreTerm};
 use mollis_core::mollifier::Mollifier;
 
-use super::gaussian::Plain;
 use crate::memory::Memory;
 use crate::scene::{Law, Scene, Softening};
 
@@ -42,18 +41,12 @@ pub fn with<const D: usize, R>(
     let bytes = Kernel::<f64, D>::workspace_bytes(&terms, mollifier).context("kernel")?;
     let mut memory = Memory::new(bytes);
     let kernel = Kernel::<f64, D>::prepare(memory.slice(), &terms, mollifier, delta).context("kernel")?;
-    match Plain::new(&kernel) {
-        Some(plain) => then(&plain),
-        None => then(&kernel),
-    }
+    then(&kernel)
 }
 
 /// The attractive Newtonian kernel with a scene's mollifier, whose Laplacian is the mollifier itself.
 pub fn unit<R>(scene: &Scene, h: Option<f64>, then: impl FnOnce(&dyn Interaction<f64, 2>) -> Result<R>) -> Result<R> {
     let delta = scene.mollifier.map_or(1.0, |softening| softening.delta(h));
     let kernel = Kernel::<f64, 2>::newtonian(1.0, mollifier(scene.mollifier.as_ref()), delta).context("mollifier")?;
-    match Plain::new(&kernel) {
-        Some(plain) => then(&plain),
-        None => then(&kernel),
-    }
+    then(&kernel)
 }

@@ -16,7 +16,6 @@ use crate::{output, plot};
 
 mod blob;
 mod cluster;
-mod gaussian;
 pub mod history;
 mod host;
 mod kernel;

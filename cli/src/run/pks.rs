@@ -5,7 +5,7 @@ use mollis_core::Error;
 use mollis_core::field::Run;
 use mollis_core::grid::{Equation, Grid, Mesh, Order, Walls};
 use mollis_core::isa::Level;
-use mollis_core::mollifier::{Blob, Mollifier};
+use mollis_core::mollifier::Blob;
 use mollis_core::parallel::Executor;
 use mollis_core::pks::{
     self, Attraction, CollisionLaw, Counters, Events, Heavy, Merging, Options, Report, Setting, State, theory,
@@ -81,11 +81,13 @@ impl<'a> Coalescing<'a> {
         let whole: f64 = start.masses.iter().sum();
         // mu~ = mu M / N, so mu also where several species make one.
         let critical = theory::critical_mass(noise * n as f64 / whole, pks.chi);
-        let softened = Mollifier::Compact { order: 2, exponent: 4 };
-        let [h, k] = mesh.spacing();
         let heavy = match pks.heavy {
-            Some(mass) => Some((Blob::new(softened, 0.25 * h.min(k))?, mass * critical)),
-            None => None,
+            // Without attraction there is nothing to sum.
+            Some(mass) if pks.chi > 0.0 => {
+                ensure!(pks.mu > 0.0, "pks.heavy is in critical masses, which are zero for pks.mu = 0");
+                Some((Heavy::softening(&mesh)?, mass * critical))
+            }
+            _ => None,
         };
         let kinds = scene.initial.len();
         let mut part_masses = vec![0.0; kinds];

@@ -4,16 +4,20 @@
 //! particles meet in a field that knows neither well. Particle-particle particle-mesh methods (Hockney & Eastwood, *Computer Simulation Using
 //! Particles*, 1988, chapter 8) subtract the smoothed force of near pairs and add the true one. Here the pairs that matter have a heavy
 //! partner, and these partners are so few that their smooth part need not be on the mesh at all: they are taken out of the density to the
-//! bit, every other particle feels the exact force of each of them at every distance, and they feel the exact opposite. Nothing is left of
-//! the mesh's error, momentum is conserved as before, and a pair costs a division.
+//! bit, every other particle feels the exact force of each of them at every distance, and they feel the opposite. Nothing is left of
+//! the mesh's error in these pairs.
+//!
+//! A light particle may fall all the way within a step, in sub-steps of its own, while a heavy one sees it where it was. So a heavy one is
+//! driven by the mean force of that fall: r^2 falls by q = 2 chi m dt K'(r) / r of itself, and the factor's mean is
+//! `(1 - sqrt(1 - q)) / (chi m dt)`, which is K'(r) / r for short steps. That keeps the centre of mass but for noise.
 
 use super::motion::{self, Moved, Moving};
 use super::state::Options;
 use crate::error::{Error, Result};
-use crate::field::{Interaction, LANES};
-use crate::grid::{Equation, Grid, Walls};
+use crate::field::{Interaction, LANES, Wanted};
+use crate::grid::{Equation, Grid, Mesh, Walls};
 use crate::isa::{Level, Plain, widest};
-use crate::mollifier::Mollifier;
+use crate::mollifier::{Blob, Mollifier, Series};
 use crate::parallel::Executor;
 use crate::random::Generator;
 use crate::real::Real;
@@ -25,17 +29,21 @@ pub const MAX_HEAVY: usize = 64;
 /// Particles of one task.
 const PARTICLES: usize = 8192;
 
+/// Pairs that are looked at together: few enough for the registers.
+const WIDTH: usize = 8;
+
 /// Heavy particles move in at least so many sub-steps.
 const SUBSTEPS: u32 = 16;
 
 /// Which particles act pair by pair beside a mesh, and how.
 #[derive(Clone, Copy)]
 pub struct Heavy<'a, T: Real> {
-    /// V of the mesh's equation (with its sign and screening), as a kernel without singularity: mollified over a part of a mesh width, say.
+    /// V of the mesh's equation (with its sign and screening), mollified: see [`Heavy::softening`].
     pub kernel: &'a dyn Interaction<T, 2>,
     /// Particles of at least this mass; positive.
     pub mass: T,
-    /// The expected jump of a sub-step at distance r from a heavy particle stays below a quarter of `max(core, r)`: the kernel's delta.
+    /// The kernel's delta, positive. With Euler-Maruyama sub-steps the expected jump of a light particle at distance r from a heavy one stays
+    /// below a quarter of `max(core, r)`, that of heavy ones below a sixteenth of `max(core, their least distance at the start)`.
     pub core: T,
 }
 
@@ -46,19 +54,29 @@ impl<T: Real> core::fmt::Debug for Heavy<'_, T> {
 }
 
 impl<T: Real> Heavy<'_, T> {
+    /// The Newtonian kernel softened over a quarter of the smaller mesh width: light particles see a point, sub-steps stay countable.
+    ///
+    /// # Errors
+    /// None for a mesh that exists.
+    pub fn softening(mesh: &Mesh<T>) -> Result<Blob<T, 2>> {
+        let [h, k] = mesh.spacing();
+        Blob::new(Mollifier::Compact { order: 2, exponent: 4 }, T::HALF * T::HALF * h.min(k))
+    }
+
     /// Checks the numbers and what surrounds the mesh.
     ///
     /// # Errors
-    /// [`Error::NotFinite`]; [`Error::OutOfDomain`]: the mass is not positive or the core negative. [`Error::Unsupported`]: walls, whose images
-    /// a sum over pairs does not know.
+    /// [`Error::NotFinite`]; [`Error::OutOfDomain`]: the mass or the core is not positive. [`Error::Unsupported`]: walls, whose images
+    /// a sum over pairs does not know, or a singular kernel, near which no sub-step is short enough.
     pub fn check(&self, equation: &Equation<T>) -> Result<()> {
         if !(self.mass.is_finite() && self.core.is_finite()) {
             return Err(Error::NotFinite);
         }
-        if !(self.mass > T::ZERO && self.core >= T::ZERO) {
+        if !(self.mass > T::ZERO && self.core > T::ZERO) {
             return Err(Error::OutOfDomain);
         }
-        if equation.walls == Walls::NoFlux { Err(Error::Unsupported) } else { Ok(()) }
+        let refused = equation.walls == Walls::NoFlux || self.kernel.is_singular();
+        if refused { Err(Error::Unsupported) } else { Ok(()) }
     }
 }
 
@@ -136,29 +154,33 @@ impl<'a, T: Real> Picked<'a, T> {
     /// nothing from itself.
     pub fn attract(&self, points: &[[T; 2]], slopes: &mut [[T; 2]], jumps: &mut [T]) {
         let (positions, masses) = (self.positions(), self.masses());
-        widest(Level::best(), Attract { pull: self.pull, core: self.core, positions, masses, points, slopes, jumps });
+        widest(Level::best(), Attract { pull: &self.pull, core: self.core, positions, masses, points, slopes, jumps });
     }
 
-    /// Overwrites the gradients at the heavy particles with that of the other `particles`, by pairs.
+    /// Overwrites the gradients at the heavy particles with that of the other particles, by pairs, in the mean over their fall if `fall` is
+    /// 2 chi dt, and as they are if it is zero.
     ///
     /// # Errors
     /// The executor's.
     fn react(
         &self,
         (positions, masses): (&[[T; 2]], &[T]),
+        fall: T,
         slopes: &mut [[T; 2]],
         executor: &dyn Executor,
     ) -> Result<()> {
-        let pull = self.pull;
+        let pull = &self.pull;
         each_piece(executor, self.count, &Chunks::new(slopes, 1), &(), &|task, slopes, ()| {
-            let (Some(&at), Some(slope)) = (self.positions().get(task), slopes.first_mut()) else { return Ok(()) };
+            let (Some(&at), Some(&mass)) = (self.positions().get(task), self.masses().get(task)) else { return Ok(()) };
+            let Some(slope) = slopes.first_mut() else { return Ok(()) };
+            let fall = fall * mass;
             *slope = [T::ZERO; 2];
             let mut from = 0;
             for until in self.indices().iter().copied().chain([positions.len()]) {
                 let part = from..until;
                 from = until + 1;
                 let (Some(positions), Some(masses)) = (positions.get(part.clone()), masses.get(part)) else { continue };
-                let [x, y] = widest(Level::best(), React { pull, at, positions, masses });
+                let [x, y] = widest(Level::best(), React { pull, at, fall, positions, masses });
                 *slope = [slope[0] + x, slope[1] + y];
             }
             Ok(())
@@ -187,7 +209,7 @@ impl<'a, T: Real> Picked<'a, T> {
         })?;
         let mut own = [[T::ZERO; 2]; MAX_HEAVY];
         let own = own.get_mut(..self.count).ok_or(Error::TooLarge)?;
-        self.react((positions, masses), own, executor)?;
+        self.react((positions, masses), T::ZERO, own, executor)?;
         self.attract(self.positions(), own, &mut []);
         for (&index, own) in self.indices().iter().zip(own) {
             slopes.get_mut(index).into_iter().for_each(|slope| *slope = *own);
@@ -219,7 +241,8 @@ impl<'a, T: Real> Picked<'a, T> {
         let room = Error::TooLarge;
         let corrections = corrections.get_mut(..n).ok_or(room)?;
         let slopes = slopes.get_mut(..n).ok_or(room)?;
-        self.react((moving.positions, moving.masses), corrections, executor)?;
+        let fall = T::TWO * moving.options.chi * moving.dt;
+        self.react((moving.positions, moving.masses), fall, corrections, executor)?;
         grid.interpolate_here(self.positions(), slopes);
         for (correction, mesh) in corrections.iter_mut().zip(&*slopes) {
             *correction = [correction[0] - mesh[0], correction[1] - mesh[1]];
@@ -285,69 +308,114 @@ fn close<X: Copy>(slice: &mut [X], at: usize) {
 #[derive(Clone, Copy)]
 struct Pull<'a, T: Real> {
     kernel: &'a dyn Interaction<T, 2>,
-    singular: bool,
-    /// The factor is the first over r^2 where r^2 is at least the second.
-    far: Option<(T, T)>,
+    newtonian: Option<Newtonian<T>>,
+}
+
+/// A Newtonian kernel under a compact mollifier.
+#[derive(Clone, Copy)]
+struct Newtonian<T> {
+    /// The factor beyond delta, times r^2.
+    strength: T,
+    /// delta^2.
+    edge: T,
+    /// G(t), t = 1 - r^2 / delta^2, and what it is multiplied by.
+    inside: Option<(Series<T>, T)>,
+}
+
+impl<T: Real> Newtonian<T> {
+    #[inline(always)]
+    fn is_beyond(&self, square: T) -> bool {
+        (square >= self.edge) & (square > T::ZERO)
+    }
+
+    fn factor(&self, square: T) -> T {
+        match &self.inside {
+            _ if self.is_beyond(square) => self.strength / square,
+            Some((series, scale)) => *scale * series.at(T::ONE - square / self.edge),
+            None => T::ZERO,
+        }
+    }
 }
 
 impl<'a, T: Real> Pull<'a, T> {
     fn new(kernel: &'a dyn Interaction<T, 2>) -> Self {
-        let far = kernel.newtonian().filter(|(_, blob)| !matches!(blob.mollifier(), Mollifier::Gaussian { .. }));
-        let far = far.map(|(coefficient, blob)| (coefficient / (T::TWO * T::PI), blob.delta() * blob.delta()));
-        Self { kernel, singular: kernel.is_singular(), far }
+        let compact = kernel.newtonian().filter(|(_, blob)| !matches!(blob.mollifier(), Mollifier::Gaussian { .. }));
+        let newtonian = compact.map(|(coefficient, blob)| Newtonian {
+            strength: coefficient / (T::TWO * T::PI),
+            edge: blob.delta() * blob.delta(),
+            inside: blob.polynomials().map(|p| (p.gradient, coefficient * p.scale)),
+        });
+        Self { kernel, newtonian }
     }
 
     /// K'(r) / r for these r^2.
     #[inline(always)]
-    fn factors(&self, squares: &[T; LANES]) -> [T; LANES] {
-        if let Some((strength, beyond)) = self.far {
-            let far = squares.iter().fold(true, |all, &r2| all & (r2 >= beyond) & (r2 > T::ZERO));
-            if far {
-                return squares.map(|r2| strength / r2);
-            }
+    fn factors(&self, squares: &[T; WIDTH]) -> [T; WIDTH] {
+        if let Some(newtonian) = &self.newtonian
+            && squares.iter().fold(true, |all, &square| all & newtonian.is_beyond(square))
+        {
+            let mut factors = *squares;
+            factors.iter_mut().for_each(|factor| *factor = newtonian.strength / *factor);
+            return factors;
         }
         self.near(squares)
     }
 
     #[inline(never)]
-    fn near(&self, squares: &[T; LANES]) -> [T; LANES] {
-        let distance = |r2: T| if self.singular && r2 == T::ZERO { T::ONE } else { r2.sqrt() };
-        if let Some((strength, beyond)) = self.far {
-            return squares.map(|r2| {
-                if r2 >= beyond && r2 > T::ZERO { strength / r2 } else { self.kernel.gradient_factor(distance(r2)) }
-            });
+    fn near(&self, squares: &[T; WIDTH]) -> [T; WIDTH] {
+        let mut factors = *squares;
+        if let Some(newtonian) = &self.newtonian {
+            factors.iter_mut().for_each(|factor| *factor = newtonian.factor(*factor));
+            return factors;
         }
-        let wanted = crate::field::Wanted { gradient: true, ..Default::default() };
-        let [_, factors, _] = self.kernel.pairs(&squares.map(distance), LANES, wanted);
+        let mut distances = [T::ONE; LANES];
+        distances.iter_mut().zip(squares).for_each(|(r, &square)| *r = square.sqrt());
+        let wanted = Wanted { gradient: true, ..Wanted::default() };
+        let [_, found, _] = self.kernel.pairs(&distances, WIDTH, wanted);
+        factors.iter_mut().zip(found).for_each(|(factor, found)| *factor = found);
         factors
     }
 }
 
-/// [`LANES`] points, coordinate by coordinate; lanes beyond the last repeat it.
+/// Calls the body for each [`WIDTH`] points, coordinate by coordinate, and where they begin; lanes beyond the last point repeat it.
 #[inline(always)]
-fn lanes<T: Real>(points: &[[T; 2]]) -> [[T; LANES]; 2] {
-    let last = points.last().copied().unwrap_or_default();
-    let [mut x, mut y] = last.map(|v| [v; LANES]);
+fn in_lanes<T: Real>(points: &[[T; 2]], mut body: impl FnMut(usize, &[[T; WIDTH]; 2])) {
+    let (blocks, rest) = points.as_chunks::<WIDTH>();
+    let mut from = 0;
+    for block in blocks {
+        body(from, &transposed(block));
+        from += WIDTH;
+    }
+    if let Some(&last) = rest.last() {
+        let mut block = [last; WIDTH];
+        block.iter_mut().zip(rest).for_each(|(to, x)| *to = *x);
+        body(from, &transposed(&block));
+    }
+}
+
+#[inline(always)]
+fn transposed<T: Real>(points: &[[T; 2]; WIDTH]) -> [[T; WIDTH]; 2] {
+    let [mut x, mut y] = [[T::ZERO; WIDTH]; 2];
     for ((x, y), point) in x.iter_mut().zip(&mut y).zip(points) {
-        (*x, *y) = (point[0], point[1]);
+        [*x, *y] = *point;
     }
     [x, y]
 }
 
 /// Differences and their squares' sums.
 #[inline(always)]
-fn apart<T: Real>([x, y]: &[[T; LANES]; 2], from: [T; 2]) -> ([[T; LANES]; 2], [T; LANES]) {
-    let (dx, dy) = (x.map(|x| x - from[0]), y.map(|y| y - from[1]));
-    let mut squares = [T::ZERO; LANES];
-    for ((square, &dx), &dy) in squares.iter_mut().zip(&dx).zip(&dy) {
-        *square = dx * dx + dy * dy;
+fn apart<T: Real>([x, y]: &[[T; WIDTH]; 2], from: [T; 2]) -> ([[T; WIDTH]; 2], [T; WIDTH]) {
+    let (mut dx, mut dy, mut squares) = (*x, *y, [T::ZERO; WIDTH]);
+    for ((dx, dy), square) in dx.iter_mut().zip(&mut dy).zip(&mut squares) {
+        (*dx, *dy) = (*dx - from[0], *dy - from[1]);
+        *square = *dx * *dx + *dy * *dy;
     }
     ([dx, dy], squares)
 }
 
 /// Adds the gradient of a few masses to that at many points.
 struct Attract<'a, T: Real> {
-    pull: Pull<'a, T>,
+    pull: &'a Pull<'a, T>,
     core: T,
     positions: &'a [[T; 2]],
     masses: &'a [T],
@@ -363,12 +431,10 @@ impl<T: Real> Plain for Attract<'_, T> {
     #[inline(always)]
     fn run(self) {
         let Self { pull, core, positions, masses, points, slopes, jumps } = self;
-        let mut jumps = jumps.chunks_mut(LANES);
-        for (points, slopes) in points.chunks(LANES).zip(slopes.chunks_mut(LANES)) {
-            let here = lanes(points);
-            let (mut sums, mut nearest) = ([[T::ZERO; LANES]; 2], [T::INFINITY; LANES]);
+        in_lanes(points, |at, here| {
+            let (mut sums, mut nearest) = ([[T::ZERO; WIDTH]; 2], [T::INFINITY; WIDTH]);
             for (&from, &m) in positions.iter().zip(masses) {
-                let (differences, squares) = apart(&here, from);
+                let (differences, squares) = apart(here, from);
                 let factors = pull.factors(&squares);
                 for (sum, difference) in sums.iter_mut().zip(&differences) {
                     for ((sum, &factor), &d) in sum.iter_mut().zip(&factors).zip(difference) {
@@ -376,25 +442,27 @@ impl<T: Real> Plain for Attract<'_, T> {
                     }
                 }
                 for (nearest, &square) in nearest.iter_mut().zip(&squares) {
-                    *nearest = if (square > T::ZERO) & (square < *nearest) { square } else { *nearest };
+                    *nearest = if square < *nearest { square } else { *nearest };
                 }
             }
             let [x, y] = &sums;
-            for (slope, (&x, &y)) in slopes.iter_mut().zip(x.iter().zip(y)) {
+            for (slope, (&x, &y)) in slopes.iter_mut().skip(at).zip(x.iter().zip(y)) {
                 *slope = [slope[0] + x, slope[1] + y];
             }
             let quarter = T::HALF * T::HALF;
-            for (jump, &square) in jumps.next().unwrap_or_default().iter_mut().zip(&nearest) {
+            for (jump, &square) in jumps.iter_mut().skip(at).zip(&nearest) {
                 *jump = jump.min(quarter * core.max(square.sqrt()));
             }
-        }
+        });
     }
 }
 
 /// The gradient of many masses at one point.
 struct React<'a, T: Real> {
-    pull: Pull<'a, T>,
+    pull: &'a Pull<'a, T>,
     at: [T; 2],
+    /// 2 chi m dt, or zero.
+    fall: T,
     positions: &'a [[T; 2]],
     masses: &'a [T],
 }
@@ -404,24 +472,29 @@ impl<T: Real> Plain for React<'_, T> {
 
     #[inline(always)]
     fn run(self) -> [T; 2] {
-        let Self { pull, at, positions, masses } = self;
+        let Self { pull, at, fall, positions, masses } = self;
         // Short sums are added up to long ones, so that errors grow slowly.
-        const SHORT: usize = 64 * LANES;
+        const SHORT: usize = 128 * WIDTH;
         let mut total = [T::ZERO; 2];
         for (positions, masses) in positions.chunks(SHORT).zip(masses.chunks(SHORT)) {
-            let mut sums = [[T::ZERO; LANES]; 2];
-            for (positions, masses) in positions.chunks(LANES).zip(masses.chunks(LANES)) {
-                let (differences, squares) = apart(&lanes(positions), at);
-                let factors = pull.factors(&squares);
+            let mut sums = [[T::ZERO; WIDTH]; 2];
+            in_lanes(positions, |from, here| {
+                let (differences, squares) = apart(here, at);
+                let mut factors = pull.factors(&squares);
+                for factor in &mut factors {
+                    // 2 f / (1 + sqrt(1 - q)) does not cancel.
+                    let q = fall * *factor;
+                    *factor = T::TWO * *factor / (q.max(T::ONE) * (T::ONE + (T::ONE - q).max(T::ZERO).sqrt()));
+                }
                 // Lanes beyond the last have no mass.
-                let mut m = [T::ZERO; LANES];
-                m.iter_mut().zip(masses).for_each(|(to, &m)| *to = m);
+                let mut m = [T::ZERO; WIDTH];
+                m.iter_mut().zip(masses.iter().skip(from)).for_each(|(to, &m)| *to = m);
                 for (sum, difference) in sums.iter_mut().zip(&differences) {
                     for (((sum, &factor), &d), &m) in sum.iter_mut().zip(&factors).zip(difference).zip(&m) {
                         *sum -= m * factor * d;
                     }
                 }
-            }
+            });
             for (total, sums) in total.iter_mut().zip(sums) {
                 *total += sums.into_iter().fold(T::ZERO, |sum, v| sum + v);
             }

@@ -446,7 +446,7 @@ fn travel<T: Real>(
     let stop = |run: &Run<'_>| if run.should_stop.is_some_and(|stop| stop()) { Err(Error::Stopped) } else { Ok(()) };
     // The unit of masses on a mesh, with a margin for the rounding of the sum.
     let scale = || MassScale::for_total(T::from_f64(1.001) * total);
-    let mut fields = 0;
+    let (mut fields, mut drawn) = (0, 0);
     if cfg!(feature = "small") {
         // Where flash and stack are dear, one way is left: common sub-steps in a summed field.
         let Attraction::Sum(kernel, _) = force else { return Err(Error::Unsupported) };
@@ -482,7 +482,9 @@ fn travel<T: Real>(
             let mut made = motion::frozen(moving, Some(&field), generator, to, executor)?;
             if let Some(picked) = &picked {
                 let to = Moved { positions, increments, substeps: &mut [] };
-                made += picked.advance(grid, moving, generator, to, executor)?;
+                // In place of the one that was made and written over.
+                drawn += picked.indices().len() as u64;
+                made = made.saturating_sub(drawn) + picked.advance(grid, moving, generator, to, executor)?;
             }
             (made, 1)
         }
@@ -521,7 +523,7 @@ fn travel<T: Real>(
             }
         }
     };
-    let normals = if noisy { made * draws } else { 0 };
+    let normals = if noisy { made * draws + drawn } else { 0 };
     Report { fields, substeps: made, normals, ..Report::default() }.add_to(report);
     Ok(())
 }

@@ -21,8 +21,10 @@ use mollis_core::space::{ALIGN, Plain};
 use mollis_core::{Error, Real, Result};
 
 use crate::buffers::{Input, Output, disjoint, workspace};
+#[cfg(not(feature = "small"))]
 use crate::grid::{equation, mollis_mesh2};
 use crate::kernel;
+#[cfg(not(feature = "small"))]
 use crate::options as structures;
 use crate::random::{HostGenerator, mollis_generator};
 use crate::run::{HostRun, mollis_run};
@@ -140,7 +142,7 @@ unsafe fn size<T: Real>(
 ///
 /// Refused: MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_OPTIONS_SIZE, MOLLIS_ERR_UNKNOWN_VALUE, MOLLIS_ERR_NOT_FINITE,
 /// MOLLIS_ERR_OUT_OF_DOMAIN (a negative noise, separation or probability not between 0 and 1, an empty mesh),
-/// MOLLIS_ERR_TOO_LARGE, and those of an unprepared kernel.
+/// MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_UNSUPPORTED (heavy particles in a box, or by a singular kernel), and those of an unprepared kernel.
 #[cfg(feature = "double")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_pks_workspace_bytes(
@@ -238,6 +240,16 @@ where
         let log = Output::new(given.events, given.room)?;
         let absorbed = Output::new(given.labels, given.labels_room)?;
         let own_log = Input::new(self.events.cast::<u8>(), size_of::<mollis_pks_events>())?;
+        // Who has just flash for it looks after it.
+        let mut kernel = own_log;
+        if cfg!(not(feature = "small")) {
+            // SAFETY: as above.
+            let given = unsafe { fetch(self.attraction)? };
+            if given.kind == MOLLIS_PKS_ATTRACTION_SUM || given.kind == MOLLIS_PKS_ATTRACTION_MESH && given.heavy != 0.0
+            {
+                kernel = Input::new(given.kernel.cast::<u8>(), given.kernel_bytes)?;
+            }
+        }
         disjoint(
             &[
                 Some(positions.range()),
@@ -250,7 +262,7 @@ where
                 Some(absorbed.range()),
                 Some(memory.range()),
             ],
-            &[own_log.range()],
+            &[own_log.range(), kernel.range()],
         )?;
         if given.written > given.room || given.labels_written > given.labels_room {
             return Err(Error::OutOfDomain);
@@ -376,7 +388,7 @@ where
 /// | labels    | room    | all different; a merged particle keeps its lowest                                           |
 /// | species   | room    | travels with the particles; may be null                                                     |
 /// | counters  | 1       | read and written                                                                            |
-/// | generator |         | the host's stream, drawn in array order; null: the built-in one with `seed`, a stream a label |
+/// | generator |         | the host's stream, drawn in array order, then for heavy particles; null: the built-in one with `seed`, a stream a label |
 /// | events    | 1       | every merge is appended                                                                     |
 /// | report    | 1       | added to; may be null                                                                       |
 ///
@@ -388,7 +400,7 @@ where
 /// same workspace content: it goes on with counters->pending merges. Any other status leaves the state of the last completed step:
 /// MOLLIS_ERR_TOO_MANY_SUBSTEPS, MOLLIS_ERR_BECAME_NOT_FINITE, MOLLIS_ERR_STOPPED, the generator's or executor's own. Refused with nothing
 /// written: MOLLIS_ERR_NOT_FINITE, MOLLIS_ERR_MASS, MOLLIS_ERR_TIME_STEP, MOLLIS_ERR_OUT_OF_DOMAIN, MOLLIS_ERR_LENGTH_MISMATCH (count > room),
-/// MOLLIS_ERR_OVERLAP, MOLLIS_ERR_WORKSPACE_TOO_SMALL, MOLLIS_ERR_NOT_PREPARED (pending merges that the workspace does not hold).
+/// MOLLIS_ERR_OVERLAP, MOLLIS_ERR_UNSUPPORTED (heavy particles in a box, or by a singular kernel), MOLLIS_ERR_WORKSPACE_TOO_SMALL, MOLLIS_ERR_NOT_PREPARED (pending merges that the workspace does not hold).
 #[cfg(feature = "double")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_pks_step(

@@ -175,7 +175,7 @@ pub struct mollis_pks_attraction {
     pub tolerance: f64,
     /// MESH: particles of at least this mass, the 64 heaviest at most, act by `kernel` pair by pair, both ways and at every distance, and not
     /// through the mesh, which is wrong within some widths of a particle. The kernel is V of the mesh's equation, mollified over
-    /// a part of a mesh width; sub-steps become short near them. Not with no-flux walls. 0: none.
+    /// a part of a mesh width (a quarter, say); sub-steps become short near them. Not with no-flux walls, nor with a singular kernel. 0: none.
     pub heavy: f64,
 }
 
