@@ -1,7 +1,10 @@
 //! Helpers that several tests share.
 
 use std::ffi::c_void;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
+use mollis_core::Result;
+use mollis_core::parallel::Executor;
 use mollis_core::space::ALIGN;
 
 /// Dirty bytes that start at a multiple of [`ALIGN`], in a little more memory, which is dirty too.
@@ -37,5 +40,30 @@ impl Aligned {
     #[must_use]
     pub fn is_untouched(&self) -> bool {
         self.memory.iter().all(|&byte| byte == Self::DIRT)
+    }
+}
+
+/// So many threads, which take tasks as they come.
+#[derive(Debug)]
+pub struct Threads(pub usize);
+
+impl Executor for Threads {
+    fn workers(&self) -> usize {
+        self.0
+    }
+
+    fn run(&self, tasks: usize, task: &(dyn Fn(usize) + Sync)) -> Result<()> {
+        let next = AtomicUsize::new(0);
+        std::thread::scope(|scope| {
+            for worker in 0..self.0 {
+                let next = &next;
+                scope.spawn(move || {
+                    while next.fetch_add(1, Ordering::Relaxed) < tasks {
+                        task(worker);
+                    }
+                });
+            }
+        });
+        Ok(())
     }
 }

@@ -1,15 +1,14 @@
 //! The direct sum against its twin in double-double arithmetic, at every level this machine has; and what it promises about
 //! bits, counts, refusals and extreme distances.
 
-use std::sync::atomic::{AtomicUsize, Ordering};
-
 use mollis_core::field::{self, Accumulation, Counters, Options, Outputs, Plan, Run, Sources, Wanted};
 use mollis_core::isa::Level;
 use mollis_core::kernel::Kernel;
 use mollis_core::mollifier::Mollifier;
 use mollis_core::parallel::{Executor, Serial};
-use mollis_core::{Error, Real, Result};
+use mollis_core::{Error, Real};
 use mollis_reference::field::{Soft, newtonian};
+use mollis_tests::Threads;
 
 const ALL: Wanted = Wanted { potential: true, gradient: true, laplacian: true };
 
@@ -231,28 +230,6 @@ fn sizes_around_every_width() {
             let case = grid_case::<2>(n, 3, None);
             check(&case, &sum::<f32, 2>(&case, ALL, &Options::default(), level, &Serial), "sources");
         }
-    }
-}
-
-/// Workers that take tasks as they come.
-struct Threads(usize);
-impl Executor for Threads {
-    fn workers(&self) -> usize {
-        self.0
-    }
-    fn run(&self, tasks: usize, task: &(dyn Fn(usize) + Sync)) -> Result<()> {
-        let next = AtomicUsize::new(0);
-        std::thread::scope(|scope| {
-            for worker in 0..self.0 {
-                let next = &next;
-                scope.spawn(move || {
-                    while next.fetch_add(1, Ordering::Relaxed) < tasks {
-                        task(worker);
-                    }
-                });
-            }
-        });
-        Ok(())
     }
 }
 

@@ -8,6 +8,7 @@ use mollis_core::parallel::{Executor, Serial};
 use mollis_core::space::ALIGN;
 use mollis_core::{Error, Real, Result};
 use mollis_reference::grid as twin;
+use mollis_tests::Threads;
 
 /// Deterministic numbers in (0, 1).
 fn random(seed: u64) -> impl FnMut() -> f64 {
@@ -33,29 +34,6 @@ fn with_grid<T: Real, R>(
     let result = body(&mut Grid::prepare(&mut memory[start..start + bytes], mesh, equation, workers).unwrap());
     assert!(memory[..start].iter().chain(&memory[start + bytes..]).all(|&b| b == 0xC5), "a write outside");
     result
-}
-
-/// Two or more threads that take tasks as they come.
-struct Threads(usize);
-
-impl Executor for Threads {
-    fn workers(&self) -> usize {
-        self.0
-    }
-    fn run(&self, tasks: usize, task: &(dyn Fn(usize) + Sync)) -> Result<()> {
-        let next = AtomicUsize::new(0);
-        std::thread::scope(|scope| {
-            for worker in 0..self.0 {
-                let next = &next;
-                scope.spawn(move || {
-                    while next.fetch_add(1, Ordering::Relaxed) < tasks {
-                        task(worker);
-                    }
-                });
-            }
-        });
-        Ok(())
-    }
 }
 
 /// Gives all tasks of a call to one worker, and those of the next call to the next: whatever a worker's scratch held from

@@ -10,33 +10,12 @@ use mollis_core::pks::{
 };
 use mollis_core::random::Philox;
 use mollis_core::{Error, Real, Result};
-use mollis_tests::Aligned;
+use mollis_tests::{Aligned, Threads};
 
 const CELLS: usize = 32;
 /// The mesh width.
 const H: f64 = 2.0 / CELLS as f64;
 const CORE: f64 = H / 4.0;
-
-struct Threads(usize);
-impl Executor for Threads {
-    fn workers(&self) -> usize {
-        self.0
-    }
-    fn run(&self, tasks: usize, task: &(dyn Fn(usize) + Sync)) -> Result<()> {
-        let next = std::sync::atomic::AtomicUsize::new(0);
-        std::thread::scope(|scope| {
-            for worker in 0..self.0 {
-                let next = &next;
-                scope.spawn(move || {
-                    while next.fetch_add(1, std::sync::atomic::Ordering::Relaxed) < tasks {
-                        task(worker);
-                    }
-                });
-            }
-        });
-        Ok(())
-    }
-}
 
 /// Numbers in 0..1 without a pattern that matters: multiples of the golden ratio and of the square root of two.
 fn spread(k: usize) -> [f64; 2] {

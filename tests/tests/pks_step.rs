@@ -11,6 +11,7 @@ use mollis_core::pks::{
 use mollis_core::random::{Generator, Philox, Stream};
 use mollis_core::space::ALIGN;
 use mollis_core::{Error, Real, Result};
+use mollis_tests::Threads;
 
 /// SplitMix64 (Steele, Lea & Flood 2014): initial conditions, and a stream.
 #[derive(Clone, Copy)]
@@ -29,27 +30,6 @@ impl Split {
 impl Generator for Split {
     fn fill(&mut self, _: u64, _: u32, _: u32, out: &mut [u64]) -> Result<()> {
         out.iter_mut().for_each(|w| *w = self.next());
-        Ok(())
-    }
-}
-
-struct Threads(usize);
-impl Executor for Threads {
-    fn workers(&self) -> usize {
-        self.0
-    }
-    fn run(&self, tasks: usize, task: &(dyn Fn(usize) + Sync)) -> Result<()> {
-        let next = std::sync::atomic::AtomicUsize::new(0);
-        std::thread::scope(|scope| {
-            for worker in 0..self.0 {
-                let next = &next;
-                scope.spawn(move || {
-                    while next.fetch_add(1, std::sync::atomic::Ordering::Relaxed) < tasks {
-                        task(worker);
-                    }
-                });
-            }
-        });
         Ok(())
     }
 }

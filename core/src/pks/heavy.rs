@@ -256,12 +256,12 @@ impl<'a, T: Real> Picked<'a, T> {
             ..*moving
         };
         let (ends, jumps) = (ends.get_mut(..n).ok_or(room)?, jumps.get_mut(..n).ok_or(room)?);
+        let mut there = *self;
         let mut sum = |points: &[[T; 2]], slopes: &mut [[T; 2]]| {
             grid.interpolate_here(points, slopes);
             for (slope, correction) in slopes.iter_mut().zip(&*corrections) {
                 *slope = [slope[0] + correction[0], slope[1] + correction[1]];
             }
-            let mut there = *self;
             there.positions.iter_mut().zip(points).for_each(|(to, x)| *to = *x);
             there.attract(points, slopes, &mut []);
             Ok(())
@@ -318,8 +318,10 @@ struct Newtonian<T> {
     strength: T,
     /// delta^2.
     edge: T,
-    /// G(t), t = 1 - r^2 / delta^2, and what it is multiplied by.
-    inside: Option<(Series<T>, T)>,
+    /// G(t), t = 1 - r^2 / delta^2.
+    inside: Series<T>,
+    /// What G is multiplied by.
+    scale: T,
 }
 
 impl<T: Real> Newtonian<T> {
@@ -329,21 +331,24 @@ impl<T: Real> Newtonian<T> {
     }
 
     fn factor(&self, square: T) -> T {
-        match &self.inside {
-            _ if self.is_beyond(square) => self.strength / square,
-            Some((series, scale)) => *scale * series.at(T::ONE - square / self.edge),
-            None => T::ZERO,
+        if self.is_beyond(square) {
+            self.strength / square
+        } else {
+            self.scale * self.inside.at(T::ONE - square / self.edge)
         }
     }
 }
 
 impl<'a, T: Real> Pull<'a, T> {
     fn new(kernel: &'a dyn Interaction<T, 2>) -> Self {
-        let compact = kernel.newtonian().filter(|(_, blob)| !matches!(blob.mollifier(), Mollifier::Gaussian { .. }));
-        let newtonian = compact.map(|(coefficient, blob)| Newtonian {
-            strength: coefficient / (T::TWO * T::PI),
-            edge: blob.delta() * blob.delta(),
-            inside: blob.polynomials().map(|p| (p.gradient, coefficient * p.scale)),
+        let newtonian = kernel.newtonian().and_then(|(coefficient, blob)| {
+            let polynomials = blob.polynomials()?;
+            Some(Newtonian {
+                strength: coefficient / (T::TWO * T::PI),
+                edge: blob.delta() * blob.delta(),
+                inside: polynomials.gradient,
+                scale: coefficient * polynomials.scale,
+            })
         });
         Self { kernel, newtonian }
     }
