@@ -23,20 +23,13 @@ pub fn by_high_half(words: &mut [u64], spare: &mut [u64], counts: &mut [u32]) {
     }
 }
 
-/// Overwrites `words` with the words of all parts (as many), sorted by the low twenty bits of their high halves, the others being the same in
-/// all of them; equal ones as they came. `spare` is as long and overwritten.
-pub fn collect_by_20_bits<'a>(
-    parts: impl Iterator<Item = &'a [u64]> + Clone,
-    words: &mut [u64],
-    spare: &mut [u64],
-    counts: &mut [u32; BUCKETS],
-) {
-    let all = parts.flatten();
+/// Sorts `words` by the low twenty bits of their high halves, the others being the same in all of them; equal ones as they came (whole words
+/// for few). `spare` is as long and overwritten.
+pub fn by_20_bits(words: &mut [u64], spare: &mut [u64], counts: &mut [u32; BUCKETS]) {
     if words.len() <= SMALL {
-        words.iter_mut().zip(all).for_each(|(to, &from)| *to = from);
         heap(words, |&word| word);
     } else {
-        pass(all, spare, counts, 32);
+        pass(words.iter(), spare, counts, 32);
         pass(spare.iter(), words, counts, 32 + DIGIT);
     }
 }
@@ -159,15 +152,12 @@ mod tests {
                     by_high_half(&mut got, &mut vec![7; spare], &mut counts);
                     assert_eq!(got, want, "{n} {bits}");
                 }
-                // The highest bits the same, in parts of any length.
-                let parts: Vec<u64> = words.iter().map(|&w| w & !(0xFFF << 52)).collect();
-                want = parts.clone();
+                // The highest bits the same.
+                let mut got: Vec<u64> = words.iter().map(|&w| w & !(0xFFF << 52)).collect();
+                want = got.clone();
                 want.sort_unstable();
-                for each in [1, 3, 4096] {
-                    let mut got = vec![5; n];
-                    collect_by_20_bits(parts.chunks(each), &mut got, &mut vec![7; n], &mut [9; BUCKETS]);
-                    assert_eq!(got, want, "{n} {bits} {each}");
-                }
+                by_20_bits(&mut got, &mut vec![7; n], &mut [9; BUCKETS]);
+                assert_eq!(got, want, "{n} {bits}");
             }
         }
     }

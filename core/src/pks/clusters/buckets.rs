@@ -9,8 +9,10 @@
 
 use super::Particles;
 use super::bound::Bound;
-use super::mesh::{Mesh, interleave, part};
+use super::mesh::Mesh;
 use super::order::{self, FIRST, MARK, key, levels};
+use super::sieve::{LANES, Reach, Sieve, add, locals};
+use super::word::{Beyond, LEVEL};
 use crate::error::Result;
 use crate::isa::{Level, Plain, widest};
 use crate::parallel::Executor;
@@ -19,18 +21,12 @@ use crate::pks::sort;
 use crate::real::Real;
 use crate::space::{Chunks, Ranges, Space, each_piece};
 
-/// The buckets are the cells of this level.
-const LEVEL: u32 = 6;
 /// How many buckets there are.
 const BUCKETS: usize = 1 << (2 * LEVEL);
 /// Particles that are put into buckets together.
 const BLOCK: usize = 1 << 15;
 /// From one block's table to the next: not a power of two, so that a bucket's counts in all blocks lie in different cache sets.
 const PITCH: usize = BUCKETS + 32;
-/// Levels beyond the key's that a word may hold beside the particle's number.
-const BEYOND: u32 = 8;
-/// Keys that are looked at side by side.
-const LANES: usize = 32;
 /// Ratios of the largest to the smallest mass, as powers of two, for which distances are known.
 const RATIOS: usize = 24;
 
@@ -140,23 +136,34 @@ impl<'w> Buckets<'w> {
                 let begin = if bucket == 0 { 0 } else { end(bucket - 1) };
                 blocked.get(from + begin..from + end(bucket)).unwrap_or(&[])
             });
-            let mut counts = [0; sort::BUCKETS];
-            sort::collect_by_20_bits(parts, words, spare, &mut counts);
+            words.iter_mut().zip(parts.flatten()).for_each(|(to, &from)| *to = from);
             let [mass, heaviest] = masses.get(at).map_or([T::ZERO; 2], |load| load.map(T::from_f64));
             let heavy = words.len() > 2 && criterion.grouped(mass, heaviest);
             let reach = if heavy { None } else { reaches.of(heaviest) };
-            let cells = reach.map(|reach| reach.cells);
-            let sum = widest(Level::best(), Compare { words: &mut *words, shared, beyond, cells });
-            sums.iter_mut().for_each(|s| *s = sum);
-            order::deepen(mesh, positions, words, spare, &mut counts, shared);
-            let found = match reach {
-                _ if heavy => HEAVY,
-                Some(reach) => {
-                    let marked = note(shared, spare);
-                    near(reach, positions, words, spare, marked)
-                }
-                None => 0,
-            };
+            let sieve = Sieve { words: &mut *words, spare: &mut *spare, beyond, reach, positions };
+            let sieved = if heavy { None } else { widest(Level::best(), sieve) };
+            let corner = Beyond::corner(bucket);
+            let (sum, found) = sieved.map_or_else(
+                || {
+                    let sum = widest(Level::best(), Key { words: &mut *words, beyond, corner });
+                    let mut counts = [0; sort::BUCKETS];
+                    sort::by_20_bits(words, spare, &mut counts);
+                    let cells = reach.map(|reach| reach.cells);
+                    widest(Level::best(), Compare { words: &mut *words, shared, beyond, cells });
+                    order::deepen(mesh, positions, words, spare, &mut counts, shared);
+                    let found = match reach {
+                        _ if heavy => HEAVY,
+                        Some(reach) => {
+                            let marked = note(shared, spare);
+                            near(reach, positions, words, spare, marked)
+                        }
+                        None => 0,
+                    };
+                    (sum, found)
+                },
+                |sum| (sum, 0),
+            );
+            sums.iter_mut().for_each(|s| *s = from_corner(sum, corner, words.len()));
             pairs.iter_mut().for_each(|p| *p = found);
             Ok(())
         })?;
@@ -241,59 +248,6 @@ impl<'w> Buckets<'w> {
     }
 }
 
-/// Finer coordinates than the key's, in the bits of a word that the particles' numbers leave free.
-#[derive(Clone, Copy, Debug)]
-struct Beyond {
-    /// How many levels.
-    levels: u32,
-}
-
-impl Beyond {
-    /// For the numbers below `n`.
-    fn new(n: usize) -> Self {
-        let free = (n.saturating_sub(1) as u32).leading_zeros();
-        Self { levels: BEYOND.min(free / 2) }
-    }
-
-    /// Bits of a particle's number.
-    #[inline(always)]
-    fn bits(self) -> u32 {
-        32 - 2 * self.levels
-    }
-
-    /// The word of a particle.
-    #[inline(always)]
-    fn word(self, [cx, cy]: [u32; 2], i: usize) -> u64 {
-        let mask = (1 << self.levels) - 1;
-        let fine = |c: u32| u64::from(c >> (FIRST - self.levels) & mask);
-        let key = u64::from(interleave([cx >> FIRST, cy >> FIRST]));
-        key << 32 | (fine(cy) << self.levels | fine(cx)) << self.bits() | i as u64
-    }
-
-    /// The coordinates that a word holds.
-    #[inline(always)]
-    fn place(self, word: u64) -> [u32; 2] {
-        let [x, y] = part(key(word));
-        let (mask, fine) = ((1 << self.levels) - 1, (u64::from(word as u32) >> self.bits()) as u32);
-        [x << self.levels | fine & mask, y << self.levels | fine >> self.levels]
-    }
-
-    /// The word without them.
-    #[inline(always)]
-    fn strip(self, word: u64) -> u64 {
-        word & !(0xFFFF_FFFF & !((1 << self.bits()) - 1))
-    }
-}
-
-/// How far two particles of a bucket may be from one another to count.
-#[derive(Clone, Copy, Debug)]
-struct Reach<T> {
-    /// Cells of the words' coordinates, along each axis.
-    cells: u32,
-    /// The square of the distance.
-    square: T,
-}
-
 /// Reaches by the largest mass of a bucket, up to which each holds; `None`: no two count.
 struct Reaches<T>([(T, Option<Reach<T>>); RATIOS + 1]);
 
@@ -302,6 +256,7 @@ impl<T: Real> Reaches<T> {
     fn new(mesh: &Mesh<T>, criterion: &Criterion<T>, smallest: T, masses: &[[f64; 2]], beyond: Beyond) -> Self {
         let heaviest = masses.iter().fold(smallest, |most, &[_, h]| most.max(T::from_f64(h)));
         let width = mesh.side.ldexp(-((FIRST + beyond.levels) as i32));
+        let coordinates = T::ONE.ldexp((FIRST + beyond.levels) as i32);
         let mut largest = smallest;
         Self(core::array::from_fn(|_| {
             if largest >= T::TWO * heaviest {
@@ -309,9 +264,9 @@ impl<T: Real> Reaches<T> {
                 return (largest, None);
             }
             let reach = criterion.reach(smallest, largest).map(|reach| Reach {
-                // Rounded up; two more for the rounding of two coordinates, of which single precision has 2^24 in the mesh, as many
-                // as there may be cells, and twice as long next to the far side (test `two_within_reach_are_never_more_cells_apart`).
-                cells: (reach / width).to_u32().saturating_add(3),
+                // Rounded up, and room for the roundings of the quotient and of two coordinates: single precision has 2^24 in the mesh, as many as
+                // there may be cells, and twice as long next to the far side (test `two_within_reach_are_never_more_cells_apart`).
+                cells: (reach / width * (T::ONE + T::EPSILON) + coordinates * T::EPSILON).to_u32().saturating_add(1),
                 square: reach * reach,
             });
             let known = (largest, reach);
@@ -340,12 +295,6 @@ struct File<'a, T> {
     loads: &'a mut [[f64; 2]],
 }
 
-/// The bucket of a word.
-#[inline(always)]
-fn bucket(word: u64) -> usize {
-    (word >> (64 - 2 * LEVEL)) as usize
-}
-
 impl<T: Real> Plain for File<'_, T> {
     type Out = ();
 
@@ -353,13 +302,13 @@ impl<T: Real> Plain for File<'_, T> {
     fn run(self) {
         let Self { mesh, beyond, from, positions, masses, keys, words, ends, loads } = self;
         for (i, (key, x)) in (from..).zip(keys.iter_mut().zip(positions)) {
-            *key = beyond.word(mesh.cell_in_lanes(x), i);
+            *key = beyond.put(mesh.cell_in_lanes(x), i);
         }
         ends.fill(0);
         loads.fill([0.0; 2]);
         let keys = keys.get(..positions.len()).unwrap_or(&[]);
         for (&word, &m) in keys.iter().zip(masses) {
-            if let (Some(count), Some([mass, heaviest])) = (ends.get_mut(bucket(word)), loads.get_mut(bucket(word))) {
+            if let (Some(count), Some([mass, heaviest])) = (ends.get_mut(Beyond::bucket(word)), loads.get_mut(Beyond::bucket(word))) {
                 let m = m.to_f64();
                 *count += 1;
                 *mass += m;
@@ -371,7 +320,7 @@ impl<T: Real> Plain for File<'_, T> {
             start += core::mem::replace(end, start);
         }
         for &word in keys {
-            if let Some(end) = ends.get_mut(bucket(word)) {
+            if let Some(end) = ends.get_mut(Beyond::bucket(word)) {
                 if let Some(slot) = words.get_mut(usize::from(*end)) {
                     *slot = word;
                 }
@@ -381,8 +330,36 @@ impl<T: Real> Plain for File<'_, T> {
     }
 }
 
-/// Compares each particle's word with the one before it: levels shared, and whether they may be near enough. Returns the sums of
-/// the keys' coordinates and of their squares; of the words the keys and numbers are left.
+/// Gives the words of a bucket their keys. Returns the sums of the keys' coordinates in the bucket and of their squares.
+struct Key<'a> {
+    words: &'a mut [u64],
+    beyond: Beyond,
+    corner: [u32; 2],
+}
+
+impl Plain for Key<'_> {
+    type Out = [u64; 3];
+
+    #[inline(always)]
+    fn run(self) -> [u64; 3] {
+        let Self { words, beyond, corner } = self;
+        let mut sums = [0; 3];
+        for words in words.chunks_mut(LANES) {
+            add(&mut sums, beyond, &locals(beyond, words));
+            words.iter_mut().for_each(|word| *word = beyond.keyed(*word, corner));
+        }
+        sums
+    }
+}
+
+/// Sums of coordinates and of their squares over so many particles, of those in the bucket that begins here.
+fn from_corner([sx, sy, squares]: [u64; 3], corner: [u32; 2], count: usize) -> [u64; 3] {
+    let ([x, y], count) = (corner.map(u64::from), count as u64);
+    [sx + count * x, sy + count * y, squares + 2 * (x * sx + y * sy) + count * (x * x + y * y)]
+}
+
+/// Compares each particle's word with the one before it: levels shared, and whether they may be near enough. Of the words the keys and numbers
+/// are left.
 struct Compare<'a> {
     words: &'a mut [u64],
     shared: &'a mut [u8],
@@ -392,24 +369,22 @@ struct Compare<'a> {
 }
 
 impl Plain for Compare<'_> {
-    type Out = [u64; 3];
+    type Out = ();
 
     #[inline(always)]
-    fn run(self) -> [u64; 3] {
+    fn run(self) {
         let Self { words, shared, beyond, cells } = self;
-        let (near, reach) = (if cells.is_some() { MARK } else { 0 }, cells.unwrap_or(0).min(1 << 30) as i32);
-        let mut sums = [0_u64; 3];
+        let (near, reach) = (if cells.is_some() { MARK } else { 0 }, cells.unwrap_or(0));
         let mut last = words.first().copied().unwrap_or(0);
         for (words, shared) in words.chunks_mut(LANES).zip(shared.chunks_mut(LANES)) {
             // The one before, and the particles of the chunk.
             let mut keys = [last; LANES + 1];
             keys.iter_mut().skip(1).zip(words.iter()).for_each(|(to, &word)| *to = word);
             last = words.last().copied().unwrap_or(last);
-            let mut places = [[0_i32; LANES + 1]; 2];
+            let mut places = [[0_u32; LANES + 1]; 2];
             let [xs, ys] = &mut places;
             for ((x, y), &word) in xs.iter_mut().zip(ys).zip(&keys) {
-                let [px, py] = beyond.place(word);
-                (*x, *y) = (px as i32, py as i32);
+                [*x, *y] = beyond.place(word);
             }
             let [xs, ys] = &places;
             let mut out = [0_u8; LANES];
@@ -417,24 +392,16 @@ impl Plain for Compare<'_> {
             for ((out, (&a, &b)), ((ax, bx), (ay, by))) in
                 out.iter_mut().zip(keys.iter().zip(keys.iter().skip(1))).zip(steps)
             {
-                let close = ((bx - ax).abs() <= reach) & ((by - ay).abs() <= reach);
+                let close = (ax.abs_diff(*bx) <= reach) & (ay.abs_diff(*by) <= reach);
                 *out = levels(key(a), key(b)) | if close { near } else { 0 };
             }
             shared.iter_mut().zip(out).for_each(|(to, from)| *to = from);
-            let [sx, sy, squares] = &mut sums;
-            for (&x, &y) in xs.iter().zip(ys).skip(1).take(words.len()) {
-                let (x, y) = (x as u64 >> beyond.levels, y as u64 >> beyond.levels);
-                *sx += x;
-                *sy += y;
-                *squares += x * x + y * y;
-            }
             words.iter_mut().for_each(|word| *word = beyond.strip(*word));
         }
         // The first is compared with the bucket before, later.
         if let Some(first) = shared.first_mut() {
             *first = 0;
         }
-        sums
     }
 }
 
@@ -470,10 +437,9 @@ fn near<T: Real>(reach: Reach<T>, positions: &[[T; 2]], words: &[u64], places: &
         let Some(&place) = places.get(at) else { continue };
         let position = |k: u64| words.get(k as usize).and_then(|&word| positions.get(order::particle(word)));
         let (Some(a), Some(b)) = (position(place), position(place + 1)) else { continue };
-        let [dx, dy] = [b[0] - a[0], b[1] - a[1]];
         if let Some(slot) = places.get_mut(kept) {
             *slot = place;
-            kept += usize::from(dx * dx + dy * dy <= reach.square);
+            kept += usize::from(reach.holds(a, b));
         }
     }
     kept as u32
@@ -518,7 +484,7 @@ mod tests {
                 if (b[0] - a[0]).abs() > reach || (b[1] - a[1]).abs() > reach {
                     continue;
                 }
-                let [p, q] = [a, b].map(|x| beyond.place(beyond.word(mesh.cell_in_lanes(&x), n - 1)));
+                let [p, q] = [a, b].map(|x| mesh.cell_in_lanes(&x).map(|c| c >> (FIRST - beyond.levels)));
                 let apart = p[0].abs_diff(q[0]).max(p[1].abs_diff(q[1]));
                 assert!(apart <= known.cells, "{apart} {known:?} {reach} {width}");
                 farthest = farthest.max(apart + 3 - known.cells.min(apart + 3));
@@ -567,21 +533,6 @@ mod tests {
             let spread: f64 = positions.iter().map(square).sum();
             let least = bound.spread(0, n as u32).unwrap();
             assert!(least <= spread && least > 0.9 * spread, "{least} {spread}");
-        }
-    }
-
-    #[test]
-    fn words_hold_what_was_put_in() {
-        for n in [1, 2, 513, 1 << 16, (1 << 16) + 1, 1_000_000, 1 << 24, u32::MAX as usize] {
-            let beyond = Beyond::new(n);
-            for [x, y] in [[0, 0], [u32::MAX, 0], [0x1234_5678, 0x9ABC_DEF0], [u32::MAX; 2]] {
-                for i in [0, n / 2, n - 1] {
-                    let word = beyond.word([x, y], i);
-                    assert_eq!(beyond.place(word), [x, y].map(|c| c >> (FIRST - beyond.levels)));
-                    assert_eq!(order::particle(beyond.strip(word)), i);
-                    assert_eq!(key(beyond.strip(word)), interleave([x >> 16, y >> 16]));
-                }
-            }
         }
     }
 }

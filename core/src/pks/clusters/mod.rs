@@ -20,7 +20,11 @@ mod buckets;
 mod mesh;
 mod moments;
 mod order;
+#[cfg(all(target_has_atomic = "ptr", not(feature = "small")))]
+mod sieve;
 mod tree;
+#[cfg(all(target_has_atomic = "ptr", not(feature = "small")))]
+mod word;
 
 use super::collision::Criterion;
 use super::sort;
