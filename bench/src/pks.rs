@@ -160,7 +160,7 @@ impl Pks {
                 let solved = clock();
                 let grid = &grid;
                 let tasks = self.n.div_ceil(TASK);
-                each_piece(executor, tasks, &Chunks::new(&mut positions, TASK), &(), &|task, positions, ()| {
+                each_piece(executor, tasks, Chunks::new(&mut positions, TASK), (), &|task, positions, ()| {
                     let (mut gradient, mut normals) = ([[0.0; 2]; TASK], [[0.0; 2]; TASK]);
                     grid.interpolate_here(positions, &mut gradient);
                     philox.normals(&labels[task * TASK..][..positions.len()], step, 0, &mut normals);

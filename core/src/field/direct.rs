@@ -142,8 +142,8 @@ fn sums<T: Real, const D: usize>(call: Call<'_, T, D>, workspace: &mut [u8], run
     each_piece(
         run.executor,
         targets.len().div_ceil(TASK),
-        &pieces,
-        &(),
+        pieces,
+        (),
         &|task, (potential, gradient, laplacian), ()| {
             if should_stop.is_some_and(|stop| stop()) {
                 return Err(Error::Stopped);

@@ -490,7 +490,7 @@ pub(super) fn evaluate<T: Real, const D: usize>(
     for pass in 0..2 {
         let pieces = Chunks::new(&mut *arrays.partial, each);
         let running = Chunks::new(&mut *arrays.running, count);
-        each_piece(run.executor, n.div_ceil(TASK), &pieces, &running, &|task, partial: &mut [T], running| {
+        each_piece(run.executor, n.div_ceil(TASK), pieces, running, &|task, partial: &mut [T], running| {
             if stop() {
                 return Err(Error::Stopped);
             }
@@ -541,8 +541,8 @@ pub(super) fn evaluate<T: Real, const D: usize>(
     each_piece(
         run.executor,
         targets.len().div_ceil(TASK),
-        &pieces,
-        &(),
+        pieces,
+        (),
         &|task, (potential, gradient, laplacian), ()| {
             if stop() {
                 return Err(Error::Stopped);

@@ -134,7 +134,7 @@ where
     let should_stop = run.should_stop;
     let (pairs, near) = (AtomicUsize::new(0), AtomicUsize::new(0));
     let tasks = targets.len().div_ceil(TASK);
-    each_piece(run.executor, tasks, &Chunks::new(laplacian, TASK), &(), &|task, out: &mut [T], ()| {
+    each_piece(run.executor, tasks, Chunks::new(laplacian, TASK), (), &|task, out: &mut [T], ()| {
         if should_stop.is_some_and(|stop| stop()) {
             return Err(Error::Stopped);
         }

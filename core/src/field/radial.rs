@@ -25,7 +25,7 @@ pub(super) fn evaluate<T: Real, const D: usize>(
         outputs.gradient.map(|g| Chunks::new(g, TASK)),
         outputs.laplacian.map(|l| Chunks::new(l, TASK)),
     );
-    each_piece(run.executor, targets.len().div_ceil(TASK), &pieces, &(), &|task, (p, g, l), ()| {
+    each_piece(run.executor, targets.len().div_ceil(TASK), pieces, (), &|task, (p, g, l), ()| {
         if should_stop.is_some_and(|stop| stop()) {
             return Err(Error::Stopped);
         }

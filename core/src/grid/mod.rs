@@ -255,7 +255,7 @@ impl<'w, T: Real> Grid<'w, T> {
         let (mesh, locator, walls, scale) = (&self.mesh, self.locator, self.equation.walls, self.scale);
         let each = mesh.nodes() + TAIL;
         let tasks = positions.len().div_ceil(PARTICLES);
-        each_piece(executor, tasks, &(), &Chunks::new(self.arrays.words, each), &|task, (), words| {
+        each_piece(executor, tasks, (), Chunks::new(self.arrays.words, each), &|task, (), words| {
             let from = task * PARTICLES;
             let until = positions.len().min(from.saturating_add(PARTICLES));
             let (positions, masses) = (positions.get(from..until), masses.get(from..until));
@@ -384,7 +384,7 @@ impl<'w, T: Real> Grid<'w, T> {
             return Err(Error::LengthMismatch);
         }
         let tasks = positions.len().div_ceil(PARTICLES);
-        each_piece(executor, tasks, &Chunks::new(out, PARTICLES), &(), &|task, out, ()| {
+        each_piece(executor, tasks, Chunks::new(out, PARTICLES), (), &|task, out, ()| {
             let from = task * PARTICLES;
             let positions = positions.get(from..positions.len().min(from.saturating_add(PARTICLES)));
             self.interpolate_here(positions.unwrap_or_default(), out);

@@ -107,7 +107,7 @@ impl<T: Real> Seen<T> {
             use crate::space::{Chunks, each_piece};
             let mut parts = [Self::none(); PARTS];
             let each = masses.len().div_ceil(PARTS);
-            each_piece(executor, PARTS, &Chunks::new(&mut parts, 1), &(), &|task, part, ()| {
+            each_piece(executor, PARTS, Chunks::new(&mut parts, 1), (), &|task, part, ()| {
                 let from = task.saturating_mul(each).min(masses.len());
                 let to = from.saturating_add(each).min(masses.len());
                 if let ([part], Some(positions), Some(masses)) = (part, positions.get(from..to), masses.get(from..to)) {

@@ -170,7 +170,7 @@ impl<'a, T: Real> Picked<'a, T> {
         executor: &dyn Executor,
     ) -> Result<()> {
         let pull = &self.pull;
-        each_piece(executor, self.count, &Chunks::new(slopes, 1), &(), &|task, slopes, ()| {
+        each_piece(executor, self.count, Chunks::new(slopes, 1), (), &|task, slopes, ()| {
             let (Some(&at), Some(&mass)) = (self.positions().get(task), self.masses().get(task)) else { return Ok(()) };
             let Some(slope) = slopes.first_mut() else { return Ok(()) };
             let fall = fall * mass;
@@ -200,7 +200,7 @@ impl<'a, T: Real> Picked<'a, T> {
         executor: &dyn Executor,
     ) -> Result<()> {
         let tasks = positions.len().div_ceil(PARTICLES);
-        each_piece(executor, tasks, &Chunks::new(slopes, PARTICLES), &(), &|task, slopes, ()| {
+        each_piece(executor, tasks, Chunks::new(slopes, PARTICLES), (), &|task, slopes, ()| {
             let points = positions.get(task * PARTICLES..).unwrap_or_default();
             let points = points.get(..slopes.len()).unwrap_or_default();
             grid.interpolate_here(points, slopes);

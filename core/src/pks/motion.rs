@@ -135,7 +135,7 @@ fn tiles<T: Real>(
     use crate::space::{Chunks, each_piece};
     let tasks = tiles_of(positions.len());
     let outputs = (Chunks::new(positions, TILE), Chunks::new(increments, TILE), Chunks::new(substeps, 1));
-    each_piece(executor, tasks, &outputs, &(), &|k, (positions, increments, substeps), ()| {
+    each_piece(executor, tasks, outputs, (), &|k, (positions, increments, substeps), ()| {
         let made = body(k, moving.tile(k), positions, increments)?;
         substeps.iter_mut().for_each(|s| *s = made);
         Ok(())
@@ -164,7 +164,7 @@ pub fn copy<T: Real>(to: &mut [[T; 2]], from: &[[T; 2]], executor: &dyn Executor
     {
         use crate::space::{Chunks, each_piece};
         const EACH: usize = 1 << 15;
-        let copied = each_piece(executor, from.len().div_ceil(EACH), &Chunks::new(to, EACH), &(), &|task, to, ()| {
+        let copied = each_piece(executor, from.len().div_ceil(EACH), Chunks::new(to, EACH), (), &|task, to, ()| {
             let from = from.get(task * EACH..).unwrap_or(&[]);
             to.iter_mut().zip(from).for_each(|(to, from)| *to = *from);
             Ok(())

@@ -55,10 +55,10 @@ impl<T> Block<'_, T> {
 
 // SAFETY: blocks of different index hold different columns.
 #[expect(unsafe_code, reason = "disjoint columns of one matrix")]
-unsafe impl<'a, T: Send> Divide for Columns<'a, T> {
-    type Piece = Block<'a, T>;
+unsafe impl<T: Send + 'static> Divide for Columns<'_, T> {
+    type Piece<'p> = Block<'p, T>;
 
-    unsafe fn piece(&self, index: usize) -> Block<'a, T> {
+    unsafe fn piece<'p>(&self, index: usize) -> Block<'p, T> {
         let from = index.saturating_mul(self.each).min(self.pitch);
         let width = self.each.min(self.pitch - from);
         let rows = if width == 0 { 0 } else { self.rows };
@@ -84,18 +84,12 @@ mod tests {
         {
             let mut matrix = vec![0_u32; rows * pitch + extra];
             let tasks = if each == 0 { 1 } else { pitch.div_ceil(each) + 1 };
-            each_piece(
-                &Serial,
-                tasks,
-                &Columns::new(&mut matrix, pitch, each),
-                &(),
-                &|task, mut block: Block<'_, u32>, ()| {
-                    for j in 0..rows + 2 {
-                        block.row(j).iter_mut().for_each(|v| *v += 1 + task as u32);
-                    }
-                    Ok(())
-                },
-            )
+            each_piece(&Serial, tasks, Columns::new(&mut matrix, pitch, each), (), &|task, mut block, ()| {
+                for j in 0..rows + 2 {
+                    block.row(j).iter_mut().for_each(|v| *v += 1 + task as u32);
+                }
+                Ok(())
+            })
             .unwrap();
             let whole = if each == 0 { 0 } else { rows * pitch };
             for (i, &v) in matrix.iter().enumerate() {
@@ -103,7 +97,7 @@ mod tests {
             }
         }
         let mut none: [u8; 3] = [0; 3];
-        each_piece(&Serial, 1, &Columns::new(&mut none, 0, 4), &(), &|_, mut block: Block<'_, u8>, ()| {
+        each_piece(&Serial, 1, Columns::new(&mut none, 0, 4), (), &|_, mut block, ()| {
             assert!(block.row(0).is_empty());
             Ok(())
         })

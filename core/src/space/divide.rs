@@ -15,14 +15,14 @@ use crate::parallel::Executor;
 /// Pieces with different indices must not overlap.
 #[expect(unsafe_code, reason = "implementors promise disjoint pieces")]
 pub unsafe trait Divide: Sync {
-    /// One piece.
-    type Piece;
+    /// One piece, which lives no longer than the task that is given it.
+    type Piece<'p>;
 
     /// The piece with this index; empty beyond the end.
     ///
     /// # Safety
-    /// No two pieces of the same index may be alive at a time.
-    unsafe fn piece(&self, index: usize) -> Self::Piece;
+    /// No two pieces of the same index may be alive at a time, and none when what is divided is used again: `'p` is the caller's promise.
+    unsafe fn piece<'p>(&self, index: usize) -> Self::Piece<'p>;
 }
 
 /// A slice, divided into chunks of a fixed length (the last may be shorter).
@@ -50,13 +50,13 @@ unsafe impl<T: Send> Send for Chunks<'_, T> {}
 
 // SAFETY: chunks of different index are disjoint ranges of one slice.
 #[expect(unsafe_code, reason = "disjoint ranges of one slice")]
-unsafe impl<'a, T: Send> Divide for Chunks<'a, T> {
-    type Piece = &'a mut [T];
+unsafe impl<T: Send + 'static> Divide for Chunks<'_, T> {
+    type Piece<'p> = &'p mut [T];
 
-    unsafe fn piece(&self, index: usize) -> &'a mut [T] {
+    unsafe fn piece<'p>(&self, index: usize) -> &'p mut [T] {
         let from = index.saturating_mul(self.each).min(self.len);
         let len = self.each.min(self.len - from);
-        // SAFETY: from + len <= self.len, in the slice borrowed for 'a; the caller takes each index once at a time.
+        // SAFETY: from + len <= self.len, in the slice borrowed here; the caller takes each index once at a time.
         unsafe { core::slice::from_raw_parts_mut(self.start.add(from), len) }
     }
 }
@@ -87,10 +87,10 @@ impl<'a, T> Ranges<'a, T> {
 
 // SAFETY: the starts ascend, so ranges of different index are disjoint.
 #[expect(unsafe_code, reason = "disjoint ranges of one slice")]
-unsafe impl<'a, T: Send> Divide for Ranges<'a, T> {
-    type Piece = &'a mut [T];
+unsafe impl<T: Send + 'static> Divide for Ranges<'_, T> {
+    type Piece<'p> = &'p mut [T];
 
-    unsafe fn piece(&self, index: usize) -> &'a mut [T] {
+    unsafe fn piece<'p>(&self, index: usize) -> &'p mut [T] {
         let (from, to) = match (self.starts.get(index), self.starts.get(index.saturating_add(1))) {
             (Some(&from), Some(&to)) => (from as usize, to as usize),
             _ => (0, 0),
@@ -103,9 +103,9 @@ unsafe impl<'a, T: Send> Divide for Ranges<'a, T> {
 // SAFETY: as the inner one.
 #[expect(unsafe_code, reason = "passes on the inner promise")]
 unsafe impl<D: Divide> Divide for Option<D> {
-    type Piece = Option<D::Piece>;
+    type Piece<'p> = Option<D::Piece<'p>>;
 
-    unsafe fn piece(&self, index: usize) -> Self::Piece {
+    unsafe fn piece<'p>(&self, index: usize) -> Self::Piece<'p> {
         // SAFETY: passed on to the caller.
         self.as_ref().map(|d| unsafe { d.piece(index) })
     }
@@ -116,11 +116,11 @@ macro_rules! divide_tuple {
         // SAFETY: each part keeps its promise, and parts are different borrows.
         #[expect(unsafe_code, reason = "passes on the parts' promises")]
         unsafe impl<$($name: Divide),*> Divide for ($($name,)*) {
-            type Piece = ($($name::Piece,)*);
+            type Piece<'p> = ($($name::Piece<'p>,)*);
 
             #[expect(non_snake_case, reason = "a tuple's parts are named by their types")]
             #[allow(clippy::unused_unit, reason = "the empty tuple is the empty piece")]
-            unsafe fn piece(&self, _index: usize) -> Self::Piece {
+            unsafe fn piece<'p>(&self, _index: usize) -> Self::Piece<'p> {
                 let ($($name,)*) = self;
                 // SAFETY: passed on to the caller.
                 ($(unsafe { $name.piece(_index) },)*)
@@ -139,30 +139,47 @@ divide_tuple!(A B C D E F);
 // SAFETY: nothing overlaps nothing.
 #[expect(unsafe_code, reason = "empty pieces")]
 unsafe impl Divide for () {
-    type Piece = ();
+    type Piece<'p> = ();
 
-    unsafe fn piece(&self, _index: usize) {}
+    unsafe fn piece<'p>(&self, _index: usize) -> Self::Piece<'p> {}
 }
 
 /// The most workers that are used, whatever an executor states: their flags live on the stack, in one cache line.
 pub const MAX_WORKERS: usize = 64;
+
+/// What a task does with its index, its piece of the outputs and a worker's piece of the scratch.
+pub type Body<'b, O, S> =
+    dyn for<'p> Fn(usize, <O as Divide>::Piece<'p>, <S as Divide>::Piece<'p>) -> Result<()> + Sync + 'b;
 
 /// Runs `body(task, outputs' piece, scratch piece)` for every task in `0..tasks`, through the executor.
 ///
 /// `scratch` must hold one piece for each of the executor's workers. When several tasks fail, the error of the lowest
 /// task index is returned; which of the later tasks still ran is then not defined, so outputs are not either.
 ///
+/// Pieces can't leave their tasks:
+///
+/// ```compile_fail,E0521
+/// use mollis_core::{parallel::Serial, space::{Chunks, each_piece}};
+/// use std::sync::Mutex;
+/// let (mut out, kept) = (vec![0; 8], Mutex::new(Vec::new()));
+/// each_piece(&Serial, 2, Chunks::new(&mut out, 4), (), &|_, piece, ()| {
+///     kept.lock().unwrap().push(piece);
+///     Ok(())
+/// });
+/// ```
+///
 /// # Errors
 /// The first error by task index; [`Error::Executor`] when the executor skipped tasks or ran more at a time than it
 /// stated; the executor's own error.
 #[expect(unsafe_code, reason = "hands each claimed piece to one task")]
-pub fn each_piece<O: Divide, S: Divide>(
+pub fn each_piece<'b, O: Divide + 'b, S: Divide + 'b>(
     executor: &dyn Executor,
     tasks: usize,
-    outputs: &O,
-    scratch: &S,
-    body: &(dyn Fn(usize, O::Piece, S::Piece) -> Result<()> + Sync),
+    outputs: O,
+    scratch: S,
+    body: &'b Body<'b, O, S>,
 ) -> Result<()> {
+    let (outputs, scratch) = (&outputs, &scratch);
     let next = AtomicUsize::new(0);
     let done = AtomicUsize::new(0);
     let broken = AtomicBool::new(false);
@@ -185,7 +202,8 @@ pub fn each_piece<O: Divide, S: Divide>(
             broken.store(true, Ordering::Relaxed);
             return;
         }
-        // SAFETY: `next` gives each task index once; `slot` gives the worker's scratch to one running task.
+        // SAFETY: `next` gives each task index once; `slot` gives the worker's scratch to one running task. The body takes pieces of any lifetime, so
+        // it keeps none, and both arguments are this call's alone.
         let (output, scratch) = unsafe { (outputs.piece(task), scratch.piece(worker)) };
         if let Err(error) = body(task, output, scratch) {
             let word = task.saturating_mul(256).saturating_add(error as usize);
@@ -241,7 +259,7 @@ mod tests {
             for executor in [Threads { repeat: 1, same_worker: false }, Threads { repeat: 3, same_worker: false }] {
                 let mut out = vec![0_u32; n];
                 let tasks = n.div_ceil(8);
-                each_piece(&executor, tasks, &Chunks::new(&mut out, 8), &(), &|task, piece, ()| {
+                each_piece(&executor, tasks, Chunks::new(&mut out, 8), (), &|task, piece, ()| {
                     piece.iter_mut().for_each(|v| *v += 1 + task as u32);
                     Ok(())
                 })
@@ -257,7 +275,7 @@ mod tests {
         let mut out = vec![0_u32; 10];
         let executor = Threads { repeat: 1, same_worker: false };
         // Beyond the last start there is nothing.
-        each_piece(&executor, 7, &Ranges::new(&mut out, &starts).unwrap(), &(), &|task, piece, ()| {
+        each_piece(&executor, 7, Ranges::new(&mut out, &starts).unwrap(), (), &|task, piece, ()| {
             piece.iter_mut().for_each(|v| *v += 1 + task as u32);
             Ok(())
         })
@@ -274,7 +292,7 @@ mod tests {
             5 => Err(Error::Order),
             _ => Ok(()),
         };
-        assert_eq!(each_piece(&Serial, 9, &(), &(), &fail), Err(Error::Delta));
+        assert_eq!(each_piece(&Serial, 9, (), (), &fail), Err(Error::Delta));
         struct Lazy;
         impl Executor for Lazy {
             fn workers(&self) -> usize {
@@ -284,14 +302,14 @@ mod tests {
                 Ok(())
             }
         }
-        assert_eq!(each_piece(&Lazy, 1, &(), &(), &|_, (), ()| Ok(())), Err(Error::Executor));
+        assert_eq!(each_piece(&Lazy, 1, (), (), &|_, (), ()| Ok(())), Err(Error::Executor));
     }
 
     #[test]
     fn a_worker_index_used_twice_at_a_time_never_shares_scratch() {
         let mut scratch = vec![0_u64; 2];
         let executor = Threads { repeat: 1, same_worker: true };
-        let result = each_piece(&executor, 64, &(), &Chunks::new(&mut scratch, 1), &|_, (), mine: &mut [u64]| {
+        let result = each_piece(&executor, 64, (), Chunks::new(&mut scratch, 1), &|_, (), mine: &mut [u64]| {
             let before = mine[0];
             std::thread::yield_now();
             mine[0] = before + 1;

@@ -31,5 +31,5 @@ pub use carve::{ALIGN, Carve, Measure, Plain, Space, View};
 #[cfg(target_has_atomic = "ptr")]
 pub use columns::{Block, Columns};
 #[cfg(target_has_atomic = "ptr")]
-pub use divide::{Chunks, Divide, MAX_WORKERS, Ranges, each_piece};
+pub use divide::{Body, Chunks, Divide, MAX_WORKERS, Ranges, each_piece};
 pub(crate) use same::Same;

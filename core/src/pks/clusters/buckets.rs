@@ -110,7 +110,7 @@ impl<'w> Buckets<'w> {
             (Chunks::new(&mut *self.spare, BLOCK), Chunks::new(&mut *self.blocked, BLOCK)),
             (Chunks::new(&mut *self.ends, PITCH), Chunks::new(&mut *self.loads, BUCKETS)),
         );
-        each_piece(executor, blocks, &pieces, &(), &|block, ((keys, words), (ends, loads)), ()| {
+        each_piece(executor, blocks, pieces, (), &|block, ((keys, words), (ends, loads)), ()| {
             let from = block * BLOCK;
             let until = n.min(from + BLOCK);
             let (Some(positions), Some(masses)) = (positions.get(from..until), masses.get(from..until)) else {
@@ -128,7 +128,7 @@ impl<'w> Buckets<'w> {
         let ranges = (Ranges::new(words, starts)?, Ranges::new(spare, starts)?, Ranges::new(shared, starts)?);
         let (_, sums_of) = sums.split_first_mut().unwrap_or((&mut [0; 3], &mut []));
         let pieces = (ranges, Chunks::new(pairs, 1), Chunks::new(sums_of, 1));
-        each_piece(executor, *occupied, &pieces, &(), &|at, ((words, spare, shared), pairs, sums), ()| {
+        each_piece(executor, *occupied, pieces, (), &|at, ((words, spare, shared), pairs, sums), ()| {
             let bucket = numbers.get(at).map_or(0, |&bucket| usize::from(bucket));
             let parts = (0..blocks).map(|block| {
                 let end = |at: usize| ends.get(block * PITCH + at).map_or(0, |&end| usize::from(end));
@@ -308,7 +308,9 @@ impl<T: Real> Plain for File<'_, T> {
         loads.fill([0.0; 2]);
         let keys = keys.get(..positions.len()).unwrap_or(&[]);
         for (&word, &m) in keys.iter().zip(masses) {
-            if let (Some(count), Some([mass, heaviest])) = (ends.get_mut(Beyond::bucket(word)), loads.get_mut(Beyond::bucket(word))) {
+            if let (Some(count), Some([mass, heaviest])) =
+                (ends.get_mut(Beyond::bucket(word)), loads.get_mut(Beyond::bucket(word)))
+            {
                 let m = m.to_f64();
                 *count += 1;
                 *mass += m;

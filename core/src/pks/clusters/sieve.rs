@@ -286,7 +286,7 @@ impl<'a> Lists<'a> {
     #[inline(always)]
     fn meets<T: Real>(&mut self, cell: u32, particle: u32, among: &Among<'_, T>) -> Option<bool> {
         // Knuth's multiplicative hash.
-        let hash = u64::from(cell.wrapping_mul(0x9E37_79B1)) * self.heads.len() as u64 >> 32;
+        let hash = (u64::from(cell.wrapping_mul(0x9E37_79B1)) * self.heads.len() as u64) >> 32;
         let head = self.heads.get_mut(hash as usize)?;
         *self.entries.get_mut(self.count as usize)? = u64::from(particle) << 32 | *head;
         self.count += 1;
