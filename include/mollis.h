@@ -873,14 +873,6 @@ extern "C" {
 #endif // __cplusplus
 
 /**
- * Fills `options` with the defaults. `size` is `sizeof *options`.
- *
- * # Safety
- * The contract of this header.
- */
-mollis_status mollis_blob_options_init(struct mollis_blob_options *options, size_t size);
-
-/**
  * As `mollis_blob2_workspace_bytes`, in one dimension.
  *
  * # Safety
@@ -1149,6 +1141,14 @@ mollis_status mollis_blob3_step_f32(const void *kernel,
                                     struct mollis_blob_report *report,
                                     void *workspace,
                                     size_t workspace_bytes);
+
+/**
+ * Fills `options` with the defaults. `size` is `sizeof *options`.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_blob_options_init(struct mollis_blob_options *options, size_t size);
 
 /**
  * Writes total mass, sum of |m|, centre of mass (one point; 0 where the total mass is 0) and second moment about it,

@@ -1,0 +1,96 @@
+//! How a run of the blob method is done, and what it reports: plain structures.
+
+use core::ffi::c_void;
+
+use mollis_core::field;
+use mollis_core::{Error, Real, Result};
+
+use crate::options::{self, Options};
+use crate::status::{mollis_status, status};
+
+/// The step will be given densities to advance.
+pub const MOLLIS_BLOB_DENSITY: u32 = 1;
+/// The step will be asked for velocities.
+pub const MOLLIS_BLOB_VELOCITY: u32 = 2;
+/// The step will be asked for the velocity's divergence.
+pub const MOLLIS_BLOB_DIVERGENCE: u32 = 4;
+
+/// `first_bad` of a report when no value is bad.
+pub const MOLLIS_BLOB_NONE_BAD: u64 = u64::MAX;
+
+/// How a run of the blob method is done. Fill it with `mollis_blob_options_init`; null means the defaults.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct mollis_blob_options {
+    /// Bytes of this structure, as `mollis_blob_options_init` sets it.
+    pub size: u32,
+    /// Nonzero: watch the regularised energy, and stop with `MOLLIS_ERR_ENERGY_ROSE` when it rises beyond rounding. Default 0.
+    pub watch_energy: i32,
+    /// The relative error that field sums may spend for speed; 0 (the default) asks for rounding alone.
+    pub tolerance: f64,
+    /// Called after each step with the number of steps completed in this call and the call's own arrays (`double (*)[D]`
+    /// or `float (*)[D]`; `density` is null if none is advanced), to be read through these pointers and not written.
+    /// Nonzero stops the run with `MOLLIS_ERR_STOPPED`. May be null.
+    pub after_step: Option<
+        unsafe extern "C" fn(
+            context: *mut c_void,
+            steps: usize,
+            positions: *const c_void,
+            density: *const c_void,
+        ) -> i32,
+    >,
+    /// Passed to `after_step`.
+    pub context: *mut c_void,
+}
+
+// SAFETY: `repr(C)`, the size first; any prefix may be replaced by what an older caller wrote.
+unsafe impl Options for mollis_blob_options {
+    const DEFAULT: Self = Self {
+        size: size_of::<Self>() as u32,
+        watch_energy: 0,
+        tolerance: 0.0,
+        after_step: None,
+        context: core::ptr::null_mut(),
+    };
+}
+
+/// What a run says about itself. Written by every step that got as far as reading its arrays, also when it then refuses or
+/// stops.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct mollis_blob_report {
+    /// Steps completed in this call: the state in the arrays is the one after them.
+    pub steps: u64,
+    /// With `MOLLIS_ERR_NOT_FINITE`: the index of the first particle with a coordinate, mass or density that is not finite
+    /// (tracers count after the particles); else `MOLLIS_BLOB_NONE_BAD`.
+    pub first_bad: u64,
+    /// The regularised energy before the first step; NaN if not watched.
+    pub energy_first: f64,
+    /// The last energy computed; NaN if not watched.
+    pub energy_last: f64,
+}
+
+/// Fills `options` with the defaults. `size` is `sizeof *options`.
+///
+/// # Safety
+/// The contract of this header.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mollis_blob_options_init(options: *mut mollis_blob_options, size: usize) -> mollis_status {
+    // SAFETY: this function's own contract.
+    status(unsafe { options::init(options, size) })
+}
+
+/// The options, checked.
+pub(super) fn read_options(options: *const mollis_blob_options) -> Result<mollis_blob_options> {
+    // SAFETY: the callers' contract.
+    let options = unsafe { options::read(options) }?;
+    if !Real::is_finite(options.tolerance) {
+        return Err(Error::NotFinite);
+    }
+    // By its bits, as a comparison of doubles is a function where there are none: negative and not -0.
+    if options.tolerance.to_bits() > (-0.0_f64).to_bits() { Err(Error::OutOfDomain) } else { Ok(options) }
+}
+
+pub(super) fn field_options(options: &mollis_blob_options) -> field::Options {
+    field::Options { tolerance: options.tolerance, ..field::Options::default() }
+}
