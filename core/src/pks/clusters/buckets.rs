@@ -256,7 +256,9 @@ impl<T: Real> Reaches<T> {
     fn new(mesh: &Mesh<T>, criterion: &Criterion<T>, smallest: T, masses: &[[f64; 2]], beyond: Beyond) -> Self {
         let heaviest = masses.iter().fold(smallest, |most, &[_, h]| most.max(T::from_f64(h)));
         let width = mesh.side.ldexp(-((FIRST + beyond.levels) as i32));
-        let coordinates = T::ONE.ldexp((FIRST + beyond.levels) as i32);
+        // In cells, what the coordinates of two particles are rounded by at most: each is a difference, next to the mesh's far side to a whole epsilon of it if
+        // its side is just above a power of two, else to half of one, and a product, to half of one.
+        let roundings = T::TWO * T::EPSILON * T::ONE.ldexp((FIRST + beyond.levels) as i32);
         let mut largest = smallest;
         Self(core::array::from_fn(|_| {
             if largest >= T::TWO * heaviest {
@@ -264,9 +266,8 @@ impl<T: Real> Reaches<T> {
                 return (largest, None);
             }
             let reach = criterion.reach(smallest, largest).map(|reach| Reach {
-                // Rounded up, and room for the roundings of the quotient and of two coordinates: single precision has 2^24 in the mesh, as many as
-                // there may be cells, and twice as long next to the far side (test `two_within_reach_are_never_more_cells_apart`).
-                cells: (reach / width * (T::ONE + T::EPSILON) + coordinates * T::EPSILON).to_u32().saturating_add(1),
+                // Rounded up (test `two_within_reach_are_never_more_cells_apart`).
+                cells: (reach / width * (T::ONE + T::TWO * T::EPSILON) + roundings).to_u32().saturating_add(1),
                 square: reach * reach,
             });
             let known = (largest, reach);

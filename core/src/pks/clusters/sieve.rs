@@ -133,7 +133,7 @@ struct Grid {
 }
 
 impl Grid {
-    /// With 16 to 32 cells for each particle, so that their bits take a quarter to half a word each; none if they were not much wider than the reach.
+    /// With 8 to 16 cells for each particle, so that their bits take up to a quarter of a word each; none if they were not much wider than the reach.
     #[inline(always)]
     fn new(particles: usize, beyond: Beyond, reach: u32) -> Option<Self> {
         let levels = beyond.below();
@@ -293,7 +293,9 @@ impl<'a> Lists<'a> {
         let mut at = core::mem::replace(head, u64::from(self.count));
         while let Some(before) = at.checked_sub(1) {
             let &entry = self.entries.get(before as usize)?;
-            if among.near((entry >> 32) as u32, particle)? {
+            let other = (entry >> 32) as u32;
+            // It may be in the list itself, for another cell.
+            if other != particle && among.near(other, particle)? {
                 return Some(true);
             }
             at = entry & 0xFFFF_FFFF;
