@@ -437,9 +437,10 @@ impl<T: Real, const D: usize> Exacts<T, D> {
         let source = source.map(|x| x.ldexp(-shared.units.position));
         let mass = mass.ldexp(-shared.units.mass);
         let in_block = |i: usize| lanes.get(i / each.max(1)).is_some_and(|l| l >> (i % each.max(1)) & 1 == 1);
-        for (i, (target, sums)) in targets.iter().zip(&mut self.of).enumerate().filter(|&(i, _)| in_block(i)) {
-            let _ = i;
-            sums.add(shared, target, &source, mass, counts);
+        for (i, (target, sums)) in targets.iter().zip(&mut self.of).enumerate() {
+            if in_block(i) {
+                sums.add(shared, target, &source, mass, counts);
+            }
         }
         self.used = true;
     }
