@@ -1,11 +1,12 @@
 //! Many particles: ordered by cells in parallel, and what is learnt on the way about each coarse cell.
 //!
 //! Particles go into buckets, the cells of level [`LEVEL`], block by block, so that what is written lies in a near cache; then each bucket
-//! collects its particles from the blocks and sorts them by the rest of their keys. Neither depends on the executor.
+//! collects its particles from the blocks and, if need be, sorts them by the rest of their keys. Neither depends on the executor.
 //!
 //! Of most buckets nothing more is needed. Where no three particles can collide ([`Criterion::grouped`]) only pairs are of interest, and of
-//! these only what the keys show to be near enough to one another ([`Criterion::reach`]): the places of these pairs are noted, and only
-//! their positions are looked at again. Sums of the keys' coordinates bound the second moments of what spans several buckets.
+//! these only what is near enough to one another ([`Criterion::reach`]). Where no two are, as the [`Sieve`] finds, the bucket is not sorted; else the places
+//! of the pairs are noted, and only their positions are looked at again. Sums of the keys' coordinates bound the second moments of what spans several
+//! buckets.
 
 use super::Particles;
 use super::bound::Bound;
@@ -143,8 +144,9 @@ impl<'w> Buckets<'w> {
             let sieve = Sieve { words: &mut *words, spare: &mut *spare, beyond, reach, positions };
             let sieved = if heavy { None } else { widest(Level::best(), sieve) };
             let corner = Beyond::corner(bucket);
-            let (sum, found) = sieved.map_or_else(
-                || {
+            let (sum, found) = match sieved {
+                Some(sum) => (sum, 0),
+                None => {
                     let sum = widest(Level::best(), Key { words: &mut *words, beyond, corner });
                     let mut counts = [0; sort::BUCKETS];
                     sort::by_20_bits(words, spare, &mut counts);
@@ -160,9 +162,8 @@ impl<'w> Buckets<'w> {
                         None => 0,
                     };
                     (sum, found)
-                },
-                |sum| (sum, 0),
-            );
+                }
+            };
             sums.iter_mut().for_each(|s| *s = from_corner(sum, corner, words.len()));
             pairs.iter_mut().for_each(|p| *p = found);
             Ok(())
