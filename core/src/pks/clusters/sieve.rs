@@ -2,8 +2,8 @@
 //! particles need no order.
 //!
 //! A bit for each cell of a grid over the bucket tells where a second particle comes to; what lies in such cells is compared pair by pair. Two
-//! within reach of one another may lie on both sides of a border: what is within reach of its cell's border is compared too, and listed in every cell
-//! that half the reach around it touches. So two within reach meet in the own cell of one of them, or, across a corner, in a cell that both
+//! within reach of one another may lie on both sides of a border: what is within reach of its cell's border is compared too. Whatever is compared is listed in
+//! every cell that half the reach around it touches. So two within reach meet in the own cell of one of them, or, across a corner, in a cell that both
 //! touch. Beyond the bucket's edge cells are counted around, which compares in vain and misses nothing.
 
 use super::word::Beyond;
@@ -196,7 +196,7 @@ impl Grid {
         }
     }
 
-    /// Writes the cells in which two may be near to one another, some more than once; how many, if there is room for them.
+    /// Writes the cells of particles that may be near to another one, some more than once; how many, if there is room for them.
     #[inline(always)]
     fn visit(
         self,
@@ -272,6 +272,8 @@ struct Lists<'a> {
     /// The particle in the high half, one after the entry before it in the low half.
     entries: &'a mut [u64],
     count: u32,
+    /// Comparisons that may still be made: where many lie in one cell sorting is faster, and never takes n^2.
+    left: usize,
 }
 
 impl<'a> Lists<'a> {
@@ -279,10 +281,11 @@ impl<'a> Lists<'a> {
     fn new(scratch: &'a mut [u64]) -> Option<Self> {
         let (heads, entries) = scratch.split_at_mut_checked(1 << scratch.len().checked_ilog2()?.checked_sub(1)?)?;
         heads.fill(0);
-        Some(Self { heads, entries, count: 0 })
+        let left = 2 * entries.len();
+        Some(Self { heads, entries, count: 0, left })
     }
 
-    /// Whether the particle is within reach of one in the cell's list; adds it. Nothing if there is no room for it.
+    /// Whether the particle is within reach of one in the cell's list; adds it. Nothing if there is no room for it, or too many are in the list.
     #[inline(always)]
     fn meets<T: Real>(&mut self, cell: u32, particle: u32, among: &Among<'_, T>) -> Option<bool> {
         // Knuth's multiplicative hash, which keeps neighbouring cells apart, so that a particle does not meet itself.
@@ -292,6 +295,7 @@ impl<'a> Lists<'a> {
         self.count += 1;
         let mut at = core::mem::replace(head, u64::from(self.count));
         while let Some(before) = at.checked_sub(1) {
+            self.left = self.left.checked_sub(1)?;
             let &entry = self.entries.get(before as usize)?;
             if among.near((entry >> 32) as u32, particle)? {
                 return Some(true);
@@ -308,23 +312,27 @@ mod tests {
     use crate::pks::testing::Uniform;
     use std::vec::Vec;
 
-    /// Particles anywhere in a bucket, some next to borders of the sieve's cells; the last one beside such a one, if asked.
-    fn particles(numbers: &mut Uniform, count: usize, shifts: [u32; 2], beside: Option<f64>) -> Vec<[f64; 2]> {
-        let inside = |x: f64| x.clamp(0.0, f64::from(1 << 16) - 1.0);
-        let mut anywhere = |share: f64| {
+    /// Places anywhere in a bucket of 16 levels, some next to borders of the sieve's cells; the last one, if asked, within so many cells of another one, often
+    /// at just their distance.
+    fn places(numbers: &mut Uniform, count: usize, shifts: [u32; 2], beside: Option<u32>) -> Vec<[u32; 2]> {
+        let inside = |x: f64| x.clamp(0.0, f64::from(1 << 16) - 1.0) as u32;
+        let mut anywhere = |share: f64, reach: u32| {
             shifts.map(|shift| {
                 let (x, width) = (f64::from(1 << 16) * numbers.next(), f64::from(1 << shift));
-                let near = (x / width).round() * width + 2.0 * numbers.next() - 1.0;
-                inside(if numbers.next() < share { near } else { x })
+                let off = f64::from(2 * reach + 4) * (numbers.next() - 0.5);
+                inside(if numbers.next() < share { (x / width).round() * width + off } else { x })
             })
         };
-        let mut positions: Vec<[f64; 2]> = (0..count).map(|_| anywhere(0.05)).collect();
-        if let Some(distance) = beside {
-            let ([x, y], angle) = (anywhere(0.5), 7.0 * numbers.next());
-            positions[count / 2] = [x, y];
-            positions[count - 1] = [x + distance * angle.cos(), y + distance * angle.sin()].map(inside);
+        let mut places: Vec<[u32; 2]> = (0..count).map(|_| anywhere(0.05, 1)).collect();
+        if let Some(reach) = beside {
+            let near = anywhere(0.7, reach);
+            places[count / 2] = near;
+            places[count - 1] = near.map(|x| {
+                let off = f64::from(reach) * [-1.0, 1.0, 2.0 * numbers.next() - 1.0][(3.0 * numbers.next()) as usize];
+                inside(f64::from(x) + off.round())
+            });
         }
-        positions
+        places
     }
 
     #[test]
@@ -333,44 +341,66 @@ mod tests {
         let beyond = Beyond::new(1 << 20);
         assert_eq!(beyond.below(), 16);
         let mut numbers = Uniform(3);
-        let (mut passed, mut with_two, mut tried) = (0, 0, 0);
-        for trial in 0..600 {
-            let count = [64, 65, 100, 1000, 3000][trial % 5];
-            let distance = [0.02, 0.9, 3.0, 7.0][trial / 5 % 4];
-            let beside = (trial % 2 == 0).then(|| distance * numbers.next());
-            let reach = Reach { cells: distance as u32 + 1, square: distance * distance };
-            let shifts = Grid::new(count, beyond, reach.cells).unwrap().shifts;
-            let positions = particles(&mut numbers, count, shifts, beside);
-            let put = |(i, x): (usize, &[f64; 2])| beyond.put(x.map(|x| 0x1400_0000 | (x as u32) << 10), i);
-            let mut words: Vec<u64> = positions.iter().enumerate().map(put).collect();
+        let (mut with_two, mut tried, mut passed) = (0, 0, 0);
+        for trial in 0..12_000 {
+            let count = [64, 65, 100, 127, 300, 1500][trial % 6];
+            let shifts = Grid::new(count, beyond, 0).unwrap().shifts;
+            let most = 1 << shifts[0] >> 3;
+            let cells = [1, 2, 5, most][trial / 6 % 4];
+            let beside = (trial % 24 != trial % 48).then_some(cells);
+            let places = places(&mut numbers, count, shifts, beside);
+            let put = |(i, x): (usize, &[u32; 2])| beyond.put(x.map(|x| 0x1400_0000 | x << 10), i);
+            let mut words: Vec<u64> = places.iter().enumerate().map(put).collect();
             let bucket = Beyond::bucket(words[0]);
             assert!(words.iter().all(|&word| Beyond::bucket(word) == bucket));
-            let two = |k: usize, x: &[f64; 2]| positions[..k].iter().any(|y| reach.holds(x, y));
-            let two = positions.iter().enumerate().any(|(k, x)| two(k, x));
-            let mut spare = words.clone();
-            let sieve =
-                Sieve { words: &mut words, spare: &mut spare, beyond, reach: Some(reach), positions: &positions };
+            let near = |x: &[u32; 2], y: &[u32; 2]| x[0].abs_diff(y[0]).max(x[1].abs_diff(y[1])) <= cells;
+            let two = places.iter().enumerate().any(|(k, x)| places[..k].iter().any(|y| near(x, y)));
+            // By coordinates alone: any distance of those counts.
+            let reach = Some(Reach { cells, square: f64::INFINITY });
+            let (positions, mut spare) = (std::vec![[0.0; 2]; count], words.clone());
+            let sieve = Sieve { words: &mut words, spare: &mut spare, beyond, reach, positions: &positions };
             let sums = sieve.run();
             with_two += usize::from(two);
+            tried += usize::from(!two);
             if let Some([sx, sy, squares]) = sums {
-                assert!(!two, "{trial}");
+                assert!(!two, "{trial} {count} {cells}");
                 assert!(words.iter().enumerate().all(|(i, &word)| word == i as u64));
-                let keys = positions.iter().map(|x| x.map(|x| x as u64 >> 6));
+                let keys = places.iter().map(|x| x.map(|x| u64::from(x >> 6)));
                 assert_eq!(sx, keys.clone().map(|[x, _]| x).sum::<u64>());
                 assert_eq!(sy, keys.clone().map(|[_, y]| y).sum::<u64>());
                 assert_eq!(squares, keys.map(|[x, y]| x * x + y * y).sum::<u64>());
                 passed += 1;
             }
             // Where cells are far wider than the reach there is room, and nothing that is apart stops a bucket.
-            assert!(two || distance > 1.0 || sums.is_some(), "{trial}");
-            tried += usize::from(!two);
+            assert!(two || cells > 2 || sums.is_some(), "{trial} {count} {cells}");
+            assert!(cells > most || Grid::new(count, beyond, most + 1).is_none());
         }
-        // Buckets in which no two are near pass but where there is no room: cells of about the reach, many next to borders.
-        assert!(with_two > 200 && tried > 200 && passed > tried * 7 / 10, "{with_two} {passed} of {tried}");
+        assert!(with_two > 4000 && tried > 3000 && passed > tried * 3 / 4, "{with_two} {passed} of {tried}");
     }
 
     #[test]
-    fn where_none_are_near_all_pass() {
+    fn a_crowd_in_one_cell_is_left_to_the_sort() {
+        let (beyond, count, mut numbers) = (Beyond::new(1 << 20), 4000, Uniform(5));
+        let grid = Grid::new(count, beyond, 1).unwrap();
+        for crowd in [3, count / 10, count / 4, count / 2, count * 3 / 4] {
+            let place = |i: usize| {
+                if i < crowd { [1_u32, 1] } else { [0, 1].map(|_| (65_535.0 * numbers.next()) as u32) }
+            };
+            let places: Vec<[u32; 2]> = (0..count).map(place).collect();
+            let put = |(i, x): (usize, &[u32; 2])| beyond.put(x.map(|x| x << 10), i);
+            let words: Vec<u64> = places.iter().enumerate().map(put).collect();
+            let positions: Vec<[f64; 2]> = (0..count).map(|i| [i as f64, 0.0]).collect();
+            // In one cell, but apart.
+            let (words, spare) = (&mut *words.clone(), &mut *words.clone());
+            let reach = Some(Reach { cells: 1, square: 0.0 });
+            let passes = Sieve { words, spare, beyond, reach, positions: &positions }.run().is_some();
+            assert_eq!(passes, crowd == 3, "{crowd}");
+        }
+        assert!(grid.words() * 4 <= count);
+    }
+
+    #[test]
+    fn none_pass_from_one_place_and_all_if_nothing_is_near() {
         let beyond = Beyond::new(1 << 20);
         for count in [WORTH - 1, WORTH, WORTH + 1] {
             // All in one place.
