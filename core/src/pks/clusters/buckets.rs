@@ -91,7 +91,8 @@ impl<'w> Buckets<'w> {
         }
     }
 
-    /// Orders the particles: `words` and `shared`, as long as they are, are overwritten as by [`order::few`].
+    /// Orders the particles by buckets: `words` and `shared`, as long as they are, are overwritten as by [`order::few`], but in a bucket that has no pairs to look at
+    /// words are only numbers, in the order of the particles, and of the levels only the first is known.
     ///
     /// # Errors
     /// The executor's.

@@ -4,8 +4,8 @@
 //! cells come out of one sort: particles in the order of their Morton keys, and a pass over neighbours with a stack, in which the nodes
 //! of the quadtree close one after the other, from the leaves to the root. A node that is separated and collidable replaces
 //! the clusters found below it, so the coarsest such cell wins, as in a descent. Cells that hold the same particles are one node,
-//! represented by the coarsest of them, where (3.1) is easiest. Cost O(n log n) whatever the positions, no pairwise work; depth at
-//! most [`DEPTH`].
+//! represented by the coarsest of them, where (3.1) is easiest. Cost O(n log n) whatever the positions; depth at most [`DEPTH`]. Of many particles only
+//! those are sorted that may be part of a node of interest.
 //!
 //! Most nodes cannot collide whatever their shape: nu < 0 needs more mass than a few light particles have
 //! ([`Criterion::possible`]). Their moments are summed only when a node around them can, and then every particle once.
@@ -83,7 +83,7 @@ pub struct Cluster<T> {
 /// The search's part of the workspace.
 #[derive(Debug)]
 pub struct Scratch<'w, T> {
-    /// Key in the high half, the particle in the low half.
+    /// Key in the high half if it was sorted by it, the particle in the low half.
     words: &'w mut [u64],
     many: Many<'w>,
     stack: Stack<'w, T>,

@@ -85,7 +85,7 @@ pub struct Tree<'a, 'w, T> {
     pub words: &'a [u64],
     pub positions: &'a [[T; 2]],
     pub masses: &'a [T],
-    /// Levels that each particle shares with the one before it.
+    /// Levels that each particle shares with the one before it, where anything is asked of it: not within a leaf without pairs.
     pub shared: &'a [u8],
     /// Of what spans whole buckets, if there are any.
     #[cfg(not(feature = "small"))]
