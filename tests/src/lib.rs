@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use mollis_core::Result;
 use mollis_core::parallel::Executor;
+use mollis_core::random::Generator;
 use mollis_core::space::ALIGN;
 
 /// Dirty bytes that start at a multiple of [`ALIGN`], in a little more memory, which is dirty too.
@@ -64,6 +65,33 @@ impl Executor for Threads {
                 });
             }
         });
+        Ok(())
+    }
+}
+
+/// SplitMix64 (Steele, Lea & Flood 2014): initial conditions, and a stream.
+#[derive(Clone, Copy, Debug)]
+pub struct Split(pub u64);
+
+impl Split {
+    /// The next word.
+    #[expect(clippy::should_implement_trait, reason = "it never ends")]
+    pub fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let z = (self.0 ^ self.0 >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        let z = (z ^ z >> 27).wrapping_mul(0x94D0_49BB_1331_11EB);
+        z ^ z >> 31
+    }
+
+    /// A number in [0, 1).
+    pub fn uniform(&mut self) -> f64 {
+        (self.next() >> 11) as f64 / (1_u64 << 53) as f64
+    }
+}
+
+impl Generator for Split {
+    fn fill(&mut self, _: u64, _: u32, _: u32, out: &mut [u64]) -> Result<()> {
+        out.iter_mut().for_each(|word| *word = self.next());
         Ok(())
     }
 }

@@ -8,16 +8,7 @@ use mollis_core::pks::theory::{Group, Law};
 use mollis_core::pks::{CollisionLaw, Merging};
 use mollis_core::space::{ALIGN, Carve, Measure};
 use mollis_core::special::{incomplete_gamma, normal};
-
-struct Split(u64);
-impl Split {
-    fn uniform(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let z = (self.0 ^ self.0 >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        let z = (z ^ z >> 27).wrapping_mul(0x94D0_49BB_1331_11EB);
-        ((z ^ z >> 31) >> 11) as f64 / (1_u64 << 53) as f64
-    }
-}
+use mollis_tests::Split;
 
 fn search(
     search: &Search<f64>,

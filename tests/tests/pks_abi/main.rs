@@ -23,32 +23,10 @@ use mollis_core::pks::{
 };
 use mollis_core::random::{Generator, Philox};
 use mollis_core::space::ALIGN;
-use mollis_core::{Error, Real, Result};
-use mollis_tests::Aligned;
+use mollis_core::{Error, Real};
+use mollis_tests::{Aligned, Split};
 
-/// SplitMix64, as a host's stream in C and in Rust.
-struct Split(u64);
-
-impl Split {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let z = (self.0 ^ self.0 >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        let z = (z ^ z >> 27).wrapping_mul(0x94D0_49BB_1331_11EB);
-        z ^ z >> 31
-    }
-
-    fn uniform(&mut self) -> f64 {
-        (self.next() >> 11) as f64 / (1_u64 << 53) as f64
-    }
-}
-
-impl Generator for Split {
-    fn fill(&mut self, _: u64, _: u32, _: u32, out: &mut [u64]) -> Result<()> {
-        out.iter_mut().for_each(|word| *word = self.next());
-        Ok(())
-    }
-}
-
+/// [`Split`] as a host's stream in C.
 unsafe extern "C" fn split(state: *mut c_void, out: *mut u64, n: usize) -> i32 {
     // SAFETY: the state is a live Split, and `out` has room for n words.
     let (state, out) = unsafe { (&mut *state.cast::<Split>(), std::slice::from_raw_parts_mut(out, n)) };
