@@ -2,11 +2,12 @@
 
 use std::time::Duration;
 
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail};
 use clap::{Args, ValueEnum};
 use mollis_core::field::{self, Accumulation, Counters, Method, Options, Outputs, Run, Sources, Wanted};
 use mollis_core::isa::Level;
-use mollis_core::mollifier::{Blob, Mollifier};
+use mollis_core::kernel::{Kernel, Law, RadialKernel, Supplied, Term};
+use mollis_core::mollifier::Mollifier;
 use mollis_core::parallel::{Executor, Serial};
 use mollis_core::real::Real;
 
@@ -23,6 +24,57 @@ enum MethodName {
 enum Scalar {
     F32,
     F64,
+}
+
+/// A kernel's name and parameter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum KernelName {
+    Law(Law),
+    Own,
+}
+
+fn parse_kernel(text: &str) -> Result<KernelName> {
+    let (name, number) = text.split_once('=').unwrap_or((text, ""));
+    let number = || number.parse::<f64>().with_context(|| format!("{name} needs a number"));
+    Ok(match name {
+        "newtonian" => KernelName::Law(Law::Newtonian),
+        "power" => KernelName::Law(Law::Power { exponent: number()? }),
+        "exponential" => KernelName::Law(Law::Exponential { length: number()? }),
+        "screened" => KernelName::Law(Law::Screened { k: number()? }),
+        "own" => KernelName::Own,
+        _ => bail!("no such kernel: {text}"),
+    })
+}
+
+/// -(r^2 + e^2)^(-1/2) in so many dimensions.
+struct Plummer {
+    dimension: f64,
+}
+
+impl RadialKernel for Plummer {
+    fn at(&self, r: f64) -> [f64; 3] {
+        let square = r * r + 0.0025;
+        let root = 1.0 / square.sqrt();
+        let g = root / square;
+        [-root, g, self.dimension * g - 3.0 * r * r * g / square]
+    }
+}
+
+/// Memory of a kernel's block.
+fn prepared<'k, T: Real, const D: usize>(
+    memory: &'k mut Vec<u8>,
+    name: KernelName,
+    mollifier: Mollifier,
+    delta: f64,
+) -> Result<Kernel<'k, T, D>> {
+    let plummer = Plummer { dimension: D as f64 };
+    let (terms, own) = match name {
+        KernelName::Law(law) => (vec![Term { law, coefficient: 1.0 }], None),
+        KernelName::Own => (vec![], Some(Supplied { kernel: &plummer, coefficient: 1.0, reach: 4.0 })),
+    };
+    let bytes = Kernel::<T, D>::workspace_bytes_with(&terms, own.is_some(), mollifier)?;
+    memory.resize(bytes + 64, 0);
+    Ok(Kernel::prepare_with(&mut aligned(memory)[..bytes], &terms, own, mollifier, T::from_f64(delta))?)
 }
 
 /// What is summed, and how.
@@ -49,6 +101,12 @@ pub struct Field {
     /// Chooses delta so that about this fraction of the pairs is near; 1 makes it the cube's diagonal.
     #[arg(long, conflicts_with = "delta")]
     near: Option<f64>,
+    /// newtonian, power=P, exponential=LENGTH, screened=K, or own: a host's own (Plummer's, softened over 0.05).
+    #[arg(long, default_value = "newtonian", value_parser = parse_kernel)]
+    kernel: KernelName,
+    /// A Gaussian mollifier (with --delta or --near) instead of a compact one.
+    #[arg(long)]
+    gaussian: bool,
     /// The mollifier's order.
     #[arg(long, default_value_t = 2)]
     order: u32,
@@ -97,6 +155,7 @@ struct Report {
     reason: String,
     outputs: String,
     delta: Option<f64>,
+    kernel: String,
     scalar: String,
     threads: usize,
     level: &'static str,
@@ -170,10 +229,15 @@ impl Field {
             }
         }
         let mollifier = match scene.delta {
+            Some(_) if self.gaussian => Mollifier::Gaussian { order: self.order },
             Some(_) => Mollifier::Compact { order: self.order, exponent: self.exponent },
             None => Mollifier::None,
         };
-        let blob = Blob::<T, D>::new(mollifier, T::from_f64(scene.delta.unwrap_or(0.0)))?;
+        let delta = scene.delta.unwrap_or(0.0);
+        let mut blocks = [Vec::new(), Vec::new()];
+        let [block, accurate] = &mut blocks;
+        let kernel = prepared::<T, D>(block, self.kernel, mollifier, delta)?;
+        let accurate = prepared::<f64, D>(accurate, self.kernel, mollifier, kernel.delta().to_f64())?;
         let positions: Vec<[T; D]> = scene.positions.iter().map(|x| x.map(T::from_f64)).collect();
         let masses: Vec<T> = scene.masses.iter().map(|&m| T::from_f64(m)).collect();
         let targets = &positions[..n_targets];
@@ -182,7 +246,7 @@ impl Field {
             method: (self.method == MethodName::Direct).then_some(Method::Direct),
             ..Options::default()
         };
-        let plan = field::plan(&blob, self.n, n_targets, wanted, &options)?;
+        let plan = field::plan(&kernel, self.n, n_targets, wanted, &options)?;
         let pool = (self.threads > 1).then(|| mollis_mt::Pool::new(self.threads)).transpose()?;
         let executor: &dyn Executor = pool.as_ref().map_or(&Serial, |p| p);
         let bytes = plan.workspace_bytes(executor.workers())?;
@@ -199,11 +263,11 @@ impl Field {
                 laplacian: wanted.laplacian.then_some(&mut laplacian[..]),
             };
             let mut run = Run { level, executor, counters, ..Run::default() };
-            field::evaluate(&plan, &blob, sources, targets, outputs, workspace, &mut run)
+            field::evaluate(&plan, &kernel, sources, targets, outputs, workspace, &mut run)
         };
         once(Some(&mut counters))?;
         let mut peer =
-            if self.no_peer { None } else { Peer::new(&scene, n_targets, wanted.gradient, wanted.potential) };
+            if self.no_peer || self.kernel != KernelName::Law(Law::Newtonian) { None } else { Peer::new(&scene, n_targets, wanted.gradient, wanted.potential) };
         let pairs = self.n as f64 * n_targets as f64;
         let clock = if self.threads > 1 { wall_time } else { cpu_time };
         let (mut ours, mut theirs, mut ratios) = (Vec::new(), Vec::new(), Vec::new());
@@ -231,7 +295,7 @@ impl Field {
             let (least, median) = (seconds[0], seconds[seconds.len() / 2]);
             Times { seconds_min: least, seconds_median: median, pairs_per_second: pairs / least }
         };
-        let relative_error = error::<T, D>(&scene, &blob, wanted, &potential, &gradient, &laplacian)?;
+        let relative_error = error::<T, D>(&scene, &accurate, wanted, &potential, &gradient, &laplacian)?;
         Ok(Report {
             dim: D,
             n: self.n,
@@ -240,6 +304,7 @@ impl Field {
             reason: format!("{:?}", plan.reason()),
             outputs: self.outputs.clone(),
             delta: scene.delta,
+            kernel: format!("{:?}", self.kernel),
             scalar: format!("{:?}", self.scalar).to_lowercase(),
             threads: self.threads,
             level: level.name(),
@@ -264,29 +329,26 @@ pub(crate) fn minimum(seconds: &[f64]) -> f64 {
 /// the same particles (f32's are converted exactly).
 fn error<T: Real, const D: usize>(
     scene: &Scene<D>,
-    blob: &Blob<T, D>,
+    kernel: &Kernel<'_, f64, D>,
     wanted: Wanted,
     potential: &[T],
     gradient: &[[T; D]],
     laplacian: &[T],
 ) -> Result<f64> {
-    let blob = Blob::<f64, D>::new(blob.mollifier(), blob.delta().to_f64())?;
     // [difference, size] squared, of the three outputs.
     let mut norms = [[0.0_f64; 2]; 3];
     for i in (0..gradient.len()).step_by(gradient.len().div_ceil(32).max(1)) {
         let (mut u, mut du, mut ddu) = (0.0, [0.0; D], 0.0);
         for (x, &m) in scene.positions.iter().zip(&scene.masses) {
             let d: [f64; D] = std::array::from_fn(|k| scene.positions[i][k] - x[k]);
-            if wanted.potential {
-                u += m * blob.potential_at(&d);
+            let r = d.iter().map(|d| d * d).sum::<f64>().sqrt();
+            if r == 0.0 && kernel.is_singular() {
+                continue;
             }
-            if wanted.gradient {
-                let g = blob.gradient_at(&d);
-                (0..D).for_each(|k| du[k] += m * g[k]);
-            }
-            if wanted.laplacian {
-                ddu += m * blob.density_at(&d);
-            }
+            let [value, factor, laplacian] = kernel.at(r);
+            u += m * value;
+            (0..D).for_each(|k| du[k] += m * factor * d[k]);
+            ddu += m * laplacian;
         }
         let mut add = |which: usize, got: T, want: f64| {
             norms[which][0] += (got.to_f64() - want).powi(2);

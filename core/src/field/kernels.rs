@@ -1,6 +1,6 @@
 //! Sums of kernels as the field sums see them.
 
-use super::{Interaction, LANES, Wanted};
+use super::{Interaction, Wanted};
 use crate::kernel::Kernel;
 use crate::mollifier::Blob;
 use crate::real::Real;
@@ -28,9 +28,6 @@ impl<T: Real, const D: usize> Interaction<T, D> for Kernel<'_, T, D> {
     }
     fn pair(&self, r: T, wanted: Wanted) -> [T; 3] {
         if ASKED { Kernel::pair(self, r, wanted.into()) } else { [T::NAN; 3] }
-    }
-    fn pairs(&self, r: &[T; LANES], _count: usize, wanted: Wanted) -> [[T; LANES]; 3] {
-        if ASKED { Kernel::pairs(self, r, wanted.into()) } else { [[T::NAN; LANES]; 3] }
     }
     fn is_singular(&self) -> bool {
         Kernel::is_singular(self)

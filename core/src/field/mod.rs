@@ -5,20 +5,15 @@
 //! every pair, a target on a source included; without a mollifier coincident pairs contribute nothing, and coincidence
 //! is by position, so no index map is needed.
 
-mod direct;
 mod kernels;
 mod moments;
 mod neighbours;
-mod newtonian;
-mod packed;
+mod pairs;
 mod plan;
-mod radial;
 mod radix;
-mod single;
 mod skips;
 mod sorted;
 
-pub use crate::kernel::LANES;
 pub use plan::{Accumulation, Method, Options, Plan, Reason, plan};
 
 use crate::error::{Error, Result};
@@ -27,6 +22,7 @@ use crate::kernel::Kernel;
 use crate::mollifier::{Blob, Mollifier};
 use crate::parallel::{Executor, Serial};
 use crate::real::Real;
+use pairs::{Called, Newtonian, Tabulated};
 
 /// What a sum asks of its kernel.
 pub trait Interaction<T: Real, const D: usize>: Sync {
@@ -51,16 +47,6 @@ pub trait Interaction<T: Real, const D: usize>: Sync {
             if wanted.gradient { self.gradient_factor(r) } else { T::ZERO },
             if wanted.laplacian { self.laplacian(r) } else { T::ZERO },
         ]
-    }
-    /// [`Interaction::pair`] at the first `count` of [`LANES`] distances; the others may be anything. None is zero where the kernel is singular.
-    fn pairs(&self, r: &[T; LANES], count: usize, wanted: Wanted) -> [[T; LANES]; 3] {
-        let mut values = [[T::ZERO; LANES]; 3];
-        for (k, &r) in r.iter().enumerate().take(count) {
-            for (values, value) in values.iter_mut().zip(self.pair(r, wanted)) {
-                values.get_mut(k).into_iter().for_each(|slot| *slot = value);
-            }
-        }
-        values
     }
     /// Whether the kernel has no mollifier, so that coincident pairs contribute nothing.
     fn is_singular(&self) -> bool;
@@ -218,8 +204,8 @@ pub fn evaluate<T: Real, const D: usize>(
     checked::<T, D, true>(plan, kernel, sources, targets, outputs, workspace, run)
 }
 
-/// As [`evaluate`], for solvers that want gradients and Laplacians by default options: with the feature `small`, where a
-/// method's choices stay linked if a caller might make them, the others are left out.
+/// As [`evaluate`], for solvers that want gradients and Laplacians by default options. Without the feature `methods` every sum is one over
+/// pairs, and what leads to potentials is not linked.
 pub(crate) fn flow<T: Real, const D: usize>(
     plan: &Plan,
     kernel: &dyn Interaction<T, D>,
@@ -229,19 +215,13 @@ pub(crate) fn flow<T: Real, const D: usize>(
     workspace: &mut [u8],
     run: &mut Run<'_>,
 ) -> Result<()> {
-    if !cfg!(feature = "small") {
-        return evaluate(plan, kernel, sources, targets, outputs, workspace, run);
-    }
-    let Options { accumulation, combination: (a, b), .. } = *plan.options();
-    let turned = (a.to_bits(), b.to_bits()) != (1.0_f64.to_bits(), 0);
-    if outputs.potential.is_some() || turned || accumulation != Accumulation::Blocked {
+    if outputs.potential.is_some() {
         return Err(Error::Unsupported);
     }
     checked::<T, D, false>(plan, kernel, sources, targets, outputs, workspace, run)
 }
 
-/// The gradient of the sum over sources that are the targets too, for solvers that have checked everything but the positions: with the
-/// feature `small` there is nothing to plan.
+/// The gradient of the sum over sources that are the targets too, for solvers that have checked everything but the positions.
 ///
 /// # Errors
 /// As [`evaluate`].
@@ -255,11 +235,9 @@ pub(crate) fn drift<T: Real, const D: usize>(
     if !finite(sources.positions.as_flattened(), run.level) {
         return Err(Error::NotFinite);
     }
-    let (coefficient, blob) = kernel.newtonian().ok_or(Error::Unsupported)?;
     let outputs = Outputs { gradient: Some(gradient), ..Outputs::default() };
-    let kernel = direct::Newtonian { blob, coefficient };
-    let call = direct::Call { kernel, options: &Options::DEFAULT, sources, targets: sources.positions, outputs };
-    single::sums::<T, D, false>(call, workspace, run)
+    let call = pairs::Call { options: &Options::DEFAULT, sources, targets: sources.positions, outputs };
+    over_pairs::<T, D, false>(kernel, call, workspace, run)
 }
 
 /// Bytes that [`drift`] needs.
@@ -267,10 +245,11 @@ pub(crate) fn drift<T: Real, const D: usize>(
 /// # Errors
 /// [`Error::TooLarge`].
 pub(crate) fn drift_bytes<T: Real, const D: usize>(n: usize) -> Result<usize> {
-    direct::workspace_bytes::<T, D>(n)
+    pairs::workspace_bytes::<T, D>(n)
 }
 
-fn checked<T: Real, const D: usize, const FULL: bool>(
+/// [`evaluate`], with potentials only if `P`.
+fn checked<T: Real, const D: usize, const P: bool>(
     plan: &Plan,
     kernel: &dyn Interaction<T, D>,
     sources: Sources<'_, T, D>,
@@ -289,6 +268,9 @@ fn checked<T: Real, const D: usize, const FULL: bool>(
     if !plan.covers(outputs.wanted()) || !run.level.is_available() {
         return Err(Error::Unsupported);
     }
+    if workspace.len() < plan.workspace_bytes(run.executor.workers())? {
+        return Err(Error::WorkspaceTooSmall);
+    }
     let same = core::ptr::eq(sources.positions, targets);
     let by_itself = plan.method() == Method::Moments;
     if !((by_itself || finite(sources.positions.as_flattened(), run.level))
@@ -297,23 +279,32 @@ fn checked<T: Real, const D: usize, const FULL: bool>(
     {
         return Err(Error::NotFinite);
     }
-    if workspace.len() < plan.workspace_bytes(run.executor.workers())? {
-        return Err(Error::WorkspaceTooSmall);
-    }
     if cfg!(not(feature = "small")) && plan.method() != Method::Direct {
         return skips::evaluate(plan, kernel, sources, targets, outputs, workspace, run);
     }
+    let call = pairs::Call { options: plan.options(), sources, targets, outputs };
+    over_pairs::<T, D, P>(kernel, call, workspace, run)
+}
+
+/// The sum over all pairs, by what is known of the kernel.
+fn over_pairs<T: Real, const D: usize, const P: bool>(
+    kernel: &dyn Interaction<T, D>,
+    call: pairs::Call<'_, T, D>,
+    workspace: &mut [u8],
+    run: &mut Run<'_>,
+) -> Result<()> {
+    let others = cfg!(feature = "kernels");
+    let table = || kernel.sum().filter(|_| others).and_then(Kernel::table).map(|table| Tabulated { table, kernel });
     match kernel.newtonian() {
         Some((coefficient, blob)) => {
-            let kernel = direct::Newtonian { blob, coefficient };
-            let call = direct::Call { kernel, options: plan.options(), sources, targets, outputs };
-            if !FULL {
-                return single::sums::<T, D, false>(call, workspace, run);
-            }
-            direct::evaluate(call, workspace, run)
+            let table = if matches!(blob.mollifier(), Mollifier::Gaussian { .. }) { table() } else { None };
+            pairs::evaluate::<T, D, _, P>(&Newtonian { blob, coefficient, table }, call, workspace, run)
         }
-        None if !cfg!(feature = "kernels") => Err(Error::Unsupported),
-        None => radial::evaluate(kernel, plan.options(), sources, targets, outputs, run),
+        None if !others => Err(Error::Unsupported),
+        None => match table() {
+            Some(table) => pairs::evaluate::<T, D, _, P>(&table, call, workspace, run),
+            None => pairs::evaluate::<T, D, _, P>(&Called(kernel), call, workspace, run),
+        },
     }
 }
 

@@ -1,6 +1,6 @@
 //! Which method runs, why, what it skips and what it needs.
 
-use super::{Interaction, Wanted, direct, skips};
+use super::{Interaction, Wanted, pairs, skips};
 use crate::error::{Error, Result};
 use crate::real::Real;
 use crate::space::MAX_WORKERS;
@@ -114,10 +114,7 @@ pub fn plan<T: Real, const D: usize>(
         let bytes = one.saturating_sub(bytes_per_worker);
         return Ok(Plan { n_sources, n_targets, wanted, options: *options, method, reason, bytes, bytes_per_worker });
     }
-    let bytes = match kernel.newtonian() {
-        Some(_) => direct::workspace_bytes::<T, D>(n_sources)?,
-        None => 0,
-    };
+    let bytes = pairs::workspace_bytes::<T, D>(n_sources)?;
     Ok(Plan {
         n_sources,
         n_targets,

@@ -1,7 +1,7 @@
 //! Sums that need no pair, or only near ones: which of them serves a kernel, and the way to it.
 
 use super::{Interaction, Method, Options, Outputs, Plan, Reason, Run, Sources, Wanted};
-use super::{direct, moments, neighbours, radial, sorted};
+use super::{moments, neighbours, over_pairs, pairs, sorted};
 use crate::error::{Error, Result};
 use crate::kernel::{Far, Kernel};
 use crate::mollifier::Mollifier;
@@ -36,7 +36,9 @@ fn skip<T: Real, const D: usize>(kernel: &Kernel<'_, T, D>, wanted: Wanted) -> O
         return Some(Skip::Neighbours);
     }
     let Some(far) = kernel.far() else {
-        let (even, _) = kernel.without_even_powers()?;
+        // Beside another table the even powers cost nothing.
+        let gaussian = matches!(kernel.mollifier(), Mollifier::Gaussian { .. });
+        let (even, _) = kernel.without_even_powers().filter(|(_, rest)| rest.is_newtonian() && !gaussian)?;
         return even_powers(&even, wanted).map(|_| Skip::Split);
     };
     if let Some(far) = even_powers(kernel, wanted) {
@@ -102,8 +104,8 @@ pub(super) fn workspace_bytes<T: Real, const D: usize>(
         Method::Sorted => sorted::workspace_bytes::<T>(n_sources, n_targets),
         Method::Neighbours => neighbours::workspace_bytes::<T, D>(n_sources),
         Method::Split => {
-            let (even, rest) = kernel.sum().and_then(Kernel::without_even_powers).ok_or(Error::Unsupported)?;
-            Measure::of(|space| Split::<T, D>::lay(space, &even, &rest, (n_sources, n_targets), workers).map(|_| ()))
+            let (even, _) = kernel.sum().and_then(Kernel::without_even_powers).ok_or(Error::Unsupported)?;
+            Measure::of(|space| Split::<T, D>::lay(space, &even, (n_sources, n_targets), workers).map(|_| ()))
         }
         Method::Direct => Ok(0),
     }
@@ -126,13 +128,12 @@ where
     fn lay(
         space: &mut impl Space<'w>,
         even: &Kernel<'_, T, D>,
-        rest: &Kernel<'_, T, D>,
         (n_sources, n_targets): (usize, usize),
         workers: usize,
     ) -> Result<Self> {
         let degree = even.far().map_or(0, |far| far.degree());
         let moments = moments::workspace_bytes::<T, D>(degree, n_sources, workers)?;
-        let pairs = if rest.is_newtonian() { direct::workspace_bytes::<T, D>(n_sources)? } else { 0 };
+        let pairs = pairs::workspace_bytes::<T, D>(n_sources)?;
         Ok(Self {
             potential: space.array(n_targets)?,
             gradient: space.array(n_targets)?,
@@ -157,7 +158,7 @@ fn split<T: Real, const D: usize>(
     let far = even.far().ok_or(Error::Unsupported)?;
     let (sizes, workers) = ((sources.positions.len(), targets.len()), run.executor.workers());
     let Split { potential, gradient, laplacian, moments: memory, pairs: of_pairs } =
-        Split::<T, D>::lay(&mut Carve::new(workspace)?, &even, &rest, sizes, workers)?;
+        Split::<T, D>::lay(&mut Carve::new(workspace)?, &even, sizes, workers)?;
     let wanted = outputs.wanted();
     let some = Outputs {
         potential: wanted.potential.then_some(&mut *potential),
@@ -172,13 +173,8 @@ fn split<T: Real, const D: usize>(
         gradient: outputs.gradient.as_deref_mut(),
         laplacian: outputs.laplacian.as_deref_mut(),
     };
-    if rest.is_newtonian() {
-        let newtonian = direct::Newtonian { blob: rest.blob(), coefficient: rest.newtonian_coefficient() };
-        let call = direct::Call { kernel: newtonian, options: plan.options(), sources, targets, outputs: pairs };
-        direct::evaluate(call, of_pairs, run)?;
-    } else {
-        radial::evaluate(&rest, plan.options(), sources, targets, pairs, run)?;
-    }
+    let call = pairs::Call { options: plan.options(), sources, targets, outputs: pairs };
+    over_pairs::<T, D, true>(&rest, call, of_pairs, run)?;
     let add = |to: Option<&mut [T]>, from: &[T]| {
         to.unwrap_or_default().iter_mut().zip(from).for_each(|(to, &from)| *to += from);
     };

@@ -12,7 +12,7 @@ use super::radix::{Entry, order};
 use super::{Counters, Outputs, Run, Sources, Wanted};
 use crate::error::{Error, Result};
 use crate::isa::{Plain, widest};
-use crate::kernel::{Far, Kernel, Near, POWERS, horner};
+use crate::kernel::{Far, Kernel, Near, POWERS};
 use crate::real::{DoubleWord, Real};
 use crate::space::{Carve, Measure, Space};
 
@@ -326,6 +326,15 @@ fn near_polynomials<T: Real>(
         }
     }
     sums.map(|lanes| lanes.into_iter().fold(T::ZERO, |sum, v| sum + v))
+}
+
+/// A polynomial in every lane, lowest power first, by Horner's rule.
+#[inline(always)]
+fn horner<T: Real>(coefficients: impl DoubleEndedIterator<Item = T>, x: &[T; LANES]) -> [T; LANES] {
+    coefficients.rev().fold([T::ZERO; LANES], |mut sum, c| {
+        sum.iter_mut().zip(x).for_each(|(sum, &x)| *sum = *sum * x + c);
+        sum
+    })
 }
 
 /// The k-th quantity (value, gradient factor, Laplacian) of every lane: a polynomial of t and one of s = 1 - t.

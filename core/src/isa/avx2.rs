@@ -3,6 +3,7 @@
 use core::arch::x86_64::*;
 
 use super::Level;
+use super::rows::{PANEL_BITS, ROW, ROWS, Rows};
 use super::lanes::{Isa, Job, MAX_LANES, paired_quotients, seeded_over_cube, seeded_root};
 
 /// Proof that the processor has AVX2 and FMA, and that the system saves their registers.
@@ -51,6 +52,7 @@ macro_rules! common {
      $sqrt:ident $fmadd:ident $fnmadd:ident $andnot:ident $and:ident $or:ident $cmp:ident $blendv:ident $movemask:ident) => {
         type V = $v;
         type M = $v;
+        type R = __m256i;
         const LANES: usize = $lanes;
         #[inline(always)]
         fn in_blocks<J: super::lanes::BlockJob<$t>>(self, job: J) -> J::Out {
@@ -146,6 +148,43 @@ impl Isa<f64> for Avx2 {
     }
 
     #[inline(always)]
+    fn rows(self, u: __m256d) -> (__m256i, __m256d) {
+        const SHIFT: i32 = 52 - PANEL_BITS as i32;
+        op!({
+            let bits = _mm256_castpd_si256(u);
+            let least = _mm256_and_si256(bits, _mm256_set1_epi64x(-1 << SHIFT));
+            let rows = _mm256_and_si256(_mm256_srli_epi64::<SHIFT>(bits), _mm256_set1_epi64x(ROWS as i64 - 1));
+            (rows, _mm256_castsi256_pd(least))
+        })
+    }
+
+    // Halves of 128 bits of two rows make a vector; unpacking it with that of the two other rows gives two columns.
+    #[inline(always)]
+    fn look_up(self, table: &Rows<f64>, rows: __m256i) -> [__m256d; ROW] {
+        op!({
+            let base = table.as_ptr().cast::<f64>();
+            let (low, high) = (_mm256_castsi256_si128(rows), _mm256_extracti128_si256::<1>(rows));
+            // Row numbers are below ROWS, so every load lies in the table.
+            let a = base.add(ROW * _mm_cvtsi128_si64(low) as usize);
+            let b = base.add(ROW * _mm_extract_epi64::<1>(low) as usize);
+            let c = base.add(ROW * _mm_cvtsi128_si64(high) as usize);
+            let d = base.add(ROW * _mm_extract_epi64::<1>(high) as usize);
+            let mut columns = [_mm256_setzero_pd(); ROW];
+            let (pairs, _) = columns.as_chunks_mut::<2>();
+            for (k, [even, odd]) in pairs.iter_mut().enumerate() {
+                let both = |first: *const f64, second: *const f64| {
+                    let first = _mm256_castpd128_pd256(_mm_loadu_pd(first.add(2 * k)));
+                    _mm256_insertf128_pd::<1>(first, _mm_loadu_pd(second.add(2 * k)))
+                };
+                let (ac, bd) = (both(a, c), both(b, d));
+                *even = _mm256_unpacklo_pd(ac, bd);
+                *odd = _mm256_unpackhi_pd(ac, bd);
+            }
+            columns
+        })
+    }
+
+    #[inline(always)]
     fn split(self, a: __m256d) -> (__m256d, __m256d) {
         let (one, root) = (1.0_f64.to_bits() as i64, core::f64::consts::FRAC_1_SQRT_2.to_bits() as i64);
         op!({
@@ -167,8 +206,10 @@ impl Isa<f32> for Avx2 {
 
     // The seed has 12 bits: e < 2^-10.4, and the series is cut below 2.2 e^3 < 2^-30.
     #[inline(always)]
-    fn inverse_root(self, a: __m256) -> __m256 {
-        seeded_root::<f32, _, 2>(self, a, op!(_mm256_rsqrt_ps(a)))
+    fn inverse_roots<const N: usize>(self, a: [__m256; N]) -> [__m256; N] {
+        let mut result = a;
+        result.iter_mut().for_each(|a| *a = seeded_root::<f32, _, 2>(self, *a, op!(_mm256_rsqrt_ps(*a))));
+        result
     }
 
     #[inline(always)]
@@ -181,6 +222,47 @@ impl Isa<f32> for Avx2 {
     #[inline(always)]
     fn quotients<const N: usize>(self, m: __m256, a: [__m256; N]) -> [__m256; N] {
         paired_quotients::<f32, _, N>(self, m, a)
+    }
+
+    #[inline(always)]
+    fn rows(self, u: __m256) -> (__m256i, __m256) {
+        const SHIFT: i32 = 23 - PANEL_BITS as i32;
+        op!({
+            let bits = _mm256_castps_si256(u);
+            let least = _mm256_and_si256(bits, _mm256_set1_epi32(-1 << SHIFT));
+            let rows = _mm256_and_si256(_mm256_srli_epi32::<SHIFT>(bits), _mm256_set1_epi32(ROWS as i32 - 1));
+            (rows, _mm256_castsi256_ps(least))
+        })
+    }
+
+    // Four numbers of row k and four of row k + 4 make a vector; four such vectors are transposed within their halves.
+    #[inline(always)]
+    fn look_up(self, table: &Rows<f32>, rows: __m256i) -> [__m256; ROW] {
+        op!({
+            let base = table.as_ptr().cast::<f32>();
+            let mut at = [0_i32; 8];
+            _mm256_storeu_si256(at.as_mut_ptr().cast(), rows);
+            // Row numbers are below ROWS, so every load lies in the table.
+            let [a, b, c, d, e, f, g, h] = at.map(|row| base.add(ROW * row as usize));
+            let mut columns = [_mm256_setzero_ps(); ROW];
+            let (fours, _) = columns.as_chunks_mut::<4>();
+            for (k, four) in fours.iter_mut().enumerate() {
+                let both = |first: *const f32, second: *const f32| {
+                    let first = _mm256_castps128_ps256(_mm_loadu_ps(first.add(4 * k)));
+                    _mm256_insertf128_ps::<1>(first, _mm_loadu_ps(second.add(4 * k)))
+                };
+                let (ae, bf, cg, dh) = (both(a, e), both(b, f), both(c, g), both(d, h));
+                let (ab_low, cd_low) = (_mm256_unpacklo_ps(ae, bf), _mm256_unpacklo_ps(cg, dh));
+                let (ab_high, cd_high) = (_mm256_unpackhi_ps(ae, bf), _mm256_unpackhi_ps(cg, dh));
+                *four = [
+                    _mm256_shuffle_ps::<0b01_00_01_00>(ab_low, cd_low),
+                    _mm256_shuffle_ps::<0b11_10_11_10>(ab_low, cd_low),
+                    _mm256_shuffle_ps::<0b01_00_01_00>(ab_high, cd_high),
+                    _mm256_shuffle_ps::<0b11_10_11_10>(ab_high, cd_high),
+                ];
+            }
+            columns
+        })
     }
 
     #[inline(always)]

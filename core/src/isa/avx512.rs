@@ -3,6 +3,7 @@
 use core::arch::x86_64::*;
 
 use super::Level;
+use super::rows::{PANEL_BITS, ROW, ROWS, Rows};
 use super::lanes::{Isa, Job, MAX_LANES, paired_quotients, seeded_over_cube, seeded_root};
 
 /// Proof that the processor has AVX-512 F, DQ, BW, VL, and that the system saves their registers.
@@ -51,6 +52,7 @@ macro_rules! common {
      $sqrt:ident $fmadd:ident $fnmadd:ident $abs:ident $and:ident $or:ident $cmp:ident $blend:ident $signs:ident $cast:ident) => {
         type V = $v;
         type M = $m;
+        type R = __m512i;
         const LANES: usize = $lanes;
         #[inline(always)]
         fn in_blocks<J: super::lanes::BlockJob<$t>>(self, job: J) -> J::Out {
@@ -142,8 +144,10 @@ impl Isa<f64> for Avx512 {
 
     // The seed has 14 bits: e < 2^-13, and (1 - e)^(-3/2) is cut below 2.5 e^4 < 2^-50.7.
     #[inline(always)]
-    fn inverse_root(self, a: __m512d) -> __m512d {
-        seeded_root::<f64, _, 3>(self, a, op!(_mm512_rsqrt14_pd(a)))
+    fn inverse_roots<const N: usize>(self, a: [__m512d; N]) -> [__m512d; N] {
+        let mut result = a;
+        result.iter_mut().for_each(|a| *a = seeded_root::<f64, _, 3>(self, *a, op!(_mm512_rsqrt14_pd(*a))));
+        result
     }
 
     #[inline(always)]
@@ -156,6 +160,48 @@ impl Isa<f64> for Avx512 {
     #[inline(always)]
     fn quotients<const N: usize>(self, m: __m512d, a: [__m512d; N]) -> [__m512d; N] {
         paired_quotients::<f64, _, N>(self, m, a)
+    }
+
+    #[inline(always)]
+    fn rows(self, u: __m512d) -> (__m512i, __m512d) {
+        const SHIFT: u32 = 52 - PANEL_BITS;
+        op!({
+            let bits = _mm512_castpd_si512(u);
+            let least = _mm512_and_si512(bits, _mm512_set1_epi64(-1 << SHIFT));
+            let rows = _mm512_and_si512(_mm512_srli_epi64::<SHIFT>(bits), _mm512_set1_epi64(ROWS as i64 - 1));
+            (rows, _mm512_castsi512_pd(least))
+        })
+    }
+
+    // A row is a vector: eight of them are transposed by pairs of numbers, then of pairs, then of halves.
+    #[inline(always)]
+    fn look_up(self, table: &Rows<f64>, rows: __m512i) -> [__m512d; ROW] {
+        op!({
+            let base = table.as_ptr().cast::<f64>();
+            let mut at = [0_i64; 8];
+            _mm512_storeu_si512(at.as_mut_ptr().cast(), rows);
+            // Row numbers are below ROWS, so every load lies in the table.
+            let [a, b, c, d, e, f, g, h] = at.map(|row| _mm512_loadu_pd(base.add(ROW * row as usize)));
+            let (ab0, ab1) = (_mm512_unpacklo_pd(a, b), _mm512_unpackhi_pd(a, b));
+            let (cd0, cd1) = (_mm512_unpacklo_pd(c, d), _mm512_unpackhi_pd(c, d));
+            let (ef0, ef1) = (_mm512_unpacklo_pd(e, f), _mm512_unpackhi_pd(e, f));
+            let (gh0, gh1) = (_mm512_unpacklo_pd(g, h), _mm512_unpackhi_pd(g, h));
+            // Quarters 0 and 2, and 1 and 3, of two vectors; then the same of these.
+            let four = |ab: __m512d, cd: __m512d, ef: __m512d, gh: __m512d| {
+                let (abcd02, abcd13) =
+                    (_mm512_shuffle_f64x2::<0b10_00_10_00>(ab, cd), _mm512_shuffle_f64x2::<0b11_01_11_01>(ab, cd));
+                let (efgh02, efgh13) =
+                    (_mm512_shuffle_f64x2::<0b10_00_10_00>(ef, gh), _mm512_shuffle_f64x2::<0b11_01_11_01>(ef, gh));
+                [
+                    _mm512_shuffle_f64x2::<0b10_00_10_00>(abcd02, efgh02),
+                    _mm512_shuffle_f64x2::<0b10_00_10_00>(abcd13, efgh13),
+                    _mm512_shuffle_f64x2::<0b11_01_11_01>(abcd02, efgh02),
+                    _mm512_shuffle_f64x2::<0b11_01_11_01>(abcd13, efgh13),
+                ]
+            };
+            let ([c0, c2, c4, c6], [c1, c3, c5, c7]) = (four(ab0, cd0, ef0, gh0), four(ab1, cd1, ef1, gh1));
+            [c0, c1, c2, c3, c4, c5, c6, c7]
+        })
     }
 
     #[inline(always)]
@@ -178,8 +224,10 @@ impl Isa<f32> for Avx512 {
 
     // e < 2^-13, cut below 1.9 e^2 < 2^-25.
     #[inline(always)]
-    fn inverse_root(self, a: __m512) -> __m512 {
-        seeded_root::<f32, _, 1>(self, a, op!(_mm512_rsqrt14_ps(a)))
+    fn inverse_roots<const N: usize>(self, a: [__m512; N]) -> [__m512; N] {
+        let mut result = a;
+        result.iter_mut().for_each(|a| *a = seeded_root::<f32, _, 1>(self, *a, op!(_mm512_rsqrt14_ps(*a))));
+        result
     }
 
     #[inline(always)]
@@ -200,6 +248,50 @@ impl Isa<f32> for Avx512 {
             *a = Isa::<f32>::mul_add(self, q, e, q);
         }
         result
+    }
+
+    #[inline(always)]
+    fn rows(self, u: __m512) -> (__m512i, __m512) {
+        const SHIFT: u32 = 23 - PANEL_BITS;
+        op!({
+            let bits = _mm512_castps_si512(u);
+            let least = _mm512_and_si512(bits, _mm512_set1_epi32(-1 << SHIFT));
+            let rows = _mm512_and_si512(_mm512_srli_epi32::<SHIFT>(bits), _mm512_set1_epi32(ROWS as i32 - 1));
+            (rows, _mm512_castsi512_ps(least))
+        })
+    }
+
+    // Four numbers of rows k, k + 4, k + 8, k + 12 make a vector; four such vectors are transposed within their quarters.
+    #[inline(always)]
+    fn look_up(self, table: &Rows<f32>, rows: __m512i) -> [__m512; ROW] {
+        op!({
+            let base = table.as_ptr().cast::<f32>();
+            let mut at = [0_i32; 16];
+            _mm512_storeu_si512(at.as_mut_ptr().cast(), rows);
+            // Row numbers are below ROWS, so every load lies in the table.
+            let [r0, r1, r2, r3, r4, r5, r6, r7, r8, r9, r10, r11, r12, r13, r14, r15] =
+                at.map(|row| base.add(ROW * row as usize));
+            let mut columns = [_mm512_setzero_ps(); ROW];
+            let (fours, _) = columns.as_chunks_mut::<4>();
+            for (k, four) in fours.iter_mut().enumerate() {
+                let part = |row: *const f32| _mm_loadu_ps(row.add(4 * k));
+                let all = |a: *const f32, b: *const f32, c: *const f32, d: *const f32| {
+                    let first = _mm512_castps128_ps512(part(a));
+                    let second = _mm512_insertf32x4::<1>(first, part(b));
+                    _mm512_insertf32x4::<3>(_mm512_insertf32x4::<2>(second, part(c)), part(d))
+                };
+                let (p, q, r, s) = (all(r0, r4, r8, r12), all(r1, r5, r9, r13), all(r2, r6, r10, r14), all(r3, r7, r11, r15));
+                let (pq_low, rs_low) = (_mm512_unpacklo_ps(p, q), _mm512_unpacklo_ps(r, s));
+                let (pq_high, rs_high) = (_mm512_unpackhi_ps(p, q), _mm512_unpackhi_ps(r, s));
+                *four = [
+                    _mm512_shuffle_ps::<0b01_00_01_00>(pq_low, rs_low),
+                    _mm512_shuffle_ps::<0b11_10_11_10>(pq_low, rs_low),
+                    _mm512_shuffle_ps::<0b01_00_01_00>(pq_high, rs_high),
+                    _mm512_shuffle_ps::<0b11_10_11_10>(pq_high, rs_high),
+                ];
+            }
+            columns
+        })
     }
 
     #[inline(always)]

@@ -1,5 +1,6 @@
 //! What every machine can do: about twenty operations on lanes.
 
+use super::rows::{ROW, Rows};
 use crate::real::Real;
 
 /// The most lanes of any machine: sixteen f32 in 512 bits.
@@ -13,6 +14,8 @@ pub trait Isa<T: Real>: Copy + Send + Sync {
     type V: Copy;
     /// A vector of truth values.
     type M: Copy;
+    /// Row numbers, one a lane.
+    type R: Copy;
     /// Numbers in a vector.
     const LANES: usize;
     /// Whether a lane's sum must not depend on its neighbours, the order of the additions included: then the bits do not
@@ -59,10 +62,12 @@ pub trait Isa<T: Real>: Copy + Send + Sync {
     /// Whether every lane of every vector is below the bound. Neither may be NaN.
     fn all_below<const N: usize>(self, a: &[Self::V; N], bound: Self::V) -> bool;
 
-    /// 1 / sqrt(a), to three ulp, for a in 2^-120..2^120 (f32: 2^-100..2^100).
+    /// 1 / sqrt(a) for each a, to four ulp, for a in 2^-120..2^120 (f32: 2^-56..2^56).
     #[inline(always)]
-    fn inverse_root(self, a: Self::V) -> Self::V {
-        self.div(self.splat(T::ONE), self.sqrt(a))
+    fn inverse_roots<const N: usize>(self, a: [Self::V; N]) -> [Self::V; N] {
+        let mut roots = a;
+        roots.iter_mut().for_each(|a| *a = self.sqrt(*a));
+        self.quotients(self.splat(T::ONE), roots)
     }
 
     /// m / a^(3/2) for each a, to six ulp, in the same range.
@@ -70,12 +75,23 @@ pub trait Isa<T: Real>: Copy + Send + Sync {
     fn over_cubed_roots<const N: usize>(self, m: Self::V, a: [Self::V; N]) -> [Self::V; N] {
         let mut cubes = a;
         cubes.iter_mut().for_each(|a| *a = self.mul(*a, self.sqrt(*a)));
-        self.quotients(m, cubes)
+        if T::DIGITS > 24 {
+            return self.quotients(m, cubes);
+        }
+        // Products of two cubes leave the range of f32.
+        cubes.iter_mut().for_each(|a| *a = self.div(m, *a));
+        cubes
     }
 
     /// m / a for each a, to two or three ulp: with fewer divisions than vectors where that is faster. Products of four
     /// of the a, and m over them, must stay in the normal range.
     fn quotients<const N: usize>(self, m: Self::V, a: [Self::V; N]) -> [Self::V; N];
+
+    /// The row of each lane in a table ([`Rows`]), and the least number of that row. The lanes are positive and normal.
+    fn rows(self, u: Self::V) -> (Self::R, Self::V);
+
+    /// The numbers of each lane's row: the n-th vector holds the n-th number of every lane's row.
+    fn look_up(self, table: &Rows<T>, rows: Self::R) -> [Self::V; ROW];
 
     /// (f, e) with a = f 2^e, sqrt(1/2) <= f < sqrt(2) to rounding, e a whole number; a is positive and normal.
     fn split(self, a: Self::V) -> (Self::V, Self::V);
@@ -136,7 +152,7 @@ pub(super) fn root_series<T: Real, I: Isa<T>, const TERMS: usize>(isa: I, e: I::
     sum
 }
 
-/// [`Isa::inverse_root`] from a seed.
+/// [`Isa::inverse_roots`] from a seed.
 #[cfg(target_arch = "x86_64")]
 #[inline(always)]
 pub(super) fn seeded_root<T: Real, I: Isa<T>, const TERMS: usize>(isa: I, a: I::V, seed: I::V) -> I::V {

@@ -19,10 +19,12 @@ mod log;
 mod neon;
 mod portable;
 pub(crate) mod root;
+mod rows;
 mod widest;
 
 pub use lanes::{BlockJob, Isa, Job, MAX_LANES};
 pub use level::Level;
+pub use rows::{OCTAVES, PANEL_BITS, ROW, ROWS, Rows};
 pub(crate) use log::{log, log_numerator};
 pub(crate) use widest::{Plain, widest};
 
@@ -32,6 +34,11 @@ use crate::real::Real;
 pub trait Dispatch: Sized {
     /// Runs `job` on `level`, or on [`Level::Portable`] where this machine lacks it.
     fn dispatch<J: Job<Self>>(level: Level, job: J) -> J::Out
+    where
+        Self: Real;
+
+    /// Runs `job` on [`Level::Portable`].
+    fn portable<J: Job<Self>>(job: J) -> J::Out
     where
         Self: Real;
 }
@@ -57,11 +64,22 @@ macro_rules! dispatch {
                     _ => job.run(portable::Portable),
                 }
             }
+
+            #[inline]
+            fn portable<J: Job<Self>>(job: J) -> J::Out {
+                job.run(portable::Portable)
+            }
         }
     };
 }
 dispatch!(f32);
 dispatch!(f64);
+
+/// Runs `job` at [`Level::Portable`], for jobs that gain nothing from another: they are compiled for it alone.
+#[inline]
+pub(crate) fn portable<T: Real, J: Job<T>>(job: J) -> J::Out {
+    T::portable(job)
+}
 
 impl Level {
     /// Runs `job` with this level's instructions.

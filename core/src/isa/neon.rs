@@ -3,6 +3,7 @@
 use core::arch::aarch64::*;
 
 use super::lanes::{Isa, MAX_LANES};
+use super::rows::{PANEL_BITS, ROW, ROWS, Rows};
 
 /// Vectors belong to every aarch64, so no proof is needed.
 #[derive(Clone, Copy, Debug)]
@@ -27,6 +28,7 @@ macro_rules! neon {
         impl Isa<$t> for Neon {
             type V = $v;
             type M = $m;
+            type R = [usize; $lanes];
             const LANES: usize = $lanes;
             #[inline(always)]
             fn in_blocks<J: super::lanes::BlockJob<$t>>(self, job: J) -> J::Out {
@@ -108,6 +110,26 @@ macro_rules! neon {
             #[inline(always)]
             fn quotients<const N: usize>(self, m: $v, a: [$v; N]) -> [$v; N] {
                 super::lanes::paired_quotients::<$t, Self, N>(self, m, a)
+            }
+            #[inline(always)]
+            fn rows(self, u: $v) -> ([usize; $lanes], $v) {
+                let shift = $digits - 1 - PANEL_BITS;
+                let (mut rows, mut least) = ([0; $lanes], [0.0; MAX_LANES]);
+                for ((row, least), u) in rows.iter_mut().zip(&mut least).zip(Isa::<$t>::store(self, u)) {
+                    *row = (u.to_bits() >> shift) as usize % ROWS;
+                    *least = <$t>::from_bits(u.to_bits() >> shift << shift);
+                }
+                (rows, Isa::<$t>::load(self, &least))
+            }
+            #[inline(always)]
+            fn look_up(self, table: &Rows<$t>, rows: [usize; $lanes]) -> [$v; ROW] {
+                let mut columns = [[0.0; MAX_LANES]; ROW];
+                for (lane, row) in rows.into_iter().enumerate() {
+                    for (column, &number) in columns.iter_mut().zip(table.get(row).unwrap_or(&[<$t>::NAN; ROW])) {
+                        column.get_mut(lane).into_iter().for_each(|slot| *slot = number);
+                    }
+                }
+                columns.map(|column| Isa::<$t>::load(self, &column))
             }
             #[inline(always)]
             fn split(self, a: $v) -> ($v, $v) {

@@ -2,6 +2,7 @@
 //! everywhere; the compiler may use vectors, since lanes are independent.
 
 use super::lanes::{Isa, MAX_LANES};
+use super::rows::{PANEL_BITS, ROW, ROWS, Rows};
 use crate::real::Real;
 
 /// No instruction beyond + - * / and sqrt.
@@ -64,6 +65,7 @@ macro_rules! portable {
         impl Isa<$t> for Portable {
             type V = [$t; LANES];
             type M = [bool; LANES];
+            type R = [usize; LANES];
             const LANES: usize = LANES;
             const IN_ORDER: bool = true;
             #[inline(always)]
@@ -144,6 +146,22 @@ macro_rules! portable {
                 let mut result = a;
                 result.iter_mut().for_each(|a| *a = Isa::<$t>::div(self, m, *a));
                 result
+            }
+            #[inline(always)]
+            fn rows(self, u: Self::V) -> (Self::R, Self::V) {
+                let shift = $digits - 1 - PANEL_BITS;
+                let row = each(u, |u| (u.to_bits() >> shift) as usize % ROWS);
+                (row, each(u, |u| <$t>::from_bits(u.to_bits() >> shift << shift)))
+            }
+            #[inline(always)]
+            fn look_up(self, table: &Rows<$t>, rows: Self::R) -> [Self::V; ROW] {
+                let mut columns = [[0.0; LANES]; ROW];
+                for (lane, row) in rows.into_iter().enumerate() {
+                    for (column, &number) in columns.iter_mut().zip(table.get(row).unwrap_or(&[<$t>::NAN; ROW])) {
+                        column.get_mut(lane).into_iter().for_each(|slot| *slot = number);
+                    }
+                }
+                columns
             }
             #[inline(always)]
             fn split(self, a: Self::V) -> (Self::V, Self::V) {

@@ -5,8 +5,10 @@ use super::fit::{Builder, Task, USER_OCTAVES, capacity};
 use super::law::{Law, MAX_TERMS, RadialKernel, Term};
 use super::part::{Outer, Part, RECORD};
 use super::profile::Profile;
+use super::table::{self, Domain, Head, Table};
 use super::{KEPT, Kernel, OTHERS, Others};
 use crate::error::{Error, Result};
+use crate::isa::{ROW, ROWS};
 use crate::mollifier::{Blob, Mollifier};
 use crate::real::Real;
 use crate::space::{ALIGN, Carve, Measure, Space, View};
@@ -14,7 +16,7 @@ use crate::space::{ALIGN, Carve, Measure, Space, View};
 /// "mollis K" in ASCII, as a number: swapped bytes show another machine's block.
 const MAGIC: u64 = 0x6D6F_6C6C_6973_204B;
 /// Changes whenever the meaning of a block does.
-const VERSION: u64 = 2;
+const VERSION: u64 = 3;
 /// Numbers of the head.
 const HEAD: usize = 8;
 /// Numbers of a term's record.
@@ -22,7 +24,7 @@ const TERM: usize = 3;
 /// Numbers before the terms: delta and Newtonian coefficient as the scalar's bits, fit error.
 const START: usize = 3;
 /// Numbers of the records.
-const RECORDS: usize = START + MAX_TERMS * (TERM + RECORD);
+const RECORDS: usize = START + MAX_TERMS * (TERM + RECORD) + table::RECORD;
 
 /// Bytes of a block without tables.
 const BYTES: usize = (8 * HEAD).next_multiple_of(ALIGN) + (8 * RECORDS).next_multiple_of(ALIGN);
@@ -44,13 +46,34 @@ impl core::fmt::Debug for Supplied<'_> {
     }
 }
 
-/// The three arrays of a block.
-fn lay<'w, T: Real>(space: &mut impl Space<'w>, tables: usize) -> Result<(&'w mut [u64], &'w mut [f64], &'w mut [T])> {
-    Ok((space.array(HEAD)?, space.array(RECORDS)?, space.array(tables)?))
+/// The arrays of a block.
+struct Arrays<'w, T> {
+    head: &'w mut [u64],
+    records: &'w mut [f64],
+    /// Series for single distances, in double precision for either scalar.
+    series: &'w mut [f64],
+    /// The table for sums.
+    rows: &'w mut [[T; ROW]],
 }
 
-/// Checks terms; answers with the numbers their tables may take.
-fn check<const D: usize>(terms: &[Term], supplied: bool, mollifier: Mollifier) -> Result<usize> {
+/// Sizes of the arrays that depend on the terms.
+#[derive(Clone, Copy)]
+struct Sizes {
+    series: usize,
+    rows: usize,
+}
+
+fn lay<'w, T: Real>(space: &mut impl Space<'w>, sizes: Sizes) -> Result<Arrays<'w, T>> {
+    Ok(Arrays {
+        head: space.array(HEAD)?,
+        records: space.array(RECORDS)?,
+        series: space.array(sizes.series)?,
+        rows: space.array(sizes.rows)?,
+    })
+}
+
+/// Checks terms; answers with the numbers that their tables may take.
+fn check<const D: usize>(terms: &[Term], supplied: bool, mollifier: Mollifier) -> Result<Sizes> {
     mollifier.check(D)?;
     let count = terms.len() + usize::from(supplied);
     if count == 0 || count > MAX_TERMS {
@@ -61,7 +84,7 @@ fn check<const D: usize>(terms: &[Term], supplied: bool, mollifier: Mollifier) -
         return match terms {
             [Term { law: Law::Newtonian, coefficient }] if !supplied => {
                 if Real::is_finite(*coefficient) {
-                    Ok(0)
+                    Ok(Sizes { series: 0, rows: 0 })
                 } else {
                     Err(Error::NotFinite)
                 }
@@ -70,7 +93,7 @@ fn check<const D: usize>(terms: &[Term], supplied: bool, mollifier: Mollifier) -
         };
     }
     let profile = if cfg!(feature = "kernels") { Profile::new(mollifier, D) } else { None };
-    let mut tables = 0;
+    let mut series = 0;
     for term in terms {
         term.law.check(D)?;
         if !term.coefficient.is_finite() {
@@ -78,20 +101,64 @@ fn check<const D: usize>(terms: &[Term], supplied: bool, mollifier: Mollifier) -
         }
         let (law, _) = term.law.canonical(D);
         if cfg!(feature = "kernels") && law != Law::Newtonian {
-            tables += capacity(Some(law), profile.as_ref(), D);
+            series += capacity(Some(law), profile.as_ref(), D);
         }
     }
     if cfg!(feature = "kernels") && supplied {
-        tables += capacity(None, profile.as_ref(), D);
+        series += capacity(None, profile.as_ref(), D);
     }
-    Ok(tables)
+    let rows = if cfg!(feature = "kernels") && has_table(terms, supplied, mollifier, D) { ROWS } else { 0 };
+    Ok(Sizes { series, rows })
+}
+
+/// Beyond this many lengths l an exponential e^{-r/l} is zero in f64.
+const EXPONENTIAL_REACH: f64 = 745.2;
+
+/// Where a term ends, if it does.
+fn reach(law: Law) -> Option<f64> {
+    match law {
+        Law::Newtonian | Law::Power { .. } => None,
+        Law::Exponential { length } => Some(EXPONENTIAL_REACH * length),
+        Law::Screened { k } => Some(EXPONENTIAL_REACH / k),
+    }
+}
+
+/// Whether sums of these terms use a table.
+///
+/// Newtonian kernels with a compact mollifier, or none, have loops of their own. Without a mollifier there must be a length to begin from.
+fn has_table(terms: &[Term], supplied: bool, mollifier: Mollifier, dimension: usize) -> bool {
+    let mut others = terms.iter().filter(|term| term.law.canonical(dimension).0 != Law::Newtonian);
+    match mollifier {
+        Mollifier::Gaussian { .. } => true,
+        Mollifier::Compact { .. } => supplied || others.next().is_some(),
+        Mollifier::None => supplied || others.any(|term| reach(term.law).is_some()),
+    }
+}
+
+/// What the table of these terms holds.
+fn domain(terms: &[Term], supplied: Option<Supplied<'_>>, mollifier: Mollifier, delta: f64) -> Domain {
+    let longest = terms.iter().filter_map(|term| reach(term.law)).fold(0.0, f64::max);
+    let all_end = terms.iter().all(|term| reach(term.law).is_some());
+    // A host's kernel jumps to zero at its reach, so the table must end there, if not the sum.
+    let (until, ends) = match supplied {
+        Some(supplied) => (supplied.reach, all_end && longest <= supplied.reach),
+        None if all_end => (longest, true),
+        None => (f64::INFINITY, false),
+    };
+    if mollifier == Mollifier::None {
+        let unit = if until.is_finite() { until } else { longest };
+        return Domain { unit, shift: 0.0, until: 1.0, ends, edge: false };
+    }
+    let edge = matches!(mollifier, Mollifier::Compact { .. });
+    let ratio = until / delta;
+    Domain { unit: delta, shift: 1.0, until: ratio * ratio + 1.0, ends, edge }
 }
 
 impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
     /// A kernel without terms.
     pub(super) fn empty(blob: Blob<T, D>) -> Self {
-        let outer = Outer::Bare { factor: T::ZERO };
-        let part = Part { law: Law::Newtonian, radius: T::ZERO, panels: 0, first: 0, outer };
+        let outer = Outer::Bare { factor: 0.0 };
+        let part = Part { law: Law::Newtonian, radius: 0.0, panels: 0, first: 0, outer };
         let term = Term { law: Law::Newtonian, coefficient: 0.0 };
         Self {
             #[cfg(feature = "kernels")]
@@ -100,7 +167,7 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
             newtonian: T::ZERO,
             terms: [term; KEPT],
             count: 0,
-            others: [Others { parts: [part; MAX_TERMS], used: 0, tables: &[], fit_error: 0.0 }; OTHERS],
+            others: [Others { parts: [part; MAX_TERMS], used: 0, series: &[], table: None, fit_error: 0.0 }; OTHERS],
         }
     }
 
@@ -117,8 +184,8 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
     /// # Errors
     /// As [`Kernel::prepare`].
     pub fn workspace_bytes_with(terms: &[Term], supplied: bool, mollifier: Mollifier) -> Result<usize> {
-        let tables = check::<D>(terms, supplied, mollifier)?;
-        Measure::of(|space| lay::<T>(space, tables).map(|_| ()))
+        let sizes = check::<D>(terms, supplied, mollifier)?;
+        Measure::of(|space| lay::<T>(space, sizes).map(|_| ()))
     }
 
     /// Prepares the sum of `terms`, mollified over the length `delta` (not looked at for [`Mollifier::None`]), into
@@ -165,7 +232,7 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
     ) -> Result<()> {
         let supplied =
             if cfg!(feature = "kernels") || supplied.is_none() { supplied } else { return Err(Error::Unsupported) };
-        let size = check::<D>(terms, supplied.is_some(), mollifier)?;
+        let sizes = check::<D>(terms, supplied.is_some(), mollifier)?;
         let length = Blob::<T, D>::check(mollifier, delta)?;
         if let Some(s) = supplied {
             if !s.coefficient.is_finite() || s.reach.is_nan() {
@@ -176,25 +243,27 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
             }
         }
         let bytes =
-            if cfg!(feature = "kernels") { Measure::of(|space| lay::<T>(space, size).map(|_| ()))? } else { BYTES };
+            if cfg!(feature = "kernels") { Measure::of(|space| lay::<T>(space, sizes).map(|_| ()))? } else { BYTES };
         if memory.len() < bytes {
             return Err(Error::WorkspaceTooSmall);
         }
-        let (head, records, tables) = lay::<T>(&mut Carve::new(memory)?, size)?;
+        let Arrays { head, records, series, rows } = lay::<T>(&mut Carve::new(memory)?, sizes)?;
         let (start, rest) = records.split_first_chunk_mut::<START>().ok_or(Error::WorkspaceTooSmall)?;
         let (mut newtonian, mut used, mut error) = (0.0, 0_usize, 0.0);
         if cfg!(feature = "kernels") {
-            let (term_records, part_records) =
+            let (term_records, rest) =
                 rest.split_at_mut_checked(MAX_TERMS * TERM).ok_or(Error::WorkspaceTooSmall)?;
+            let (part_records, table_record) =
+                rest.split_at_mut_checked(MAX_TERMS * RECORD).ok_or(Error::WorkspaceTooSmall)?;
             for (term, slot) in terms.iter().zip(term_records.as_chunks_mut::<TERM>().0) {
                 let (kind, parameter) = term.law.to_numbers();
                 *slot = [kind, parameter, term.coefficient];
             }
-            let delta = delta.to_f64();
+            let delta = length.to_f64();
             let profile = Profile::new(mollifier, D);
-            let mut builder = Builder::new(tables);
+            let mut builder = Builder::new(series);
             let mut part_slots = part_records.as_chunks_mut::<RECORD>().0.iter_mut();
-            let mut store = |part: Part<T>| -> Result<()> {
+            let mut store = |part: Part<f64>| -> Result<()> {
                 *part_slots.next().ok_or(Error::KernelTerms)? = part.to_record();
                 used += 1;
                 Ok(())
@@ -206,7 +275,7 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
                     newtonian += coefficient;
                 } else {
                     let task = Task { dimension: D, profile: profile.as_ref(), delta, coefficient };
-                    store(task.prepare::<T, D>(law, &mut builder)?)?;
+                    store(task.prepare::<f64, D>(law, &mut builder)?)?;
                 }
             }
             if let Some(s) = supplied {
@@ -215,6 +284,17 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
             }
             builder.finish(D, delta)?;
             error = builder.error;
+            if let Ok(rows) = <&mut crate::isa::Rows<T>>::try_from(rows) {
+                let mut kernel = Kernel::<f64, D>::empty(Blob::new(mollifier, delta)?);
+                // A Newtonian kernel's table is that of the coefficient 1.
+                kernel.newtonian = if used == 0 { 1.0 } else { newtonian };
+                if let Some(others) = kernel.others.first_mut() {
+                    others.read(part_records, used);
+                    others.series = series;
+                }
+                let head = table::build::<T, D>(rows, &domain(terms, supplied, mollifier, delta), &|r| kernel.at(r))?;
+                table_record.iter_mut().zip(head.to_record()).for_each(|(to, number)| *to = number);
+            }
         } else if let ([only], Some(slot)) = (terms, rest.first_chunk_mut::<TERM>()) {
             // Newtonian, whose numbers are zero.
             newtonian = only.coefficient;
@@ -238,7 +318,7 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
             D as u64,
             terms.len() as u64,
             used as u64,
-            size as u64,
+            (sizes.rows as u64) << 32 | sizes.series as u64,
             u64::from(exponent << 16 | order << 8 | kind),
         ];
         Ok(())
@@ -289,26 +369,29 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
             return if used == 0 { Ok(kernel) } else { Err(Error::Unsupported) };
         };
         others.fit_error = fit_error;
-        others.tables = view.array(usize::try_from(size).map_err(|_| Error::NotPrepared)?)?;
-        others.used = usize::try_from(used).unwrap_or(0).min(MAX_TERMS);
+        others.series = view.array((size & 0xFFFF_FFFF) as usize)?;
+        let rows: &[[T; ROW]] = view.array((size >> 32) as usize)?;
         kernel.count = usize::try_from(count).unwrap_or(0).min(MAX_TERMS);
-        let (terms, parts) = rest.split_at_checked(MAX_TERMS * TERM).ok_or(Error::NotPrepared)?;
+        let (terms, rest) = rest.split_at_checked(MAX_TERMS * TERM).ok_or(Error::NotPrepared)?;
+        let (parts, table_record) = rest.split_at_checked(MAX_TERMS * RECORD).ok_or(Error::NotPrepared)?;
         for (slot, &[kind, parameter, coefficient]) in kernel.terms.iter_mut().zip(terms.as_chunks::<TERM>().0) {
             *slot = Term { law: Law::from_numbers(kind, parameter), coefficient };
         }
-        for (slot, record) in others.parts.iter_mut().zip(parts.as_chunks::<RECORD>().0) {
-            *slot = Part::from_record(record);
-            slot.panels = slot.panels.min(USER_OCTAVES + 2);
+        others.read(parts, usize::try_from(used).unwrap_or(0));
+        if let (Ok(rows), Some(record)) = (rows.try_into(), table_record.first_chunk()) {
+            others.table = Head::from_record(record).map(|head| Table { rows, head });
         }
         Ok(kernel)
     }
+}
 
-    /// The size of an opened or prepared block in bytes.
-    ///
-    /// # Errors
-    /// [`Error::TooLarge`].
-    pub fn block_bytes(&self) -> Result<usize> {
-        let tables = self.others.first().map_or(0, |others| others.tables.len());
-        Measure::of(|space| lay::<T>(space, tables).map(|_| ()))
+impl<T> Others<'_, T> {
+    /// Takes the parts of a block.
+    fn read(&mut self, records: &[f64], used: usize) {
+        self.used = used.min(MAX_TERMS);
+        for (slot, record) in self.parts.iter_mut().zip(records.as_chunks::<RECORD>().0) {
+            *slot = Part::from_record(record);
+            slot.panels = slot.panels.min(USER_OCTAVES + 2);
+        }
     }
 }

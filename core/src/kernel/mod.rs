@@ -23,18 +23,17 @@ mod convolution;
 mod edge_series;
 mod far;
 mod fit;
-mod lanes;
 mod law;
 mod part;
 mod profile;
 mod quadrature;
+mod table;
 
 pub use block::Supplied;
 pub(crate) use far::{Far, Near, POWERS};
-pub use lanes::LANES;
-pub(crate) use lanes::{add as add_lanes, horner};
 pub use law::{Law, MAX_TERMS, RadialKernel, Term};
 pub(crate) use profile::sphere;
+pub(crate) use table::{Table, terms as table_terms};
 
 use crate::error::Result;
 #[cfg(feature = "kernels")]
@@ -62,14 +61,15 @@ pub struct Kernel<'k, T: Real, const D: usize> {
 /// The terms of a kernel that are not Newtonian.
 #[derive(Clone, Copy, Debug)]
 struct Others<'k, T> {
-    parts: [Part<T>; MAX_TERMS],
+    parts: [Part<f64>; MAX_TERMS],
     used: usize,
-    tables: &'k [T],
+    series: &'k [f64],
+    table: Option<Table<'k, T>>,
     fit_error: f64,
 }
 
 impl<T> Others<'_, T> {
-    fn parts(&self) -> &[Part<T>] {
+    fn parts(&self) -> &[Part<f64>] {
         self.parts.get(..self.used).unwrap_or(&[])
     }
 }
@@ -149,8 +149,13 @@ impl<T: Real, const D: usize> Kernel<'_, T, D> {
         self.others.first().map_or(0.0, |others| others.fit_error)
     }
 
+    /// The table for sums: of all terms, or of the coefficient 1 where they are Newtonian.
+    pub(crate) fn table(&self) -> Option<Table<'_, T>> {
+        self.others.first().and_then(|others| others.table)
+    }
+
     /// The terms that are not Newtonian, prepared.
-    fn parts(&self) -> &[Part<T>] {
+    fn parts(&self) -> &[Part<f64>] {
         self.others.first().map_or(&[], Others::parts)
     }
 
@@ -180,16 +185,16 @@ impl<T: Real, const D: usize> Kernel<'_, T, D> {
     #[must_use]
     #[inline]
     pub fn others(&self, r: T) -> [T; 3] {
-        let mut sum = [T::ZERO; 3];
-        let Some(others) = self.others.first().filter(|others| others.used > 0) else { return sum };
+        let Some(others) = self.others.first().filter(|others| others.used > 0) else { return [T::ZERO; 3] };
         if r == T::ZERO && self.is_singular() {
-            return sum;
+            return [T::ZERO; 3];
         }
+        let mut sum = [0.0; 3];
         for part in others.parts() {
-            let [u, g, l] = part.at::<D>(others.tables, r);
+            let [u, g, l] = part.at::<D>(others.series, r.to_f64());
             sum = [sum[0] + u, sum[1] + g, sum[2] + l];
         }
-        sum
+        sum.map(T::from_f64)
     }
 
     /// Value, gradient factor and Laplacian where `wanted` says so (else anything), for sums: the Newtonian part inside a
@@ -264,6 +269,8 @@ impl<T: Real, const D: usize> Kernel<'_, T, D> {
                 }
             }
             for others in &mut kernel.others {
+                // The table is that of the whole sum.
+                others.table = None;
                 others.used = 0;
                 for &part in self.parts().iter().filter(|part| is_even(part.law) == wanted) {
                     if let Some(slot) = others.parts.get_mut(others.used) {

@@ -46,6 +46,21 @@ impl<T: Real, const D: usize> Blob<T, D> {
         })
     }
 
+    /// phi, grad phi and psi at x of a particle whose mass is the product of two numbers, where `which` asks for them: a true result in range
+    /// is computed whatever the size of the factors.
+    pub(crate) fn field_of(&self, mass: [T; 2], x: &[T; D], which: [bool; 3]) -> (T, [T; D], T) {
+        let [a, b] = mass.map(Scaled::from);
+        let strength = a.times(b);
+        self.at(x, (T::NAN, [T::NAN; D], T::NAN), |_, place| {
+            let value = |wanted: bool, of| if wanted { strength.times(place.value(of)) } else { Scaled::ZERO };
+            let [potential, gradient, density] = which;
+            let g = value(gradient, Quantity::GradientFactor);
+            let mut slope = *x;
+            slope.iter_mut().for_each(|c| *c = if gradient { g.times(Scaled::from(*c)).round() } else { T::ZERO });
+            (value(potential, Quantity::Potential).round(), slope, value(density, Quantity::Density).round())
+        })
+    }
+
     /// Hess phi(x) = g I + h x x^T, a symmetric matrix whose trace is the density. Where the two terms cancel, the error is
     /// u^2 of either: each entry is accurate to 2 ulp unless it lies a factor 1/u below |g|.
     #[must_use]

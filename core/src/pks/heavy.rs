@@ -14,7 +14,7 @@
 use super::motion::{self, Moved, Moving};
 use super::state::Options;
 use crate::error::{Error, Result};
-use crate::field::{Interaction, LANES, Wanted};
+use crate::field::{Interaction, Wanted};
 use crate::grid::{Equation, Grid, Mesh, Walls};
 use crate::isa::{Level, Plain, widest};
 use crate::mollifier::{Blob, Mollifier, Series};
@@ -373,11 +373,11 @@ impl<'a, T: Real> Pull<'a, T> {
             factors.iter_mut().for_each(|factor| *factor = newtonian.factor(*factor));
             return factors;
         }
-        let mut distances = [T::ONE; LANES];
-        distances.iter_mut().zip(squares).for_each(|(r, &square)| *r = square.sqrt());
         let wanted = Wanted { gradient: true, ..Wanted::default() };
-        let [_, found, _] = self.kernel.pairs(&distances, WIDTH, wanted);
-        factors.iter_mut().zip(found).for_each(|(factor, found)| *factor = found);
+        for factor in &mut factors {
+            let [_, found, _] = self.kernel.pair(factor.sqrt(), wanted);
+            *factor = found;
+        }
         factors
     }
 }

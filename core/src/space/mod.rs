@@ -1,4 +1,4 @@
-//! Carving a caller's workspace, dividing outputs among tasks, one type under two names: what needs `unsafe`.
+//! Carving a caller's workspace, dividing outputs among tasks: what needs `unsafe`.
 //!
 //! A layout is stated once, generic over [`Space`], and run twice: with [`Measure`] it counts bytes, with [`Carve`] it
 //! hands out the arrays. So a size query and the call that needs the memory can't disagree:
@@ -25,11 +25,9 @@ mod carve;
 mod columns;
 #[cfg(target_has_atomic = "ptr")]
 mod divide;
-mod same;
 
 pub use carve::{ALIGN, Carve, Measure, Plain, Space, View};
 #[cfg(target_has_atomic = "ptr")]
 pub use columns::{Block, Columns};
 #[cfg(target_has_atomic = "ptr")]
 pub use divide::{Body, Chunks, Divide, MAX_WORKERS, Ranges, each_piece};
-pub(crate) use same::Same;

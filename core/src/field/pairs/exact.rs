@@ -1,0 +1,54 @@
+//! Pairs outside the range of a kernel's fast path, one by one, from the caller's own numbers.
+
+use super::PairKernel;
+use super::lanes::Want;
+use super::output::Contribution;
+use crate::field::Sources;
+use crate::real::Real;
+
+/// Adds one source to the targets of a register block whose bit is set; `each` is the number of lanes in a vector. Returns how many there were.
+#[cold]
+#[inline(never)]
+pub(super) fn add_pairs<T: Real, const D: usize, K: PairKernel<T, D>>(
+    kernel: &K,
+    want: Want,
+    (targets, results): (&[[T; D]], &mut [Contribution<T, D>]),
+    (sources, source): (Sources<'_, T, D>, usize),
+    (lanes, each): (&[u32], usize),
+) -> u64 {
+    let (Some(y), Some(&mass)) = (sources.positions.get(source), sources.masses.get(source)) else { return 0 };
+    let mut count = 0;
+    for (i, (target, result)) in targets.iter().zip(results).enumerate() {
+        let each = each.max(1);
+        if lanes.get(i / each).is_none_or(|lanes| lanes >> (i % each) & 1 == 0) {
+            continue;
+        }
+        let mut x = *target;
+        x.iter_mut().zip(y).for_each(|(x, &y)| *x -= y);
+        let pair = kernel.exact(&x, mass, want);
+        result.potential += pair.potential;
+        result.gradient.iter_mut().zip(pair.gradient).for_each(|(sum, g)| *sum += g);
+        result.laplacian += pair.laplacian;
+        count += 1;
+    }
+    count
+}
+
+/// |x|, without overflow or underflow on the way.
+pub(super) fn norm<T: Real, const D: usize>(x: &[T; D]) -> T {
+    let largest = x.iter().fold(T::ZERO, |largest, c| if c.abs() > largest { c.abs() } else { largest });
+    let exponent = largest.frexp().1;
+    let square = x.iter().map(|c| c.ldexp(-exponent)).fold(T::ZERO, |sum, c| sum + c * c);
+    square.sqrt().ldexp(exponent)
+}
+
+/// a b c, rounded three times, without overflow or underflow on the way.
+pub(super) fn product<T: Real>(factors: [T; 3]) -> T {
+    let mut exponent = 0_i32;
+    let value = factors.into_iter().fold(T::ONE, |value, factor| {
+        let (fraction, shift) = factor.frexp();
+        exponent = exponent.saturating_add(shift);
+        value * fraction
+    });
+    value.ldexp(exponent)
+}

@@ -1,0 +1,187 @@
+//! A register block of targets in lanes, its sums, and what all kernels share.
+
+use super::BLOCK;
+use super::packed::Units;
+use crate::isa::{Isa, MAX_LANES};
+use crate::real::Real;
+
+/// The most vectors of targets in a register block.
+pub(in crate::field) const WIDE: usize = 4;
+
+/// The least and the largest coordinates of some points.
+pub(in crate::field) type Bounds<T, const D: usize> = [[T; D]; 2];
+
+/// Sources one after the other: positions and masses of equal length.
+pub(in crate::field) type List<'a, T, const D: usize> = (&'a [[T; D]], &'a [T]);
+
+/// What a pass computes beside the potential.
+#[derive(Clone, Copy, Debug, Default)]
+pub(in crate::field) struct Want {
+    pub potential: bool,
+    pub gradient: bool,
+    pub laplacian: bool,
+}
+
+/// One vector of targets: where they are and what they have gathered.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::field) struct Group<V, const D: usize> {
+    pub x: [V; D],
+    pub sums: Sums<V, D>,
+}
+
+/// Sums in the kernel's units.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::field) struct Sums<V, const D: usize> {
+    pub potential: V,
+    pub gradient: [V; D],
+    pub laplacian: V,
+}
+
+impl<V: Copy, const D: usize> Sums<V, D> {
+    #[inline(always)]
+    pub fn splat(value: V) -> Self {
+        Self { potential: value, gradient: [value; D], laplacian: value }
+    }
+
+    /// A function of two numbers, of each pair of sums.
+    #[inline(always)]
+    fn zip(&mut self, other: &mut Self, mut f: impl FnMut(&mut V, &mut V)) {
+        f(&mut self.potential, &mut other.potential);
+        self.gradient.iter_mut().zip(&mut other.gradient).for_each(|(a, b)| f(a, b));
+        f(&mut self.laplacian, &mut other.laplacian);
+    }
+}
+
+/// What a vector of targets has gathered from the blocks before.
+#[derive(Clone, Copy)]
+pub(in crate::field) struct Total<V, const D: usize> {
+    pub sums: Sums<V, D>,
+    /// In compensated sums, what `sums` lacks.
+    low: Sums<V, D>,
+}
+
+impl<V: Copy, const D: usize> Total<V, D> {
+    #[inline(always)]
+    pub fn splat(value: V) -> Self {
+        Self { sums: Sums::splat(value), low: Sums::splat(value) }
+    }
+
+    /// Adds a block's sums.
+    #[inline(always)]
+    pub fn add<T: Real, I: Isa<T, V = V>>(&mut self, isa: I, mut block: Sums<V, D>) {
+        self.sums.zip(&mut block, |sum, &mut term| *sum = isa.add(*sum, term));
+    }
+
+    /// The same in double-word arithmetic: (sum, low) + term by Knuth's two-sum, then normalised.
+    #[inline(always)]
+    pub fn add_compensated<T: Real, I: Isa<T, V = V>>(&mut self, isa: I, mut block: Sums<V, D>) {
+        let Self { sums, low } = self;
+        // The block's slots take the errors of the additions.
+        sums.zip(&mut block, |sum, term| {
+            let total = isa.add(*sum, *term);
+            let back = isa.sub(total, *sum);
+            *term = isa.add(isa.sub(*sum, isa.sub(total, back)), isa.sub(*term, back));
+            *sum = total;
+        });
+        low.zip(&mut block, |low, &mut error| *low = isa.add(*low, error));
+        sums.zip(low, |sum, low| {
+            let total = isa.add(*sum, *low);
+            *low = isa.sub(*low, isa.sub(total, *sum));
+            *sum = total;
+        });
+    }
+}
+
+/// Sources that wait for a closer look: their places in a block.
+#[derive(Debug)]
+pub(in crate::field) struct Noted {
+    at: [u16; BLOCK],
+    n: usize,
+}
+
+impl Noted {
+    /// None.
+    #[inline(always)]
+    pub fn new() -> Self {
+        Self { at: [0; BLOCK], n: 0 }
+    }
+
+    #[inline(always)]
+    pub fn push(&mut self, at: usize) {
+        if let Some(slot) = self.at.get_mut(self.n) {
+            *slot = at as u16;
+            self.n += 1;
+        }
+    }
+
+    /// Takes them all out.
+    #[inline(always)]
+    pub fn take(&mut self) -> impl Iterator<Item = usize> {
+        let n = core::mem::take(&mut self.n);
+        self.at.iter().take(n).map(|&at| usize::from(at))
+    }
+}
+
+/// Targets in units, one a lane; lanes beyond the last repeat it.
+#[inline(always)]
+pub(in crate::field) fn load<T: Real, I: Isa<T>, const D: usize>(isa: I, units: Units<T>, targets: &[[T; D]]) -> [I::V; D] {
+    let last = targets.last().copied().unwrap_or([T::ZERO; D]);
+    let mut lanes = [[T::ZERO; MAX_LANES]; D];
+    for l in 0..MAX_LANES {
+        let x = units.point(targets.get(l).unwrap_or(&last));
+        for (lanes, x) in lanes.iter_mut().zip(x) {
+            lanes.get_mut(l).into_iter().for_each(|lane| *lane = x);
+        }
+    }
+    let mut vectors = [isa.splat(T::ZERO); D];
+    vectors.iter_mut().zip(&lanes).for_each(|(vector, lanes)| *vector = isa.load(lanes));
+    vectors
+}
+
+/// One bit for each of so many targets.
+#[inline(always)]
+pub(in crate::field) fn valid_lanes(targets: usize) -> u32 {
+    if targets == 0 { 0 } else { u32::MAX >> (32 - targets.min(32) as u32) }
+}
+
+/// Source minus target, and its square, for every vector.
+#[inline(always)]
+pub(in crate::field) fn distances<T: Real, I: Isa<T>, const D: usize, const NB: usize>(
+    isa: I,
+    source: &[T; D],
+    groups: &[Group<I::V, D>; NB],
+) -> ([[I::V; D]; NB], [I::V; NB]) {
+    let zero = isa.splat(T::ZERO);
+    let mut at = [zero; D];
+    at.iter_mut().zip(source).for_each(|(at, &x)| *at = isa.splat(x));
+    let (mut d, mut r2) = ([[zero; D]; NB], [zero; NB]);
+    for ((d, r2), group) in d.iter_mut().zip(&mut r2).zip(groups) {
+        for (k, ((d, &at), &x)) in d.iter_mut().zip(&at).zip(&group.x).enumerate() {
+            *d = isa.sub(at, x);
+            *r2 = if k == 0 { isa.mul(*d, *d) } else { isa.mul_add(*d, *d, *r2) };
+        }
+    }
+    (d, r2)
+}
+
+impl<V: Copy, const D: usize> Group<V, D> {
+    /// Adds g d to the gradient.
+    #[inline(always)]
+    pub fn add_gradient<T: Real, I: Isa<T, V = V>>(&mut self, isa: I, g: V, d: &[V; D]) {
+        for (sum, &d) in self.sums.gradient.iter_mut().zip(d) {
+            *sum = isa.mul_add(g, d, *sum);
+        }
+    }
+
+    /// Adds m k to the potential.
+    #[inline(always)]
+    pub fn add_potential<T: Real, I: Isa<T, V = V>>(&mut self, isa: I, m: V, k: V) {
+        self.sums.potential = isa.mul_add(m, k, self.sums.potential);
+    }
+
+    /// Adds m b to the Laplacian.
+    #[inline(always)]
+    pub fn add_laplacian<T: Real, I: Isa<T, V = V>>(&mut self, isa: I, m: V, b: V) {
+        self.sums.laplacian = isa.mul_add(m, b, self.sums.laplacian);
+    }
+}

@@ -1,0 +1,354 @@
+//! Sums over all pairs: the one engine, whatever the kernel.
+//!
+//! ```text
+//! for each task of 128 targets (in parallel; entered once for the processor's instruction set)
+//!     for each register block of 1 to 4 vectors of targets
+//!         for each mass class (one, unless masses span more than 2^100 in f32, 2^900 in f64)
+//!             for each block of 256 sources
+//!                 kernel.add_block: one source after the other against the register block
+//!                 pairs that the kernel leaves out (too close or too far for its fast path): `exact`, one by one
+//!                 the block's sums join the total
+//!         the totals in true units go to the outputs
+//! ```
+//!
+//! * [`packed`]: sources without the massless ones, in units in which nothing overflows, with the bounds of each block;
+//! * [`lanes`]: a register block of targets, its sums, and what is common to all kernels;
+//! * [`newtonian`], [`tabulated`], [`called`]: the kernels, each an implementation of [`PairKernel`];
+//! * [`exact`]: pairs outside the range of the fast path;
+//! * [`output`]: from sums in units to results.
+//!
+//! # Outputs
+//! A kernel sums what is wanted in one pass or in two ([`PairKernel::TOGETHER`]), but the operations that lead to one output are the same
+//! whatever else is wanted, so its bits are too (test `field_direct::outputs_do_not_change_each_others_bits`).
+//!
+//! # Error
+//! Every term carries c u, with u the unit roundoff and c stated by each kernel. Terms are added in blocks of B and the blocks' sums one after
+//! the other, so to first order
+//!
+//! `|computed - exact| <= (c + B + n / B) u S`, S = sum_j |m_j| s(x_i - x_j), componentwise for gradients,
+//!
+//! where s is the kernel's scale: |K|, |grad K|, for the Newtonian kernel |K| + 1/(2 pi) in the plane and max psi_delta for its Laplacian. B = 256, or with
+//! [`Accumulation::Compensated`] B = 8 and blocks are added in double-word arithmetic: `(c + 8 + 4) u S + (n / 4) u^2 S`.
+//! Roundings of sums are as good as independent, so errors of a few u are what is seen. The bound supposes that no result underflows.
+//! Tests: `field_direct::the_error_bound_holds_in_f64` and `.._f32`, `field_bounds`.
+
+mod called;
+mod exact;
+mod lanes;
+mod newtonian;
+mod output;
+mod packed;
+mod tabulated;
+
+pub(in crate::field) use called::Called;
+pub(in crate::field) use newtonian::Newtonian;
+pub(in crate::field) use packed::Units;
+pub(in crate::field) use tabulated::Tabulated;
+
+use core::sync::atomic::{AtomicUsize, Ordering};
+
+use super::{Accumulation, Counters, Options, Outputs, Run, Sources};
+use crate::error::{Error, Result};
+use crate::isa::{BlockJob, Isa, Job, Level, MAX_LANES, portable};
+use crate::real::Real;
+use crate::space::{Carve, Chunks, Measure, each_piece};
+use lanes::{Bounds, Group, List, Noted, Sums, Total, WIDE, Want, load, valid_lanes};
+use output::{Contribution, Scales, Writer};
+use packed::{Class, Packed, bounds_of};
+
+/// Targets of one task: a multiple of every register block, so that blocks, and with them the bits of the results, do not depend on who
+/// runs them.
+const TASK: usize = 128;
+
+/// Sources added up before their sum joins the total.
+pub(in crate::field) const BLOCK: usize = 256;
+/// The same for compensated sums.
+const SHORT_BLOCK: usize = 8;
+
+/// What the engine asks of a kernel.
+///
+/// The three stages: a value of the implementing type is made once a call; [`PairKernel::prepare`] brings it into the call's units;
+/// [`PairKernel::lanes`] spreads its numbers over a machine's lanes, once a task.
+pub(in crate::field) trait PairKernel<T: Real, const D: usize>: Sync {
+    /// The kernel in the call's units.
+    type Prepared: Sync;
+    /// Its numbers in every lane.
+    type Lanes<V: Copy>;
+
+    /// Whether one pass computes the potential with the gradient; else each has a pass of its own.
+    const TOGETHER: bool;
+    /// Whether lanes serve nothing: the kernel is a function that is called for each pair.
+    const SCALAR: bool = false;
+
+    /// A length of the kernel that the units must hold besides the coordinates: delta, or zero.
+    fn length(&self) -> T;
+
+    /// The kernel in units.
+    fn prepare(&self, units: Units<T>) -> Self::Prepared;
+
+    /// The way from sums over sources of a mass class to results.
+    fn scales(&self, units: Units<T>, class: usize) -> Scales<T>;
+
+    /// The same numbers in every lane.
+    fn lanes<I: Isa<T>>(prepared: &Self::Prepared, isa: I) -> Self::Lanes<I::V>;
+
+    /// Adds what the sources give to the targets. Sources with a lane that is left out are noted; in a list of their own those of which the
+    /// Laplacian alone is left out.
+    fn add_block<I: Isa<T>, const NB: usize, const P: bool>(
+        isa: I,
+        prepared: (&Self::Prepared, &Self::Lanes<I::V>),
+        block: &Block<'_, T, D>,
+        groups: &mut [Group<I::V, D>; NB],
+        noted: &mut [Noted; 2],
+        counts: &mut Counters,
+    );
+
+    /// The lanes of a noted source that were left out, one word a vector; `laplacian`: by the second list.
+    fn left_out<I: Isa<T>, const NB: usize>(
+        isa: I,
+        prepared: (&Self::Prepared, &Self::Lanes<I::V>),
+        source: &[T; D],
+        groups: &[Group<I::V, D>; NB],
+        laplacian: bool,
+    ) -> [u32; NB];
+
+    /// What a source of this mass gives to a target at x = target - source, in true units and at any distance.
+    fn exact(&self, x: &[T; D], mass: T, want: Want) -> Contribution<T, D>;
+}
+
+/// A block of sources as a kernel sees it.
+pub(in crate::field) struct Block<'a, T, const D: usize> {
+    /// Positions and masses, in units.
+    pub sources: List<'a, T, D>,
+    /// The bounds of the sources, and of the targets of the register block.
+    pub bounds: [&'a Bounds<T, D>; 2],
+    /// Whether the pass computes Laplacians.
+    pub laplacian: bool,
+    /// One bit a lane: whether it holds a target.
+    pub valid: &'a [u32],
+}
+
+/// The arguments of a sum, checked.
+pub(in crate::field) struct Call<'a, T, const D: usize> {
+    pub options: &'a Options,
+    pub sources: Sources<'a, T, D>,
+    pub targets: &'a [[T; D]],
+    pub outputs: Outputs<'a, T, D>,
+}
+
+/// Bytes for the compacted sources.
+pub(in crate::field) fn workspace_bytes<T: Real, const D: usize>(n_sources: usize) -> Result<usize> {
+    Measure::of(|space| Packed::<T, D>::lay(space, n_sources).map(|_| ()))
+}
+
+/// Overwrites the outputs with the sums of `kernel`; the potential only if `P`.
+pub(in crate::field) fn evaluate<T: Real, const D: usize, K: PairKernel<T, D>, const P: bool>(
+    kernel: &K,
+    call: Call<'_, T, D>,
+    workspace: &mut [u8],
+    run: &mut Run<'_>,
+) -> Result<()> {
+    let Call { options, sources, targets, outputs } = call;
+    let units = Units::of(kernel.length(), sources, targets);
+    let mut packed = Packed::<T, D>::lay(&mut Carve::reopen(workspace)?, sources.positions.len())?;
+    packed.fill(units, sources.positions, sources.masses);
+    let wanted = outputs.wanted();
+    let pieces = (
+        outputs.potential.map(|p| Chunks::new(p, TASK)),
+        outputs.gradient.map(|g| Chunks::new(g, TASK)),
+        outputs.laplacian.map(|l| Chunks::new(l, TASK)),
+    );
+    let tally = Tally::default();
+    let prepared = kernel.prepare(units);
+    let shared =
+        Shared { kernel, prepared: &prepared, packed: &packed, units, options, sources, tally: &tally };
+    let (level, should_stop) = (run.level, run.should_stop);
+    each_piece(
+        run.executor,
+        targets.len().div_ceil(TASK),
+        pieces,
+        (),
+        &|task, (potential, gradient, laplacian), ()| {
+            if should_stop.is_some_and(|stop| stop()) {
+                return Err(Error::Stopped);
+            }
+            let targets = targets.get(task.saturating_mul(TASK)..).unwrap_or(&[]);
+            let targets = targets.get(..TASK).unwrap_or(targets);
+            let both = P && K::TOGETHER && wanted.potential;
+            let others = Outputs { potential: None, gradient, laplacian };
+            if both {
+                Pass::<T, D, K, true> { shared: &shared, targets, outputs: Outputs { potential, ..others }, counted: true }.run(level);
+                return Ok(());
+            }
+            if wanted.gradient || wanted.laplacian {
+                Pass::<T, D, K, false> { shared: &shared, targets, outputs: others, counted: true }.run(level);
+            }
+            if P && wanted.potential {
+                let outputs = Outputs { potential, ..Outputs::default() };
+                let counted = !(wanted.gradient || wanted.laplacian);
+                Pass::<T, D, K, true> { shared: &shared, targets, outputs, counted }.run(level);
+            }
+            Ok(())
+        },
+    )?;
+    if let Some(counters) = run.counters.as_deref_mut() {
+        let pairs = (packed.len() as u64).saturating_mul(targets.len() as u64);
+        let massless = sources.masses.len().saturating_sub(packed.len()) as u64;
+        counters.add(&Counters { pairs, massless_sources: massless, ..tally.counters() });
+    }
+    Ok(())
+}
+
+/// What a task counts, added up over the tasks.
+#[derive(Debug, Default)]
+struct Tally {
+    near: AtomicUsize,
+    polynomial: AtomicUsize,
+    all_near: AtomicUsize,
+    scaled: AtomicUsize,
+}
+
+impl Tally {
+    fn add(&self, counts: &Counters) {
+        self.near.fetch_add(counts.near_pairs as usize, Ordering::Relaxed);
+        self.polynomial.fetch_add(counts.polynomial_blocks as usize, Ordering::Relaxed);
+        self.all_near.fetch_add(counts.all_near_blocks as usize, Ordering::Relaxed);
+        self.scaled.fetch_add(counts.scaled_pairs as usize, Ordering::Relaxed);
+    }
+
+    fn counters(&self) -> Counters {
+        let value = |count: &AtomicUsize| count.load(Ordering::Relaxed) as u64;
+        Counters {
+            near_pairs: value(&self.near),
+            polynomial_blocks: value(&self.polynomial),
+            all_near_blocks: value(&self.all_near),
+            scaled_pairs: value(&self.scaled),
+            ..Counters::default()
+        }
+    }
+}
+
+/// What all tasks of a sum share.
+struct Shared<'a, T: Real, const D: usize, K: PairKernel<T, D>> {
+    kernel: &'a K,
+    prepared: &'a K::Prepared,
+    packed: &'a Packed<'a, T, D>,
+    units: Units<T>,
+    options: &'a Options,
+    sources: Sources<'a, T, D>,
+    tally: &'a Tally,
+}
+
+/// One pass of a task: the potential if `P`, and the other outputs that are there.
+struct Pass<'a, T: Real, const D: usize, K: PairKernel<T, D>, const P: bool> {
+    shared: &'a Shared<'a, T, D, K>,
+    targets: &'a [[T; D]],
+    outputs: Outputs<'a, T, D>,
+    /// Whether its pairs are counted: those of a second pass are the same.
+    counted: bool,
+}
+
+impl<T: Real, const D: usize, K: PairKernel<T, D>, const P: bool> Pass<'_, T, D, K, P> {
+    fn run(self, level: Level) {
+        if K::SCALAR { portable(self) } else { level.run(self) }
+    }
+}
+
+impl<T: Real, const D: usize, K: PairKernel<T, D>, const P: bool> Job<T> for Pass<'_, T, D, K, P> {
+    type Out = ();
+
+    #[inline(always)]
+    fn run<I: Isa<T>>(self, isa: I) {
+        isa.in_blocks(self);
+    }
+}
+
+impl<T: Real, const D: usize, K: PairKernel<T, D>, const P: bool> BlockJob<T> for Pass<'_, T, D, K, P> {
+    type Out = ();
+
+    #[inline(always)]
+    fn run<I: Isa<T>, const NB: usize>(self, isa: I) {
+        let Pass { shared, targets, outputs, counted } = self;
+        let lanes = K::lanes(shared.prepared, isa);
+        let mut counts = Counters::default();
+        let mut results = [Contribution::ZERO; WIDE * MAX_LANES];
+        let want = Want { potential: P, gradient: outputs.gradient.is_some(), laplacian: outputs.laplacian.is_some() };
+        let mut writer = Writer::new(outputs, shared.options.combination);
+        for targets in targets.chunks(NB * I::LANES) {
+            let results = results.get_mut(..targets.len()).unwrap_or_default();
+            results.fill(Contribution::ZERO);
+            for (number, class) in shared.packed.classes() {
+                let totals =
+                    class_sums::<T, I, D, NB, K, P>(isa, shared, &lanes, want, (targets, results), &class, &mut counts);
+                let scales = shared.kernel.scales(shared.units, number);
+                for (results, total) in results.chunks_mut(I::LANES).zip(&totals) {
+                    output::add(isa, results, &total.sums, &scales);
+                }
+            }
+            writer.write(results);
+        }
+        if counted {
+            shared.tally.add(&counts);
+        }
+    }
+}
+
+/// The sums over the sources of a class for one register block of targets, in units. What the kernel leaves out goes to `results`.
+#[inline(always)]
+fn class_sums<T: Real, I: Isa<T>, const D: usize, const NB: usize, K: PairKernel<T, D>, const P: bool>(
+    isa: I,
+    shared: &Shared<'_, T, D, K>,
+    lanes: &K::Lanes<I::V>,
+    want: Want,
+    (targets, results): (&[[T; D]], &mut [Contribution<T, D>]),
+    class: &Class<'_, T, D>,
+    counts: &mut Counters,
+) -> [Total<I::V, D>; NB] {
+    let zero = isa.splat(T::ZERO);
+    let mut groups = [Group { x: [zero; D], sums: Sums::splat(zero) }; NB];
+    let mut valid = [0; NB];
+    for ((group, valid), targets) in groups.iter_mut().zip(&mut valid).zip(targets.chunks(I::LANES)) {
+        group.x = load(isa, shared.units, targets);
+        *valid = valid_lanes(targets.len());
+    }
+    let bounds = target_bounds(shared.units, targets);
+    let compensated = shared.options.accumulation == Accumulation::Compensated;
+    let each = if compensated { SHORT_BLOCK } else { BLOCK };
+    let mut totals = [Total::splat(zero); NB];
+    let mut noted = [Noted::new(), Noted::new()];
+    let prepared = (shared.prepared, lanes);
+    for (start, source_bounds, (positions, masses)) in class.blocks() {
+        for (k, sources) in positions.chunks(each).zip(masses.chunks(each)).enumerate() {
+            let block = Block { sources, bounds: [source_bounds, &bounds], laplacian: want.laplacian, valid: &valid };
+            K::add_block::<I, NB, P>(isa, prepared, &block, &mut groups, &mut noted, counts);
+            for (list, laplacian) in noted.iter_mut().zip([false, true]) {
+                let want = if laplacian { Want { laplacian, ..Want::default() } } else { want };
+                for at in list.take() {
+                    let Some(x) = sources.0.get(at) else { continue };
+                    let left_out = K::left_out::<I, NB>(isa, prepared, x, &groups, laplacian);
+                    let origin = class.origins.get(start + k * each + at).map_or(usize::MAX, |&origin| origin as usize);
+                    let pairs = (shared.sources, origin);
+                    counts.scaled_pairs +=
+                        exact::add_pairs(shared.kernel, want, (targets, &mut *results), pairs, (&left_out, I::LANES));
+                }
+            }
+            for (total, group) in totals.iter_mut().zip(&mut groups) {
+                if compensated {
+                    total.add_compensated(isa, group.sums);
+                } else {
+                    total.add(isa, group.sums);
+                }
+                group.sums = Sums::splat(zero);
+            }
+        }
+    }
+    totals
+}
+
+/// The bounds of targets in units.
+#[inline(always)]
+fn target_bounds<T: Real, const D: usize>(units: Units<T>, targets: &[[T; D]]) -> Bounds<T, D> {
+    let mut scaled = [[T::ZERO; D]; WIDE * MAX_LANES];
+    scaled.iter_mut().zip(targets).for_each(|(scaled, x)| *scaled = units.point(x));
+    bounds_of(scaled.get(..targets.len()).unwrap_or(&[]))
+}

@@ -1,0 +1,649 @@
+//! The Newtonian kernel, mollified or not: one source against one register block of targets.
+//!
+//! Lanes are targets. With d = x_source - x_target and r2 = |d|^2 in the units of [`super::packed`], and S_D = 2, 2 pi, 4 pi:
+//!
+//! | | outside delta | inside, t = 1 - r2 / delta^2 (powers of t: nothing cancels) |
+//! |---|---|---|
+//! | S_D g, grad K = g x | r^-D | delta^-D G(t) |
+//! | S_D K | \|x\|, log r, -1/r | delta (c + s R(t) / 2), log delta + P(t), P(t) / delta |
+//! | S_D Laplacian K | 0 | delta^-D b(t) |
+//!
+//! A register block of targets meets one source after the other. If no lane is inside, no polynomial is evaluated ([`far_run`]); if all are,
+//! nothing is divided ([`near_run`]); a block with some lanes inside adds the others and is noted, and gets its polynomials later
+//! ([`inside`]), so that the common loop keeps its registers. In 2D the mass goes into the numerator, m / r2, with one division for two
+//! vectors; in 3D m / r^3 comes from the machine's square root and a shared division (AVX2) or from a 14-bit seed y and the series of
+//! (1 - e)^(-3/2), e = 1 - r2 y^2 (AVX-512). In one and two dimensions potentials have a pass of their own.
+//!
+//! A Gaussian mollifier's field is Newtonian to rounding beyond some lengths delta; within them it is read from the kernel's table
+//! ([`super::tabulated`]) where it was prepared with one.
+//!
+//! # Rounding
+//! With u the unit roundoff and to first order: a coordinate difference has 1 u, r2 has 5 u. Outside, g has in 1D 2 u, in 2D 8 u (r2, 3 u of
+//! the shared division), in 3D 12 u (1.5 times r2's, square root, product, shared division, or the series and its cut); inside at most
+//! 12 u for orders 2 and 4 (`Polynomials`). The products by d and by the coefficient add 4 u: c = 16. At orders 6 and 8 the polynomials have
+//! coefficients of both signs: c = 16 + 12 q, q the sum of their magnitudes over the function's maximum (up to 8, at order 8, M = 8, D = 3).
+//! The 2D potential is the logarithm of a rounded number, which has a zero at r = 1: its error is relative to |log r| + 1. The density has zeros too:
+//! its error is relative to its maximum.
+
+use super::lanes::{Group, List, Noted, Want, distances};
+use super::output::{Contribution, Scales};
+use super::packed::{Units, farthest, least_square_exponent, power_of_two};
+use super::tabulated::{self, Tabulated};
+use super::{Block, PairKernel};
+use crate::field::Counters;
+use crate::isa::{Isa, log, log_numerator};
+use crate::kernel::sphere;
+use crate::mollifier::{Blob, MAX_TERMS, Mollifier, Polynomial};
+use crate::real::Real;
+
+/// A Newtonian kernel: `coefficient` times the blob's potential.
+pub(in crate::field) struct Newtonian<'a, T: Real, const D: usize> {
+    pub blob: &'a Blob<T, D>,
+    pub coefficient: T,
+    /// Where the mollifier is Gaussian: its field near the source, times the coefficient.
+    pub table: Option<Tabulated<'a, T, D>>,
+}
+
+/// The kernel in units: what the lanes know of it.
+pub(in crate::field) struct Prepared<'a, T: Real> {
+    softened: Softened<T>,
+    /// A Gaussian mollifier's table, and what its potential and gradient factor are multiplied by to be S_D K (twice that in 2D) and S_D g.
+    table: Option<(tabulated::Prepared<'a, T>, [T; 2])>,
+}
+
+/// Coefficients in powers of t, highest first.
+#[derive(Clone, Copy, Debug)]
+struct Descending<C> {
+    coefficients: [C; MAX_TERMS],
+    terms: usize,
+}
+
+impl<T: Real> Descending<T> {
+    const NONE: Self = Self { coefficients: [T::ZERO; MAX_TERMS], terms: 0 };
+
+    /// Those of a polynomial of the blob, times `scale`. None without a compact mollifier.
+    fn of<const D: usize>(blob: &Blob<T, D>, polynomial: Polynomial, scale: T) -> Self {
+        let mut series = Self::NONE;
+        series.terms = blob.terms(polynomial).unwrap_or(0).min(MAX_TERMS);
+        for (to, k) in series.coefficients.iter_mut().zip((0..series.terms).rev()) {
+            *to = blob.coefficient(polynomial, k) * scale;
+        }
+        series
+    }
+
+    /// Those that lead to S_D K, twice that in 2D, and what is added to it; `delta` is in units.
+    fn of_potential<const D: usize>(blob: &Blob<T, D>, delta: T) -> (Self, T) {
+        let per = T::ONE / delta;
+        match D {
+            1 => {
+                // R_j = sum over k >= j of g_k / (k + 1); c = 1 - R_0 / 2: every term is positive for orders 2 to 6.
+                let mut series = Self::NONE;
+                series.terms = blob.terms(Polynomial::Gradient).unwrap_or(0).min(MAX_TERMS);
+                let mut sum = T::ZERO;
+                for (to, k) in series.coefficients.iter_mut().zip((0..series.terms).rev()) {
+                    sum += blob.coefficient(Polynomial::Gradient, k) / T::from_usize(k + 1);
+                    // s R(t) = (r2 / delta^2) R(t); the r2 is multiplied later.
+                    *to = sum * (T::HALF * per);
+                }
+                (series, delta * (T::ONE - T::HALF * sum))
+            }
+            2 => (Self::of(blob, Polynomial::Potential, T::TWO), T::TWO * blob.delta().log()),
+            _ => (Self::of(blob, Polynomial::Potential, per), T::ZERO),
+        }
+    }
+
+    #[inline(always)]
+    fn lanes<I: Isa<T>>(&self, isa: I) -> Descending<I::V> {
+        let mut coefficients = [isa.splat(T::ZERO); MAX_TERMS];
+        coefficients.iter_mut().zip(&self.coefficients).for_each(|(to, &c)| *to = isa.splat(c));
+        Descending { coefficients, terms: self.terms }
+    }
+}
+
+impl<V: Copy> Descending<V> {
+    /// Horner's rule. A `TERMS` above 0 must be the number of terms, as [`Descending::terms`] says it.
+    #[inline(always)]
+    fn at<T: Real, I: Isa<T, V = V>, const N: usize, const TERMS: usize>(&self, isa: I, t: &[V; N]) -> [V; N] {
+        let terms = if TERMS > 0 { TERMS } else { self.terms };
+        let Some((&first, rest)) = self.coefficients.get(..terms).and_then(<[V]>::split_first) else {
+            return [isa.splat(T::ZERO); N];
+        };
+        let mut sums = [first; N];
+        for &c in rest {
+            for (sum, &t) in sums.iter_mut().zip(t) {
+                *sum = isa.mul_add(*sum, t, c);
+            }
+        }
+        sums
+    }
+}
+
+/// The inside of a compact mollifier's support, in units.
+#[derive(Clone, Copy, Debug)]
+struct Inside<C> {
+    /// 1 / delta^2.
+    per_square: C,
+    gradient: Descending<C>,
+    potential: Descending<C>,
+    /// Added to the potential: 2 log delta in 2D (true units), delta c in 1D.
+    offset: C,
+    density: Descending<C>,
+}
+
+impl<T: Real> Inside<T> {
+    fn new<const D: usize>(blob: &Blob<T, D>, delta: T) -> Self {
+        let per = T::ONE / delta;
+        let scale = per.powi(D as u32);
+        let (potential, offset) = Descending::of_potential(blob, delta);
+        Self {
+            per_square: per * per,
+            gradient: Descending::of(blob, Polynomial::Gradient, scale),
+            potential,
+            offset,
+            density: Descending::of(blob, Polynomial::Density, scale),
+        }
+    }
+}
+
+impl<V: Copy> Inside<V> {
+    /// The gradient's polynomial in powers of r2 - delta^2 = -delta^2 t (two roundings more a power), and -delta^2.
+    #[inline(always)]
+    fn shifted<T: Real, I: Isa<T, V = V>>(&self, isa: I, square: V) -> (Descending<V>, V) {
+        let zero = isa.splat(T::ZERO);
+        let mut shifted = self.gradient;
+        let mut factor = isa.splat(T::ONE);
+        for c in shifted.coefficients.iter_mut().take(shifted.terms).rev() {
+            *c = isa.mul(*c, factor);
+            factor = isa.sub(zero, isa.mul(factor, self.per_square));
+        }
+        (shifted, isa.sub(zero, square))
+    }
+
+    /// t of each square.
+    #[inline(always)]
+    fn t<T: Real, I: Isa<T, V = V>, const N: usize>(&self, isa: I, r2: &[V; N]) -> [V; N] {
+        let one = isa.splat(T::ONE);
+        let mut t = *r2;
+        t.iter_mut().for_each(|t| *t = isa.neg_mul_add(*t, self.per_square, one));
+        t
+    }
+
+    /// S_D K_delta, twice that in 2D.
+    #[inline(always)]
+    fn potential<T: Real, I: Isa<T, V = V>, const D: usize, const N: usize>(
+        &self,
+        isa: I,
+        t: &[V; N],
+        r2: &[V; N],
+    ) -> [V; N] {
+        let mut k = self.potential.at::<T, I, N, 0>(isa, t);
+        for (k, &r2) in k.iter_mut().zip(r2) {
+            *k = if D == 1 { isa.mul_add(*k, r2, self.offset) } else { isa.add(*k, self.offset) };
+        }
+        k
+    }
+}
+
+/// Numbers of a mollified Newtonian kernel.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::field) struct Softened<C> {
+    /// Lanes with r2 below this are not plainly Newtonian: inside the support, or too close for the fast path.
+    edge: C,
+    /// A compact mollifier whose delta is not too small for lanes.
+    inside: Option<Inside<C>>,
+    /// Added to the exponent of r2, so that its logarithm is that of true units.
+    log_exponent: C,
+    /// Of a Gaussian mollifier with a table.
+    table: Option<tabulated::Lanes<C>>,
+    table_scales: [C; 2],
+}
+
+/// Whether a Newtonian kernel may have a table: of a Gaussian mollifier.
+const TABLES: bool = cfg!(all(feature = "kernels", feature = "gaussian"));
+
+/// Beyond this many delta a Gaussian mollifier's field is Newtonian to rounding: e^{-(r / w delta)^2} < u / e, w being the width of its widest part.
+fn gaussian_support<T: Real>(dimension: usize, order: u32) -> T {
+    let width = match (dimension, order) {
+        (1, 6) => 4.0,
+        (1, _) => 2.0,
+        _ => core::f64::consts::SQRT_2,
+    };
+    T::from_f64(width) * (T::from_f64(f64::from(T::DIGITS) * core::f64::consts::LN_2 + 1.0)).sqrt()
+}
+
+impl<'a, T: Real, const D: usize> PairKernel<T, D> for Newtonian<'a, T, D> {
+    type Prepared = Prepared<'a, T>;
+    type Lanes<V: Copy> = Softened<V>;
+
+    // In space the potential needs the gradient's root; elsewhere the two share nothing but the distance.
+    const TOGETHER: bool = D == 3;
+
+    fn length(&self) -> T {
+        self.blob.delta()
+    }
+
+    fn prepare(&self, units: Units<T>) -> Prepared<'a, T> {
+        let blob = self.blob;
+        let least = power_of_two::<T>(-least_square_exponent::<T>());
+        let delta = blob.delta() * power_of_two(units.position);
+        let square = delta * delta;
+        let (mut edge, mut inside, mut table) = (least, None, None);
+        if square >= least {
+            match blob.mollifier() {
+                Mollifier::Compact { .. } => (edge, inside) = (square, Some(Inside::new(blob, delta))),
+                Mollifier::Gaussian { order } => {
+                    let support = gaussian_support::<T>(D, order);
+                    edge = square * (support * support);
+                    table = self.table.as_ref().and_then(|table| {
+                        let prepared = PairKernel::<T, D>::prepare(table, units);
+                        let sphere = T::from_f64(sphere(D));
+                        let scales = PairKernel::<T, D>::scales(table, units, 0);
+                        let of_units = self.scales(units, 0);
+                        // Both scales lead to true units, this one less the coefficient.
+                        let ratio = |(a, i): (T, i32), (b, j): (T, i32)| (a / b).ldexp(i - j);
+                        let unit = |(_, i): (T, i32), sign: T| (sign / sphere, i);
+                        let twice = if D == 2 { T::HALF } else { T::ONE };
+                        Some((prepared, [
+                            ratio(scales.potential, unit(of_units.potential, twice)),
+                            ratio(scales.gradient, unit(of_units.gradient, -T::ONE)),
+                        ]))
+                    });
+                }
+                Mollifier::None => {}
+            }
+        }
+        let softened = Softened {
+            edge,
+            inside,
+            log_exponent: T::from_i32(units.position.saturating_mul(-2)),
+            table: table.as_ref().map(|(table, _)| *table.numbers()),
+            table_scales: table.as_ref().map_or([T::ZERO; 2], |(_, scales)| *scales),
+        };
+        Prepared { softened, table }
+    }
+
+    fn scales(&self, units: Units<T>, class: usize) -> Scales<T> {
+        let factor = self.coefficient / T::from_f64(sphere(D));
+        let (mass, length) = (-units.class(class), units.position);
+        let d = D as i32;
+        Scales {
+            // In 2D the lanes added up log r^2.
+            potential: match D {
+                2 => (T::HALF * factor, mass),
+                _ => (factor, mass + (d - 2) * length),
+            },
+            // d is source minus target.
+            gradient: (-factor, mass + (d - 1) * length),
+            laplacian: (factor, mass + d * length),
+        }
+    }
+
+    #[inline(always)]
+    fn lanes<I: Isa<T>>(prepared: &Prepared<'a, T>, isa: I) -> Softened<I::V> {
+        let softened = &prepared.softened;
+        let [potential, gradient] = softened.table_scales;
+        Softened {
+            edge: isa.splat(softened.edge),
+            inside: softened.inside.as_ref().map(|inside| Inside {
+                per_square: isa.splat(inside.per_square),
+                gradient: inside.gradient.lanes(isa),
+                potential: inside.potential.lanes(isa),
+                offset: isa.splat(inside.offset),
+                density: inside.density.lanes(isa),
+            }),
+            log_exponent: isa.splat(softened.log_exponent),
+            table: softened.table.as_ref().map(|table| table.lanes(isa)),
+            table_scales: [isa.splat(potential), isa.splat(gradient)],
+        }
+    }
+
+    #[inline(always)]
+    fn add_block<I: Isa<T>, const NB: usize, const P: bool>(
+        isa: I,
+        prepared: (&Prepared<'a, T>, &Softened<I::V>),
+        block: &Block<'_, T, D>,
+        groups: &mut [Group<I::V, D>; NB],
+        [noted, _]: &mut [Noted; 2],
+        counts: &mut Counters,
+    ) {
+        let (kernel, all) = (prepared.1, block.sources);
+        let mut left = all;
+        let mut near = 0;
+        if let Some(inside) = &kernel.inside {
+            // With five terms (M = 4, order 2: the paper's choice) the gradient's polynomial is unrolled, and nothing is tested.
+            let [a, b] = block.bounds;
+            if inside.gradient.terms == 5 && farthest(a, b) < prepared.0.softened.edge {
+                near = near_run::<T, I, D, NB, P, 5, false>(isa, kernel, inside, block.laplacian, left, groups);
+                left = (&[], &[]);
+            }
+        }
+        while !left.0.is_empty() {
+            let start = all.0.len() - left.0.len();
+            let far = far_run::<T, I, D, NB, P>(isa, kernel, left, start, noted, groups);
+            left = skip(left, far);
+            if I::IN_ORDER {
+                add_noted::<T, I, D, NB, P>(isa, prepared, block, groups, noted, counts);
+            }
+            if let Some(inside) = &kernel.inside {
+                let run = near_run::<T, I, D, NB, P, 0, true>(isa, kernel, inside, block.laplacian, left, groups);
+                left = skip(left, run);
+                near += run;
+            }
+        }
+        add_noted::<T, I, D, NB, P>(isa, prepared, block, groups, noted, counts);
+        let valid: u32 = block.valid.iter().map(|valid| valid.count_ones()).sum();
+        counts.all_near_blocks += near as u64;
+        counts.polynomial_blocks += near as u64;
+        counts.near_pairs += near as u64 * u64::from(valid);
+    }
+
+    #[inline(always)]
+    fn left_out<I: Isa<T>, const NB: usize>(
+        isa: I,
+        (_, kernel): (&Prepared<'a, T>, &Softened<I::V>),
+        source: &[T; D],
+        groups: &[Group<I::V, D>; NB],
+        _laplacian: bool,
+    ) -> [u32; NB] {
+        distances(isa, source, groups).1.map(|r2| isa.bits(isa.lt(r2, kernel.edge)))
+    }
+
+    fn exact(&self, x: &[T; D], mass: T, want: Want) -> Contribution<T, D> {
+        let mut sums = Contribution::ZERO;
+        if self.blob.mollifier() == Mollifier::None && x.iter().all(|&x| x == T::ZERO) {
+            return sums;
+        }
+        let which = [want.potential, want.gradient, want.laplacian];
+        (sums.potential, sums.gradient, sums.laplacian) = self.blob.field_of([mass, self.coefficient], x, which);
+        sums
+    }
+}
+
+/// Adds what noted sources give to the lanes below the edge, where lanes can; else the sources stay noted.
+#[inline(always)]
+fn add_noted<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool>(
+    isa: I,
+    (prepared, kernel): (&Prepared<'_, T>, &Softened<I::V>),
+    block: &Block<'_, T, D>,
+    groups: &mut [Group<I::V, D>; NB],
+    noted: &mut Noted,
+    counts: &mut Counters,
+) {
+    let mut count = |lanes: [u32; NB]| {
+        counts.polynomial_blocks += 1;
+        for (lanes, valid) in lanes.iter().zip(block.valid) {
+            counts.near_pairs += u64::from((lanes & valid).count_ones());
+        }
+    };
+    if let Some(inside) = &kernel.inside {
+        for at in noted.take() {
+            let (Some(x), Some(&m)) = (block.sources.0.get(at), block.sources.1.get(at)) else { continue };
+            count(inside_lanes::<T, I, D, NB, P>(isa, kernel.edge, inside, block.laplacian, x, m, groups));
+        }
+    } else if TABLES && let Some(((table, _), numbers)) = prepared.table.as_ref().zip(kernel.table.as_ref()) {
+        let sums = (table, numbers, kernel.table_scales);
+        for at in noted.take() {
+            let (Some(x), Some(&m)) = (block.sources.0.get(at), block.sources.1.get(at)) else { continue };
+            count(tabulated::add_below::<T, I, D, NB, P>(isa, kernel.edge, sums, block.laplacian, x, m, groups));
+        }
+    }
+}
+
+/// The list without its first `n`.
+#[inline(always)]
+fn skip<'a, T, const D: usize>((positions, masses): List<'a, T, D>, n: usize) -> List<'a, T, D> {
+    (positions.get(n..).unwrap_or(&[]), masses.get(n..).unwrap_or(&[]))
+}
+
+/// Adds sources, but not where a lane is below the edge: such sources are noted, at their place after `start`. Stops where every lane
+/// is inside the support, which [`near_run`] does without dividing, and on machines that add in order behind a source that it noted.
+/// Returns how many it did.
+///
+/// Targets and sums live in registers here: this loop is where a sum without near pairs spends its time.
+#[inline(always)]
+fn far_run<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool>(
+    isa: I,
+    kernel: &Softened<I::V>,
+    sources: List<'_, T, D>,
+    start: usize,
+    noted: &mut Noted,
+    groups: &mut [Group<I::V, D>; NB],
+) -> usize {
+    let (zero, one) = (isa.splat(T::ZERO), isa.splat(T::ONE));
+    let mut done = 0;
+    let mut local = *groups;
+    for (x, &m) in sources.0.iter().zip(sources.1) {
+        let (mut d, mut r2) = distances(isa, x, &local);
+        let mass = isa.splat(m);
+        let mut stop = false;
+        if isa.any_below(&r2, kernel.edge) {
+            if kernel.inside.is_some() && isa.all_below(&r2, kernel.edge) {
+                break;
+            }
+            noted.push(start + done);
+            stop = I::IN_ORDER;
+            // Lanes below the edge add nothing: d = 0, and r2 = 1 is harmless. Only the potential, log or -1/r, has no zero there.
+            let mut below = [isa.lt(one, zero); NB];
+            for (below, (d, r2)) in below.iter_mut().zip(d.iter_mut().zip(&mut r2)) {
+                *below = isa.lt(*r2, kernel.edge);
+                d.iter_mut().for_each(|d| *d = isa.select(*below, zero, *d));
+                *r2 = isa.select(*below, one, *r2);
+            }
+            if P && D > 1 {
+                let values = outside_potential::<T, I, D, NB>(isa, kernel.log_exponent, &d, &r2);
+                for ((group, k), &below) in local.iter_mut().zip(values).zip(&below) {
+                    group.add_potential(isa, mass, isa.select(below, zero, k));
+                }
+                if D == 3 {
+                    let factors = outside_gradient::<T, I, D, NB>(isa, mass, &r2);
+                    for ((group, d), g) in local.iter_mut().zip(&d).zip(factors) {
+                        group.add_gradient(isa, g, d);
+                    }
+                }
+                done += 1;
+                if stop {
+                    break;
+                }
+                continue;
+            }
+        }
+        if P {
+            let values = outside_potential::<T, I, D, NB>(isa, kernel.log_exponent, &d, &r2);
+            local.iter_mut().zip(values).for_each(|(group, k)| group.add_potential(isa, mass, k));
+        }
+        if !P || D == 3 {
+            let factors = outside_gradient::<T, I, D, NB>(isa, mass, &r2);
+            for ((group, d), g) in local.iter_mut().zip(&d).zip(factors) {
+                group.add_gradient(isa, g, d);
+            }
+        }
+        done += 1;
+        if stop {
+            break;
+        }
+    }
+    *groups = local;
+    done
+}
+
+/// Adds sources as long as every lane is inside the support; how many. Nothing is divided.
+///
+/// `TERMS` unrolls the gradient's polynomial where it has just so many; 0 takes any number. Without `TEST` the caller knows that every
+/// lane is inside.
+#[inline(always)]
+fn near_run<
+    T: Real,
+    I: Isa<T>,
+    const D: usize,
+    const NB: usize,
+    const P: bool,
+    const TERMS: usize,
+    const TEST: bool,
+>(
+    isa: I,
+    kernel: &Softened<I::V>,
+    inside: &Inside<I::V>,
+    laplacian: bool,
+    sources: List<'_, T, D>,
+    groups: &mut [Group<I::V, D>; NB],
+) -> usize {
+    let mut done = 0;
+    let mut local = *groups;
+    let (mut positions, mut masses) = sources;
+    let gradient = !P || D == 3;
+    if gradient && !(TEST || I::IN_ORDER) {
+        // Four sources at a time, stage by stage: the polynomials' long chains of dependent operations then overlap beyond what the
+        // processor's window holds of one source after the other. The polynomial is one of r2 - delta^2 here, which the sum of squares
+        // begins with, so that t costs nothing. (Level portable keeps the operations of one pair at a time.)
+        let (shifted, start) = inside.shifted(isa, kernel.edge);
+        let ((four_x, rest_x), (four_m, rest_m)) = (positions.as_chunks::<4>(), masses.as_chunks::<4>());
+        for (xs, ms) in four_x.iter().zip(four_m) {
+            let mut factors = [[start; NB]; 4];
+            for (factors, x) in factors.iter_mut().zip(xs) {
+                let (d, _) = distances(isa, x, &local);
+                for (factor, d) in factors.iter_mut().zip(&d) {
+                    d.iter().for_each(|&d| *factor = isa.mul_add(d, d, *factor));
+                }
+            }
+            for (factors, &m) in factors.iter_mut().zip(ms) {
+                let mass = isa.splat(m);
+                *factors = shifted.at::<T, I, NB, TERMS>(isa, factors);
+                factors.iter_mut().for_each(|factor| *factor = isa.mul(mass, *factor));
+            }
+            for (factors, x) in factors.iter().zip(xs) {
+                let (d, _) = distances(isa, x, &local);
+                local.iter_mut().zip(&d).zip(factors).for_each(|((group, d), &g)| group.add_gradient(isa, g, d));
+            }
+            done += 4;
+        }
+        if laplacian || P {
+            for (x, &m) in four_x.as_flattened().iter().zip(four_m.as_flattened()) {
+                let (_, r2) = distances(isa, x, &local);
+                let t = inside.t(isa, &r2);
+                if laplacian {
+                    let b = inside.density.at::<T, I, NB, 0>(isa, &t);
+                    local.iter_mut().zip(b).for_each(|(group, b)| group.add_laplacian(isa, isa.splat(m), b));
+                }
+                if P {
+                    let k = inside.potential::<T, I, D, NB>(isa, &t, &r2);
+                    local.iter_mut().zip(k).for_each(|(group, k)| group.add_potential(isa, isa.splat(m), k));
+                }
+            }
+        }
+        (positions, masses) = (rest_x, rest_m);
+    }
+    for (x, &m) in positions.iter().zip(masses) {
+        let (d, r2) = distances(isa, x, &local);
+        if TEST && !isa.all_below(&r2, kernel.edge) {
+            break;
+        }
+        let mass = isa.splat(m);
+        let t = inside.t(isa, &r2);
+        if P {
+            let k = inside.potential::<T, I, D, NB>(isa, &t, &r2);
+            local.iter_mut().zip(k).for_each(|(group, k)| group.add_potential(isa, mass, k));
+        }
+        if gradient {
+            let g = inside.gradient.at::<T, I, NB, TERMS>(isa, &t);
+            for ((group, d), g) in local.iter_mut().zip(&d).zip(g) {
+                group.add_gradient(isa, isa.mul(mass, g), d);
+            }
+            if laplacian {
+                let b = inside.density.at::<T, I, NB, 0>(isa, &t);
+                local.iter_mut().zip(b).for_each(|(group, b)| group.add_laplacian(isa, mass, b));
+            }
+        }
+        done += 1;
+    }
+    *groups = local;
+    done
+}
+
+/// Adds what one source gives to the lanes inside a compact support, and to no other; returns one word of lanes a vector.
+#[inline(always)]
+fn inside_lanes<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool>(
+    isa: I,
+    edge: I::V,
+    inside: &Inside<I::V>,
+    laplacian: bool,
+    source: &[T; D],
+    mass: T,
+    groups: &mut [Group<I::V, D>; NB],
+) -> [u32; NB] {
+    let (zero, mass) = (isa.splat(T::ZERO), isa.splat(mass));
+    let (d, r2) = distances(isa, source, groups);
+    let mut lanes = [0; NB];
+    for (((group, d), &r2), lanes) in groups.iter_mut().zip(&d).zip(&r2).zip(&mut lanes) {
+        let below = isa.lt(r2, edge);
+        *lanes = isa.bits(below);
+        let t = inside.t(isa, &[r2]);
+        if P {
+            let [k] = inside.potential::<T, I, D, 1>(isa, &t, &[r2]);
+            group.add_potential(isa, mass, isa.select(below, k, zero));
+        }
+        if !P || D == 3 {
+            let [g] = inside.gradient.at::<T, I, 1, 0>(isa, &t);
+            group.add_gradient(isa, isa.select(below, isa.mul(mass, g), zero), d);
+            if laplacian {
+                let [b] = inside.density.at::<T, I, 1, 0>(isa, &t);
+                group.add_laplacian(isa, mass, isa.select(below, b, zero));
+            }
+        }
+    }
+    lanes
+}
+
+/// m S_D g of the bare kernel.
+#[inline(always)]
+fn outside_gradient<T: Real, I: Isa<T>, const D: usize, const NB: usize>(
+    isa: I,
+    mass: I::V,
+    r2: &[I::V; NB],
+) -> [I::V; NB] {
+    match D {
+        1 => {
+            // K = |x| / 2; the gradient factor is 1 / |x|, of which only the sign of x remains.
+            let mut roots = *r2;
+            roots.iter_mut().for_each(|r| *r = isa.sqrt(*r));
+            isa.quotients(mass, roots)
+        }
+        2 => isa.quotients(mass, *r2),
+        _ => isa.over_cubed_roots(mass, *r2),
+    }
+}
+
+/// S_D K of the bare kernel; in 2D log r2.
+#[inline(always)]
+fn outside_potential<T: Real, I: Isa<T>, const D: usize, const NB: usize>(
+    isa: I,
+    log_exponent: I::V,
+    d: &[[I::V; D]; NB],
+    r2: &[I::V; NB],
+) -> [I::V; NB] {
+    let zero = isa.splat(T::ZERO);
+    let mut values = [zero; NB];
+    match D {
+        1 => {
+            for (value, d) in values.iter_mut().zip(d) {
+                *value = d.first().map_or(zero, |&d| isa.abs(d));
+            }
+            values
+        }
+        2 => {
+            // Stage by stage for all vectors: their chains of dependent operations then run beside each other.
+            let two = isa.splat(T::TWO);
+            let mut e = [zero; NB];
+            for ((z, e), &r2) in values.iter_mut().zip(&mut e).zip(r2) {
+                (*z, *e) = log_numerator(isa, r2);
+                *e = isa.add(*e, log_exponent);
+            }
+            values.iter_mut().for_each(|z| *z = isa.div(*z, isa.add(two, *z)));
+            log(isa, e, values)
+        }
+        _ => {
+            let roots = isa.inverse_roots(*r2);
+            values.iter_mut().zip(roots).for_each(|(value, root)| *value = isa.sub(zero, root));
+            values
+        }
+    }
+}

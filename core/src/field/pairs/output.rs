@@ -1,0 +1,84 @@
+//! From sums in units to results.
+
+use super::lanes::Sums;
+use crate::field::Outputs;
+use crate::isa::Isa;
+use crate::real::Real;
+
+/// The way from sums in units to true ones: factors, and the powers of two that follow them.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::field) struct Scales<T> {
+    pub potential: (T, i32),
+    pub gradient: (T, i32),
+    pub laplacian: (T, i32),
+}
+
+/// What one pair, or all pairs of a target, give in true units.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::field) struct Contribution<T, const D: usize> {
+    pub potential: T,
+    pub gradient: [T; D],
+    pub laplacian: T,
+}
+
+impl<T: Real, const D: usize> Contribution<T, D> {
+    pub const ZERO: Self = Self { potential: T::ZERO, gradient: [T::ZERO; D], laplacian: T::ZERO };
+}
+
+/// Adds the sums of a vector of targets to their results.
+#[inline(always)]
+pub(super) fn add<T: Real, I: Isa<T>, const D: usize>(
+    isa: I,
+    results: &mut [Contribution<T, D>],
+    sums: &Sums<I::V, D>,
+    scales: &Scales<T>,
+) {
+    let value = |sum: T, (factor, exponent): (T, i32)| (sum * factor).ldexp(exponent);
+    let (potential, laplacian) = (isa.store(sums.potential), isa.store(sums.laplacian));
+    for (result, (p, l)) in results.iter_mut().zip(potential.into_iter().zip(laplacian)) {
+        result.potential += value(p, scales.potential);
+        result.laplacian += value(l, scales.laplacian);
+    }
+    for (k, &sum) in sums.gradient.iter().enumerate() {
+        for (result, g) in results.iter_mut().zip(isa.store(sum)) {
+            result.gradient.get_mut(k).into_iter().for_each(|to| *to += value(g, scales.gradient));
+        }
+    }
+}
+
+/// Where the results of a task's targets go, one block after the other.
+pub(super) struct Writer<'a, T, const D: usize> {
+    potential: Option<core::slice::IterMut<'a, T>>,
+    gradient: Option<core::slice::IterMut<'a, [T; D]>>,
+    laplacian: Option<core::slice::IterMut<'a, T>>,
+    combination: Option<(T, T)>,
+}
+
+impl<'a, T: Real, const D: usize> Writer<'a, T, D> {
+    pub fn new(outputs: Outputs<'a, T, D>, (a, b): (f64, f64)) -> Self {
+        Self {
+            potential: outputs.potential.map(|p| p.iter_mut()),
+            gradient: outputs.gradient.map(|g| g.iter_mut()),
+            laplacian: outputs.laplacian.map(|l| l.iter_mut()),
+            combination: ((a, b) != (1.0, 0.0)).then(|| (T::from_f64(a), T::from_f64(b))),
+        }
+    }
+
+    /// Writes the next results.
+    pub fn write(&mut self, results: &[Contribution<T, D>]) {
+        if let Some(to) = &mut self.potential {
+            to.by_ref().zip(results).for_each(|(to, result)| *to = result.potential);
+        }
+        if let Some(to) = &mut self.laplacian {
+            to.by_ref().zip(results).for_each(|(to, result)| *to = result.laplacian);
+        }
+        if let Some(to) = &mut self.gradient {
+            for (to, result) in to.by_ref().zip(results) {
+                *to = result.gradient;
+                if let (Some((a, b)), [x, y, ..]) = (self.combination, to.as_mut_slice()) {
+                    (*x, *y) = (a * *x - b * *y, a * *y + b * *x);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,209 @@
+//! Sources as the engine wants them: without the massless ones, and in units in which nothing overflows.
+//!
+//! Coordinates and masses are multiplied by powers of two, so that the largest of each is about 1: exact, and r^2 <= 4 D needs no check
+//! for overflow in any inner loop. A coordinate that is tiny beside the largest may lose bits to underflow by that; it can matter only for pairs
+//! closer than the least distance of the fast path, and these are computed from the caller's own numbers ([`super::exact`]).
+//!
+//! Masses that span more than the exponent's range are divided into classes, each with a power of two of its own, and a target's
+//! sums over different classes meet in true units. Products of a mass and a kernel's value then stay normal in each class.
+
+use super::BLOCK;
+use super::lanes::{Bounds, List};
+use crate::error::{Error, Result};
+use crate::field::Sources;
+use crate::real::Real;
+use crate::space::Space;
+
+/// The most classes: f64's exponents from -1074 to 1023 in classes of 900, f32's from -149 to 127 in classes of 100.
+pub(super) const CLASSES: usize = 3;
+
+/// Powers of two that the scaled numbers were multiplied with.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::field) struct Units<T> {
+    /// A coordinate in these units is the true one times 2^position.
+    pub position: i32,
+    /// The same for masses of class 0.
+    pub mass: i32,
+    position_factor: T,
+}
+
+/// Binary orders of magnitude of a class of masses.
+const fn class_width<T: Real>() -> i32 {
+    if T::DIGITS > 24 { 900 } else { 100 }
+}
+
+/// 2^-this is the least r^2, in units, of the lanes' fast path: m / (r^2 s^2) and 1 / r^3 stay normal, f64's r^2 is in f32's range too
+/// (where the 3D seed is made).
+pub(super) const fn least_square_exponent<T: Real>() -> i32 {
+    if T::DIGITS > 24 { 120 } else { 56 }
+}
+
+/// 2^n, for |n| below the largest exponent.
+pub(super) fn power_of_two<T: Real>(n: i32) -> T {
+    T::ONE.ldexp(n)
+}
+
+/// The largest magnitude.
+fn largest<T: Real>(start: T, numbers: &[T]) -> T {
+    numbers.iter().fold(start, |x, &y| if y.abs() > x { y.abs() } else { x })
+}
+
+impl<T: Real> Units<T> {
+    /// Units in which `length`, the coordinates and the masses are at most about 1.
+    pub fn of<const D: usize>(length: T, sources: Sources<'_, T, D>, targets: &[[T; D]]) -> Self {
+        let length = largest(largest(length, sources.positions.as_flattened()), targets.as_flattened());
+        Self::new(length, largest(T::ZERO, sources.masses))
+    }
+
+    /// Units in which the largest magnitudes are between 1/2 and 1 (0 has no magnitude: unit 1).
+    #[allow(clippy::manual_clamp, reason = "where it is not inlined, clamp's check of its bounds is a way to panic")]
+    pub fn new(largest_length: T, largest_mass: T) -> Self {
+        let limit = T::MAX_EXPONENT - 2;
+        let unit = |largest: T| largest.frexp().1.saturating_neg().max(-limit).min(limit);
+        let (position, mass) = (unit(largest_length), unit(largest_mass));
+        Self { position, mass, position_factor: power_of_two(position) }
+    }
+
+    /// A point in these units.
+    #[inline(always)]
+    pub fn point<const D: usize>(&self, x: &[T; D]) -> [T; D] {
+        let mut point = *x;
+        point.iter_mut().for_each(|x| *x *= self.position_factor);
+        point
+    }
+
+    /// The class of a mass that is not zero, and the mass in the class's unit.
+    #[inline(always)]
+    fn mass(&self, m: T) -> (usize, T) {
+        // Exponents of the largest masses are about 0 in units.
+        let below = -self.mass - m.frexp().1;
+        let class = if below < class_width::<T>() { 0 } else { 1 + usize::from(below >= 2 * class_width::<T>()) };
+        (class, m.ldexp(self.class(class)))
+    }
+
+    /// A mass in a class's unit is the true one times 2^this.
+    pub fn class(&self, class: usize) -> i32 {
+        self.mass + class as i32 * class_width::<T>()
+    }
+}
+
+/// The bounds of points; (largest, least) numbers for none.
+#[inline]
+pub(super) fn bounds_of<T: Real, const D: usize>(points: &[[T; D]]) -> Bounds<T, D> {
+    let (mut least, mut most) = ([T::MAX; D], [-T::MAX; D]);
+    for x in points {
+        least.iter_mut().zip(x).for_each(|(least, &x)| *least = if x < *least { x } else { *least });
+        most.iter_mut().zip(x).for_each(|(most, &x)| *most = if x > *most { x } else { *most });
+    }
+    [least, most]
+}
+
+/// The largest r^2 between points of two boxes, rounded up.
+#[inline]
+pub(super) fn farthest<T: Real, const D: usize>(a: &Bounds<T, D>, b: &Bounds<T, D>) -> T {
+    let [a_least, a_most] = a;
+    let [b_least, b_most] = b;
+    let sides = a_least.iter().zip(a_most).zip(b_least.iter().zip(b_most));
+    let square = sides.fold(T::ZERO, |sum, ((&al, &am), (&bl, &bm))| {
+        let side = if bm - al > am - bl { bm - al } else { am - bl };
+        sum + side * side
+    });
+    square * (T::ONE + T::from_f64(16.0) * T::EPSILON)
+}
+
+/// Sources with mass, class by class, each in the caller's order.
+#[derive(Debug)]
+pub(super) struct Packed<'w, T, const D: usize> {
+    positions: &'w mut [[T; D]],
+    masses: &'w mut [T],
+    /// Which of the caller's sources each one is.
+    origins: &'w mut [u32],
+    /// The bounds of each block, class by class.
+    boxes: &'w mut [Bounds<T, D>],
+    /// How many there are in each class.
+    counts: [usize; CLASSES],
+}
+
+/// The sources of a class.
+pub(super) struct Class<'a, T, const D: usize> {
+    pub positions: &'a [[T; D]],
+    pub masses: &'a [T],
+    pub origins: &'a [u32],
+    boxes: &'a [Bounds<T, D>],
+}
+
+impl<'w, T: Real, const D: usize> Packed<'w, T, D> {
+    /// The layout: room for every source.
+    ///
+    /// # Errors
+    /// [`Error::TooLarge`]: more than 2^32 sources.
+    pub fn lay(space: &mut impl Space<'w>, n: usize) -> Result<Self> {
+        if u32::try_from(n).is_err() {
+            return Err(Error::TooLarge);
+        }
+        Ok(Self {
+            positions: space.array(n)?,
+            masses: space.array(n)?,
+            origins: space.array(n)?,
+            // Each class may end in a block that is not full.
+            boxes: space.array(n / BLOCK + CLASSES)?,
+            counts: [0; CLASSES],
+        })
+    }
+
+    /// Takes the sources in.
+    pub fn fill(&mut self, units: Units<T>, positions: &[[T; D]], masses: &[T]) {
+        let with_mass = || masses.iter().zip(positions).enumerate().filter(|(_, (m, _))| **m != T::ZERO);
+        self.counts = [0; CLASSES];
+        for (_, (&m, _)) in with_mass() {
+            self.counts.get_mut(units.mass(m).0).into_iter().for_each(|count| *count += 1);
+        }
+        let [first, second, _] = self.counts;
+        let mut next = [0, first, first + second];
+        for (origin, (&m, x)) in with_mass() {
+            let (class, mass) = units.mass(m);
+            let Some(next) = next.get_mut(class) else { continue };
+            let slots = (self.positions.get_mut(*next), self.masses.get_mut(*next), self.origins.get_mut(*next));
+            if let (Some(to_x), Some(to_m), Some(to)) = slots {
+                (*to_x, *to_m, *to) = (units.point(x), mass, origin as u32);
+            }
+            *next += 1;
+        }
+        let (mut boxes, mut rest) = (self.boxes.iter_mut(), &*self.positions);
+        for &count in &self.counts {
+            let (class, later) = rest.split_at_checked(count).unwrap_or((rest, &[]));
+            rest = later;
+            boxes.by_ref().zip(class.chunks(BLOCK)).for_each(|(bounds, block)| *bounds = bounds_of(block));
+        }
+    }
+
+    /// Sources with mass.
+    pub fn len(&self) -> usize {
+        self.counts.iter().sum()
+    }
+
+    /// The classes that have sources, with their numbers.
+    pub fn classes(&self) -> impl Iterator<Item = (usize, Class<'_, T, D>)> {
+        let (mut start, mut first_box) = (0, 0);
+        self.counts.iter().enumerate().filter_map(move |(class, &count)| {
+            let (range, boxes) = (start..start + count, first_box..first_box + count.div_ceil(BLOCK));
+            (start, first_box) = (range.end, boxes.end);
+            let found = Class {
+                positions: self.positions.get(range.clone())?,
+                masses: self.masses.get(range.clone())?,
+                origins: self.origins.get(range)?,
+                boxes: self.boxes.get(boxes)?,
+            };
+            (count > 0).then_some((class, found))
+        })
+    }
+}
+
+impl<'a, T: Real, const D: usize> Class<'a, T, D> {
+    /// Blocks of [`BLOCK`] sources with their bounds and where they begin.
+    pub fn blocks(&self) -> impl Iterator<Item = (usize, &'a Bounds<T, D>, List<'a, T, D>)> {
+        let blocks = self.positions.chunks(BLOCK).zip(self.masses.chunks(BLOCK));
+        let blocks = self.boxes.iter().zip(blocks).enumerate();
+        blocks.map(|(k, (bounds, (positions, masses)))| (k * BLOCK, bounds, (positions, masses)))
+    }
+}

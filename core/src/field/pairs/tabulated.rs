@@ -1,0 +1,320 @@
+//! A kernel as one table: powers, exponentials, screened, a host's own and sums of these, and Gaussian mollifiers near the source.
+//!
+//! With u = (r / unit)^2 + shift ([`Table`]), the row of u is found from its bits, and with t = u - (the row's least u)
+//!
+//! ```text
+//! g   = c_0 + c_1 t + ... + c_n t^n                     the gradient factor, grad K = g x
+//! K   = k_0 + (c_0 t + c_1 t^2 / 2 + ...) / 2           as dK / d(r^2) = g / 2
+//! lap = D g + 2 (u - shift) (c_1 + 2 c_2 t + ...)       as lap K = D g + r g'
+//! ```
+//!
+//! all in the table's units. So one row, a cache line in f64, serves every output, and there is no root, logarithm or division.
+//!
+//! # Rounding
+//! r2 has 5 u and u one more; that moves g by |d log g / d log u| times as much, a few units for powers, r / l for an exponential of
+//! length l. The row itself is good to 2^-47 (f64) and 2^-21 (f32) of the kernel's scale ([`Table::error`]): c = 64 in f64, 16 in f32.
+
+use super::called;
+use super::lanes::{Group, Noted, Want, distances};
+use super::output::{Contribution, Scales};
+use super::packed::{Units, farthest};
+use super::{Block, PairKernel};
+use crate::field::{Counters, Interaction};
+use crate::isa::{Isa, ROW, Rows};
+use crate::kernel::{Table, table_terms};
+use crate::real::Real;
+
+/// A kernel with its table.
+#[derive(Clone, Copy)]
+pub(in crate::field) struct Tabulated<'a, T: Real, const D: usize> {
+    pub table: Table<'a, T>,
+    /// The kernel itself, for distances that the table does not hold.
+    pub kernel: &'a dyn Interaction<T, D>,
+}
+
+/// The table in the call's units.
+#[derive(Clone, Copy)]
+pub(in crate::field) struct Prepared<'a, T> {
+    rows: &'a Rows<T>,
+    numbers: Lanes<T>,
+    /// The least r^2, in units, at which the table ends.
+    end: T,
+    /// Whether the kernel is zero there and beyond.
+    ends: bool,
+    /// Whether some u below the end is not served: next to zero, or in the gap.
+    has_gaps: bool,
+    /// Whether some have no Laplacian.
+    is_rough: bool,
+}
+
+/// Its numbers, in every lane.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::field) struct Lanes<C> {
+    /// u is r^2, in units, times this plus `shift`.
+    scale: C,
+    shift: C,
+    /// The table holds u from `first` to below `last`, but not from `gap[0]` to below `gap[1]`.
+    first: C,
+    last: C,
+    gap: [C; 2],
+    /// Where it does not serve Laplacians.
+    rough: [C; 2],
+    /// A number that it holds.
+    held: C,
+}
+
+impl<T: Real> Prepared<'_, T> {
+    pub fn numbers(&self) -> &Lanes<T> {
+        &self.numbers
+    }
+}
+
+impl<T: Real> Lanes<T> {
+    #[inline(always)]
+    pub fn lanes<I: Isa<T>>(&self, isa: I) -> Lanes<I::V> {
+        let [from, to] = self.gap;
+        let [rough_from, rough_to] = self.rough;
+        Lanes {
+            scale: isa.splat(self.scale),
+            shift: isa.splat(self.shift),
+            first: isa.splat(self.first),
+            last: isa.splat(self.last),
+            gap: [isa.splat(from), isa.splat(to)],
+            rough: [isa.splat(rough_from), isa.splat(rough_to)],
+            held: isa.splat(self.held),
+        }
+    }
+}
+
+impl<V: Copy> Lanes<V> {
+    #[inline(always)]
+    fn u<T: Real, I: Isa<T, V = V>>(&self, isa: I, r2: V) -> V {
+        isa.mul_add(r2, self.scale, self.shift)
+    }
+
+    /// The lanes that the table serves, and one bit for each that it leaves out: where it ends with the kernel, lanes beyond are neither.
+    #[inline(always)]
+    fn served<T: Real, I: Isa<T, V = V>>(&self, isa: I, u: V, ends: bool) -> (I::M, u32) {
+        let [from, to] = self.gap;
+        let beyond_gap = isa.select(isa.lt(u, from), u, self.last);
+        let checked = isa.select(isa.lt(u, to), beyond_gap, u);
+        let served = isa.lt(isa.select(isa.lt(u, self.first), self.last, checked), self.last);
+        let all = u32::MAX >> (32 - I::LANES as u32);
+        let within = if ends { isa.bits(isa.lt(u, self.last)) } else { all };
+        (served, within & !isa.bits(served))
+    }
+
+    /// One bit for each lane whose Laplacian is left out, and the other lanes.
+    #[inline(always)]
+    fn rough<T: Real, I: Isa<T, V = V>>(&self, isa: I, u: V) -> (I::M, u32) {
+        let [from, to] = self.rough;
+        let smooth = isa.lt(isa.select(isa.lt(u, to), u, isa.splat(T::ZERO)), from);
+        let all = u32::MAX >> (32 - I::LANES as u32);
+        (smooth, all & !isa.bits(smooth))
+    }
+}
+
+impl<'a, T: Real, const D: usize> PairKernel<T, D> for Tabulated<'a, T, D> {
+    type Prepared = Prepared<'a, T>;
+    type Lanes<V: Copy> = Lanes<V>;
+
+    const TOGETHER: bool = true;
+
+    fn length(&self) -> T {
+        T::ZERO
+    }
+
+    fn prepare(&self, units: Units<T>) -> Prepared<'a, T> {
+        let table = &self.table.head;
+        let (unit, exponent) = table.unit.frexp();
+        // r / unit = (r in units) 2^-position / unit
+        let twice = (units.position + exponent).saturating_mul(-2);
+        let scale = T::from_f64(1.0 / (unit * unit)).ldexp(twice);
+        let real = T::from_f64;
+        let shift = real(table.shift);
+        let end = (real(table.last) - shift) / scale;
+        // Where the table's unit is so small beside the coordinates that u leaves the scalar's range, nothing is served but r = 0, and that by the
+        // functions too: an empty range.
+        let fits = scale.is_finite() && scale < T::MAX * T::from_f64(1.0 / 64.0);
+        let (scale, first) = if fits { (scale, real(table.first)) } else { (T::ONE, T::MAX) };
+        let (gap, rough) = (table.gap.map(real), table.rough.map(real));
+        let numbers = Lanes { scale, shift, first, last: real(table.last), gap, rough, held: real(table.first) };
+        let has_gaps = !fits || table.first > table.shift || table.gap[0] < table.gap[1];
+        let is_rough = table.rough[0] < table.rough[1];
+        let end = if fits { end } else { T::ZERO };
+        Prepared { rows: self.table.rows, numbers, end, ends: table.ends, has_gaps, is_rough }
+    }
+
+    fn scales(&self, units: Units<T>, class: usize) -> Scales<T> {
+        let table = &self.table.head;
+        let mass = -units.class(class);
+        let (unit, exponent) = table.unit.frexp();
+        let per_square = T::from_f64(1.0 / (unit * unit));
+        let of_gradient = table.exponent - 2 * exponent + mass;
+        Scales {
+            potential: (T::ONE, table.exponent + mass),
+            // d is source minus target, and in units.
+            gradient: (-per_square, of_gradient - units.position),
+            laplacian: (per_square, of_gradient),
+        }
+    }
+
+    #[inline(always)]
+    fn lanes<I: Isa<T>>(prepared: &Prepared<'a, T>, isa: I) -> Lanes<I::V> {
+        prepared.numbers.lanes(isa)
+    }
+
+    #[inline(always)]
+    fn add_block<I: Isa<T>, const NB: usize, const P: bool>(
+        isa: I,
+        (prepared, numbers): (&Prepared<'a, T>, &Lanes<I::V>),
+        block: &Block<'_, T, D>,
+        groups: &mut [Group<I::V, D>; NB],
+        [noted, noted_rough]: &mut [Noted; 2],
+        _counts: &mut Counters,
+    ) {
+        let [a, b] = block.bounds;
+        let all_served = !prepared.has_gaps && farthest(a, b) < prepared.end;
+        let zero = isa.splat(T::ZERO);
+        for (at, (x, &m)) in block.sources.0.iter().zip(block.sources.1).enumerate() {
+            let (d, r2) = distances(isa, x, groups);
+            let mass = isa.splat(m);
+            let (mut left_out, mut rough) = (0, 0);
+            for ((group, d), &r2) in groups.iter_mut().zip(&d).zip(&r2) {
+                let mut u = numbers.u(isa, r2);
+                let mut factor = mass;
+                if !all_served {
+                    let (served, left) = numbers.served(isa, u, prepared.ends);
+                    left_out |= left;
+                    u = isa.select(served, u, numbers.held);
+                    factor = isa.select(served, mass, zero);
+                }
+                let row = Row::of(isa, prepared.rows, u);
+                group.add_gradient(isa, isa.mul(factor, row.gradient(isa)), d);
+                if P {
+                    group.add_potential(isa, factor, row.potential(isa));
+                }
+                if block.laplacian {
+                    let mut laplacian = row.laplacian::<D>(isa, isa.sub(u, numbers.shift));
+                    if prepared.is_rough {
+                        let (smooth, lanes) = numbers.rough(isa, u);
+                        rough |= lanes;
+                        laplacian = isa.select(smooth, laplacian, zero);
+                    }
+                    group.add_laplacian(isa, factor, laplacian);
+                }
+            }
+            if left_out != 0 {
+                noted.push(at);
+            }
+            if rough != 0 {
+                noted_rough.push(at);
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn left_out<I: Isa<T>, const NB: usize>(
+        isa: I,
+        (prepared, numbers): (&Prepared<'a, T>, &Lanes<I::V>),
+        source: &[T; D],
+        groups: &[Group<I::V, D>; NB],
+        laplacian: bool,
+    ) -> [u32; NB] {
+        let (_, r2) = distances(isa, source, groups);
+        r2.map(|r2| {
+            let u = numbers.u(isa, r2);
+            let (served, left_out) = numbers.served(isa, u, prepared.ends);
+            // What is left out as a whole is not left out once more.
+            if laplacian { numbers.rough(isa, u).1 & isa.bits(served) } else { left_out }
+        })
+    }
+
+    fn exact(&self, x: &[T; D], mass: T, want: Want) -> Contribution<T, D> {
+        called::pair(self.kernel, x, mass, want)
+    }
+}
+
+/// Adds what one source gives to the lanes below the edge, and to no other, from a table that serves all of these; its potential and gradient
+/// factor are multiplied by `scales`. Returns one word of lanes a vector.
+#[inline(always)]
+pub(super) fn add_below<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool>(
+    isa: I,
+    edge: I::V,
+    (prepared, numbers, [potential, gradient]): (&Prepared<'_, T>, &Lanes<I::V>, [I::V; 2]),
+    laplacian: bool,
+    source: &[T; D],
+    mass: T,
+    groups: &mut [Group<I::V, D>; NB],
+) -> [u32; NB] {
+    let zero = isa.splat(T::ZERO);
+    let (d, r2) = distances(isa, source, groups);
+    let mass = isa.splat(mass);
+    let (potential, gradient) = (isa.mul(mass, potential), isa.mul(mass, gradient));
+    let mut lanes = [0; NB];
+    for (((group, d), &r2), lanes) in groups.iter_mut().zip(&d).zip(&r2).zip(&mut lanes) {
+        let below = isa.lt(r2, edge);
+        *lanes = isa.bits(below);
+        let u = isa.select(below, numbers.u(isa, r2), numbers.held);
+        let row = Row::of(isa, prepared.rows, u);
+        if P {
+            group.add_potential(isa, isa.select(below, potential, zero), row.potential(isa));
+        }
+        if !P || D == 3 {
+            let factor = isa.select(below, gradient, zero);
+            group.add_gradient(isa, isa.mul(factor, row.gradient(isa)), d);
+            if laplacian {
+                group.add_laplacian(isa, factor, row.laplacian::<D>(isa, isa.sub(u, numbers.shift)));
+            }
+        }
+    }
+    lanes
+}
+
+/// The rows of a vector of numbers, and where these lie in their rows.
+struct Row<V, T, I> {
+    columns: [V; ROW],
+    t: V,
+    of: core::marker::PhantomData<(T, I)>,
+}
+
+impl<T: Real, I: Isa<T>> Row<I::V, T, I> {
+    #[inline(always)]
+    fn of(isa: I, table: &Rows<T>, u: I::V) -> Self {
+        let (rows, least) = isa.rows(u);
+        Self { columns: isa.look_up(table, rows), t: isa.sub(u, least), of: core::marker::PhantomData }
+    }
+
+    /// Horner's rule over c_0, c_1, ..., each times its factor.
+    #[inline(always)]
+    fn horner(&self, isa: I, from: usize, factor: impl Fn(usize) -> f64) -> I::V {
+        let terms = table_terms::<T>();
+        let mut sum = isa.splat(T::ZERO);
+        for (k, &c) in self.columns.iter().enumerate().take(terms).skip(from).rev() {
+            let c = match factor(k) {
+                1.0 => c,
+                f => isa.mul(c, isa.splat(T::from_f64(f))),
+            };
+            sum = if k + 1 == terms { c } else { isa.mul_add(sum, self.t, c) };
+        }
+        sum
+    }
+
+    #[inline(always)]
+    fn gradient(&self, isa: I) -> I::V {
+        self.horner(isa, 0, |_| 1.0)
+    }
+
+    #[inline(always)]
+    fn potential(&self, isa: I) -> I::V {
+        let constant = self.columns.get(table_terms::<T>()).copied().unwrap_or(self.t);
+        isa.mul_add(self.horner(isa, 0, |k| 0.5 / (k as f64 + 1.0)), self.t, constant)
+    }
+
+    /// `square` is u - shift.
+    #[inline(always)]
+    fn laplacian<const D: usize>(&self, isa: I, square: I::V) -> I::V {
+        let slope = self.horner(isa, 1, |k| 2.0 * k as f64);
+        isa.mul_add(square, slope, isa.mul(isa.splat(T::from_usize(D)), self.gradient(isa)))
+    }
+}

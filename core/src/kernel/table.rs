@@ -1,0 +1,359 @@
+//! A prepared kernel as one table in r^2, for sums: see [`crate::isa::Rows`] for how a row is found.
+//!
+//! With u = (r / unit)^2 + shift the table holds, for each of 2^6 panels of each octave of u, a polynomial of the gradient factor
+//! g = K'(r) / r in t = u - (the panel's least u), and K at t = 0. Under a mollifier unit = delta and shift = 1, so that the edge of a compact support,
+//! u = 2, is a panel's border, and the first octave holds the inside. Without one shift = 0, and the table ends at a multiple of the
+//! kernel's own length.
+//!
+//! # Accuracy
+//! The derivative of g, which follows from the Laplacian, is interpolated in 6 (f32: 3) Chebyshev nodes a panel and integrated; the constant is the
+//! mean of what g's values ask for. (Differentiating an interpolation of g would multiply the samples' rounding by 2^8 in the Laplacian.) As far
+//! as g is analytic in u but for u = 0, its ellipse of analyticity has rho >= 4 * 64 in units of a panel, so the degree costs 256^-6 =
+//! 4e-15 (256^-3 = 6e-8) of g's change within a panel, a 64th of g. Rounding adds a few u. Where a compact mollifier is so rough that its edge is seen
+//! beside it (t^a with a small a, not whole), the panels that miss their goal are measured and left out: [`Head::gap`], [`Head::rough`]. Where a host's three functions do not
+//! belong together, g is interpolated alone.
+
+use core::f64::consts::PI;
+
+use nalgebra::{SMatrix, SVector};
+
+use crate::error::{Error, Result};
+use crate::isa::{OCTAVES, PANEL_BITS, ROW, ROWS, Rows};
+use crate::real::Real;
+
+/// What a prepared block keeps of a table besides its rows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Head {
+    /// The length that divides r.
+    pub(crate) unit: f64,
+    /// Added to the square: 1 under a mollifier, else 0.
+    pub(crate) shift: f64,
+    /// The table holds u from `first` to below `last`, but not from `gap[0]` to below `gap[1]`.
+    pub(crate) first: f64,
+    pub(crate) last: f64,
+    pub(crate) gap: [f64; 2],
+    /// The same where Laplacians are not served.
+    pub(crate) rough: [f64; 2],
+    /// Whether the kernel is zero from `last` on.
+    pub(crate) ends: bool,
+    /// K is the table's value times 2^this, g that over unit^2.
+    pub(crate) exponent: i32,
+    /// The largest error that was found outside the gap, relative to the largest of |g| in its panel.
+    pub(crate) error: f64,
+}
+
+/// A table and what it means.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Table<'k, T> {
+    pub(crate) rows: &'k Rows<T>,
+    pub(crate) head: Head,
+}
+
+/// What a table is to hold.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Domain {
+    pub(crate) unit: f64,
+    pub(crate) shift: f64,
+    /// Where the table may end: no u above matters, or the kernel jumps there.
+    pub(crate) until: f64,
+    /// Whether the kernel is zero from there on.
+    pub(crate) ends: bool,
+    /// Whether the kernel is rough at u = 2.
+    pub(crate) edge: bool,
+}
+
+/// Numbers in [`Head::to_record`].
+pub(crate) const RECORD: usize = 12;
+
+impl Head {
+    /// The numbers that a prepared block keeps.
+    pub(crate) fn to_record(self) -> [f64; RECORD] {
+        let Self { unit, shift, first, last, gap, rough, ends, exponent, error } = self;
+        let ends = f64::from(u8::from(ends));
+        [1.0, unit, shift, first, last, gap[0], gap[1], rough[0], rough[1], ends, f64::from(exponent), error]
+    }
+
+    /// None if there is no table.
+    pub(crate) fn from_record(record: &[f64; RECORD]) -> Option<Self> {
+        let &[there, unit, shift, first, last, from, to, rough_from, rough_to, ends, exponent, error] = record;
+        (there == 1.0).then_some(Self {
+            unit,
+            shift,
+            first,
+            last,
+            gap: [from, to],
+            rough: [rough_from, rough_to],
+            ends: ends != 0.0,
+            exponent: exponent as i32,
+            error,
+        })
+    }
+}
+
+/// Coefficients of g in a row.
+pub(crate) const fn terms<T: Real>() -> usize {
+    if T::DIGITS > 24 { 7 } else { 4 }
+}
+
+/// The polynomial through N points, from its values in the Chebyshev nodes.
+struct Interpolation<const N: usize> {
+    /// The nodes in [0, 1].
+    nodes: [f64; N],
+    /// From values to Chebyshev coefficients.
+    transform: SMatrix<f64, N, N>,
+    /// From these to powers of y in [0, 1]. Two steps, as the first is well-conditioned and gives small numbers to the second.
+    powers: SMatrix<f64, N, N>,
+}
+
+impl<const N: usize> Interpolation<N> {
+    fn new() -> Self {
+        let cosine = |j: usize, k: usize| Real::cos(PI * (j * (2 * k + 1)) as f64 / (2 * N) as f64);
+        let mut nodes = [0.0; N];
+        nodes.iter_mut().enumerate().for_each(|(k, node)| *node = 0.5 * (1.0 + cosine(1, k)));
+        let transform = SMatrix::from_fn(|j, k| if j == 0 { 1.0 } else { 2.0 } / N as f64 * cosine(j, k));
+        // T_(j+1)(2 y - 1) = 2 (2 y - 1) T_j - T_(j-1): whole numbers.
+        let (mut before, mut now) = ([0.0; N], [0.0; N]);
+        now.iter_mut().take(1).for_each(|c| *c = 1.0);
+        let mut powers = SMatrix::<f64, N, N>::zeros();
+        for (j, mut column) in powers.column_iter_mut().enumerate() {
+            column.iter_mut().zip(&now).for_each(|(to, &c)| *to = c);
+            let factor = if j == 0 { 1.0 } else { 2.0 };
+            let shifted = core::iter::once(0.0).chain(now);
+            let mut next = [0.0; N];
+            for (((next, now), lower), before) in next.iter_mut().zip(now).zip(shifted).zip(before) {
+                *next = factor * (2.0 * lower - now) - if j == 0 { 0.0 } else { before };
+            }
+            (before, now) = (now, next);
+        }
+        Self { nodes, transform, powers }
+    }
+
+    /// The coefficients of y^0, y^1, ...
+    fn coefficients(&self, values: [f64; N]) -> [f64; N] {
+        let chebyshev = self.transform * SVector::from(values);
+        (self.powers * chebyshev).into()
+    }
+}
+
+/// Fills a table from `sample(r)`, which returns K, K'/r and the Laplacian of K.
+///
+/// # Errors
+/// [`Error::NotFinite`]: a sample of the first octave is not finite.
+pub(crate) fn build<T: Real, const D: usize>(
+    rows: &mut Rows<T>,
+    domain: &Domain,
+    sample: &dyn Fn(f64) -> [f64; 3],
+) -> Result<Head> {
+    if T::DIGITS > 24 { fill::<T, D, 7, 6>(rows, domain, sample) } else { fill::<T, D, 4, 3>(rows, domain, sample) }
+}
+
+/// The coefficients of g in y, from 0 to 1 in a panel; `at(y)` returns the square of the distance, K, g and the Laplacian.
+fn polynomial<const D: usize, const N: usize, const M: usize>(
+    (values, slopes): (&Interpolation<N>, &Interpolation<M>),
+    width: f64,
+    at: impl Fn(f64) -> (f64, [f64; 3]),
+) -> [f64; N] {
+    let (mut found, mut slope) = ([0.0; M], [0.0; M]);
+    for ((value, slope), &node) in found.iter_mut().zip(&mut slope).zip(&slopes.nodes) {
+        let (square, [_, factor, laplacian]) = at(node);
+        *value = factor;
+        // lap K = D g + 2 s dg / ds
+        *slope = width * (laplacian - D as f64 * factor) / (2.0 * square);
+    }
+    let mut coefficients = [0.0; N];
+    for (k, (to, c)) in coefficients.iter_mut().skip(1).zip(slopes.coefficients(slope)).enumerate() {
+        *to = c / (k as f64 + 1.0);
+    }
+    let horner = |y: f64| coefficients.iter().rev().fold(0.0, |sum, &c| sum * y + c);
+    let mut constants = found;
+    constants.iter_mut().zip(&slopes.nodes).for_each(|(value, &node)| *value -= horner(node));
+    let constant = constants.iter().sum::<f64>() / M as f64;
+    let size = found.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
+    if constants.iter().all(|c| (c - constant).abs() <= 1e-10 * size) {
+        coefficients.iter_mut().take(1).for_each(|c| *c = constant);
+        return coefficients;
+    }
+    let mut alone = [0.0; N];
+    alone.iter_mut().zip(&values.nodes).for_each(|(value, &node)| *value = at(node).1[1]);
+    values.coefficients(alone)
+}
+
+/// The row of u.
+fn row<T: Real>(u: f64) -> usize {
+    (T::from_f64(u).bits() >> (T::DIGITS - 1 - PANEL_BITS)) as usize % ROWS
+}
+
+fn fill<T: Real, const D: usize, const N: usize, const M: usize>(
+    rows: &mut Rows<T>,
+    domain: &Domain,
+    sample: &dyn Fn(f64) -> [f64; 3],
+) -> Result<Head> {
+    let &Domain { unit, shift, until, ends, edge } = domain;
+    let interpolations = (&Interpolation::<N>::new(), &Interpolation::<M>::new());
+    let octaves = OCTAVES as i32;
+    let first_octave = if shift > 0.0 { 0 } else { -octaves };
+    // Values in units of `unit`, and of a power of two near their size close to the source.
+    let [value, factor, _] = sample(if shift > 0.0 { 0.0 } else { 0.125 * unit });
+    let exponent = Real::frexp(value.abs().max(factor.abs() * unit * unit)).1;
+    let scale = 1.0_f64.ldexp(-exponent - 1);
+    let units = [scale, scale * unit * unit, scale * unit * unit];
+    let at = |square: f64| {
+        let mut values = sample(unit * square.max(0.0).sqrt());
+        values.iter_mut().zip(units).for_each(|(value, unit)| *value *= unit);
+        values
+    };
+    let limit = 1.0_f64.ldexp(T::MAX_EXPONENT - 24);
+    let (goal, goal_of_slope) = if T::DIGITS > 24 { (1e-14, 1e-13) } else { (2e-7, 4e-6) };
+    let mut head = Head {
+        unit,
+        shift,
+        first: 1.0_f64.ldexp(first_octave),
+        last: 1.0_f64.ldexp(first_octave + octaves).min(until),
+        gap: [0.0; 2],
+        rough: [0.0; 2],
+        ends: ends && until <= 1.0_f64.ldexp(first_octave + octaves),
+        exponent: exponent + 1,
+        error: 0.0,
+    };
+    for octave in first_octave..first_octave + octaves {
+        for panel in 0..1 << PANEL_BITS {
+            let width = 1.0_f64.ldexp(octave - PANEL_BITS as i32);
+            let least = 1.0_f64.ldexp(octave) + f64::from(panel) * width;
+            if least >= head.last {
+                return Ok(head);
+            }
+            // A table that ends within a panel looks no further.
+            let width = width.min(head.last - least);
+            let within = |y: f64| {
+                let square = least - shift + width * y;
+                (square, at(square))
+            };
+            let coefficients = polynomial::<D, N, M>(interpolations, width, within);
+            let constant = at(least - shift)[0];
+            let mut numbers = [T::ZERO; ROW];
+            let mut power = 1.0;
+            for (number, c) in numbers.iter_mut().zip(coefficients) {
+                *number = T::from_f64(c / power);
+                power *= width;
+            }
+            numbers.get_mut(N).into_iter().for_each(|slot| *slot = T::from_f64(constant));
+            let fits = |&number: &T| number.abs().to_f64() < limit;
+            if !numbers.iter().all(fits) {
+                if octave == first_octave {
+                    return Err(Error::NotFinite);
+                }
+                (head.last, head.ends) = (least, false);
+                return Ok(head);
+            }
+            let close = edge && (least - 2.0).abs() < 0.5;
+            if close || panel % 16 == 8 {
+                let [error, of_slope] = errors::<D, N>(&coefficients, width, within);
+                let widen = |gap: &mut [f64; 2]| {
+                    *gap = if gap[0] == 0.0 { [least, least + width] } else { [gap[0], least + width] };
+                };
+                if close && error > goal {
+                    widen(&mut head.gap);
+                } else {
+                    head.error = head.error.max(error);
+                }
+                if close && of_slope > goal_of_slope {
+                    widen(&mut head.rough);
+                }
+            }
+            rows.get_mut(row::<T>(least)).into_iter().for_each(|slot| *slot = numbers);
+        }
+    }
+    Ok(head)
+}
+
+/// The largest errors of g, relative to the largest of the panel, and of the Laplacian, relative to the larger of it and D g.
+fn errors<const D: usize, const N: usize>(
+    coefficients: &[f64; N],
+    width: f64,
+    at: impl Fn(f64) -> (f64, [f64; 3]),
+) -> [f64; 2] {
+    let d = D as f64;
+    let ends = [coefficients.first().copied().unwrap_or(0.0), coefficients.iter().sum()];
+    let largest = ends.iter().fold(f64::MIN_POSITIVE, |most: f64, v| most.max(v.abs()));
+    let mut worst = [0.0_f64; 2];
+    for y in [0.03, 0.5, 0.97] {
+        let (square, [_, factor, laplacian]) = at(y);
+        let (mut got, mut slope) = (0.0, 0.0);
+        for &c in coefficients.iter().rev() {
+            slope = slope * y + got;
+            got = got * y + c;
+        }
+        let got_laplacian = d * got + 2.0 * square * slope / width;
+        let size = (d * largest).max(laplacian.abs());
+        worst = [
+            worst[0].max((got - factor).abs() / largest),
+            worst[1].max((got_laplacian - laplacian).abs() / size),
+        ];
+    }
+    worst
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::vec;
+
+    fn rows<T: Real>() -> std::boxed::Box<Rows<T>> {
+        vec![[T::ZERO; ROW]; ROWS].into_boxed_slice().try_into().unwrap()
+    }
+
+    /// K = sqrt(r^2 + 1), analytic in r^2.
+    fn plummer(r: f64) -> [f64; 3] {
+        let root = (r * r + 1.0).sqrt();
+        [root, 1.0 / root, 3.0 / root - r * r / (root * root * root)]
+    }
+
+    #[test]
+    fn a_smooth_kernel_is_met_to_rounding() {
+        let domain = Domain { unit: 0.7, shift: 1.0, until: f64::INFINITY, ends: false, edge: true };
+        let mut table = rows::<f64>();
+        let head = build::<f64, 3>(&mut table, &domain, &plummer).unwrap();
+        assert_eq!((head.gap, head.last, head.ends), ([0.0; 2], 4_294_967_296.0, false));
+        assert!(head.error < 2e-15, "{}", head.error);
+        for k in 0..2000 {
+            let r = 1e-3 * 1.008_f64.powi(k);
+            let u = (r / 0.7) * (r / 0.7) + 1.0;
+            if u >= head.last {
+                continue;
+            }
+            let numbers = table[row::<f64>(u)];
+            let t = u - f64::from_bits(u.to_bits() >> 46 << 46);
+            let g = numbers[..7].iter().rev().fold(0.0, |sum, c| sum * t + c);
+            let got = g * 2.0_f64.powi(head.exponent) / (0.7 * 0.7);
+            // u itself is rounded: at large r that moves g by its own rounding.
+            assert!((got - plummer(r)[1]).abs() < 4e-15 * plummer(r)[1], "{r} {got}");
+        }
+    }
+
+    #[test]
+    fn panels_beside_a_rough_edge_are_left_out() {
+        // g = 1 inside, and 1 + (s - 1)^(5/2) beyond r = 1: the fifth difference of a panel there is too large.
+        let rough = |r: f64| {
+            let s = (r * r - 1.0).max(0.0);
+            [0.5 * r * r + s.powf(3.5) / 7.0, 1.0 + s.powf(2.5), 2.0 + 2.0 * s.powf(2.5) + 5.0 * r * r * s.powf(1.5)]
+        };
+        let domain = Domain { unit: 1.0, shift: 1.0, until: f64::INFINITY, ends: false, edge: true };
+        let mut table = rows::<f64>();
+        let head = build::<f64, 2>(&mut table, &domain, &rough).unwrap();
+        assert!(head.gap[0] == 2.0 && head.gap[1] > 2.0 && head.gap[1] <= 2.5, "{:?}", head.gap);
+    }
+
+    #[test]
+    fn a_table_may_end_within_a_panel() {
+        let domain = Domain { unit: 1.0, shift: 1.0, until: 5.01, ends: true, edge: false };
+        let mut table = rows::<f32>();
+        let jump = |r: f64| if r * r + 1.0 < 5.01 { plummer(r) } else { [0.0; 3] };
+        let head = build::<f32, 3>(&mut table, &domain, &jump).unwrap();
+        assert!(head.ends && head.last == 5.01 && head.error < 1e-6, "{head:?}");
+        let numbers = table[row::<f32>(5.005)];
+        let g = numbers[..4].iter().rev().fold(0.0, |sum, c| sum * 0.005 + c);
+        let got = f64::from(g) * 2.0_f64.powi(head.exponent);
+        let want = plummer(4.005_f64.sqrt())[1];
+        assert!((got - want).abs() < 3e-7 * want, "{got} {want}");
+    }
+}
