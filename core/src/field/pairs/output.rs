@@ -64,16 +64,16 @@ impl<'a, T: Real, const D: usize> Writer<'a, T, D> {
         }
     }
 
-    /// Writes the next results.
+    /// Writes the next results. (An iterator in front of a zip would lose an element where the other one ends.)
     pub fn write(&mut self, results: &[Contribution<T, D>]) {
         if let Some(to) = &mut self.potential {
-            to.by_ref().zip(results).for_each(|(to, result)| *to = result.potential);
+            results.iter().zip(to).for_each(|(result, to)| *to = result.potential);
         }
         if let Some(to) = &mut self.laplacian {
-            to.by_ref().zip(results).for_each(|(to, result)| *to = result.laplacian);
+            results.iter().zip(to).for_each(|(result, to)| *to = result.laplacian);
         }
         if let Some(to) = &mut self.gradient {
-            for (to, result) in to.by_ref().zip(results) {
+            for (result, to) in results.iter().zip(to) {
                 *to = result.gradient;
                 if let (Some((a, b)), [x, y, ..]) = (self.combination, to.as_mut_slice()) {
                     (*x, *y) = (a * *x - b * *y, a * *y + b * *x);

@@ -173,7 +173,7 @@ impl<'w, T: Real, const D: usize> Packed<'w, T, D> {
         for &count in &self.counts {
             let (class, later) = rest.split_at_checked(count).unwrap_or((rest, &[]));
             rest = later;
-            boxes.by_ref().zip(class.chunks(BLOCK)).for_each(|(bounds, block)| *bounds = bounds_of(block));
+            class.chunks(BLOCK).zip(&mut boxes).for_each(|(block, bounds)| *bounds = bounds_of(block));
         }
     }
 
