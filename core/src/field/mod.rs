@@ -80,6 +80,16 @@ pub struct Sources<'a, T, const D: usize> {
     pub masses: &'a [T],
 }
 
+impl<'a, T: Real, const D: usize> Sources<'a, T, D> {
+    /// The largest coordinate and the largest mass of every `stride`-th source.
+    fn largest(self, stride: usize) -> [T; 2] {
+        let larger = |most: T, x: T| if x.abs() > most { x.abs() } else { most };
+        let coordinates = self.positions.iter().step_by(stride).flatten();
+        let masses = self.masses.iter().step_by(stride);
+        [coordinates.fold(T::ZERO, |most, &x| larger(most, x)), masses.fold(T::ZERO, |most, &m| larger(most, m))]
+    }
+}
+
 /// Where results go, each `[n_targets]`. All are overwritten; `None` is not computed.
 #[derive(Debug)]
 pub struct Outputs<'a, T, const D: usize> {

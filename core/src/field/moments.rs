@@ -7,7 +7,11 @@
 //! Moments and positions are taken about the sources' centre (weights |m|): then sum |m| |y-c|^{2k} and
 //! |x-c|^{2k} sum |m| are each at most 4^k sum |m| |x-y|^{2k}, and the expansion loses a bounded factor only. The centre is
 //! estimated from a few sources and corrected, by a second pass, where that was not good enough.
+//!
+//! All of it is computed in units ([`Units`]) taken from the targets and a few sources; where that was not good enough for a power to stay in range, from all
+//! sources. So a true result in range is computed, whatever the scene's units.
 
+use super::pairs::{Units, power_of_two_pair as power_of_two};
 use super::{Counters, Options, Outputs, Run, Sources, Wanted, finite};
 use crate::error::{Error, Result};
 use crate::isa::{Plain, widest};
@@ -82,11 +86,19 @@ pub(super) fn workspace_bytes<T: Real, const D: usize>(
     Measure::of(|space| lay::<T>(space, monomials(D, degree), n_sources, workers).map(|_| ()))
 }
 
+/// Where offsets are taken from, and the powers of two that bring them and masses into units.
+#[derive(Clone, Copy)]
+struct Frame<T, const D: usize> {
+    centre: [T; D],
+    length: T,
+    mass: T,
+}
+
 /// Sums of one task's sources.
 struct Sum<'a, T, const D: usize> {
     positions: &'a [[T; D]],
     masses: &'a [T],
-    centre: [T; D],
+    frame: Frame<T, D>,
     degree: usize,
     running: &'a mut [[[T; LANES]; 3]],
     partial: &'a mut [T],
@@ -109,15 +121,15 @@ impl<T: Real, const D: usize> Plain for Sum<'_, T, D> {
 impl<T: Real, const D: usize> Sum<'_, T, D> {
     #[inline(always)]
     fn of_degree(self, degree: usize) {
-        let Self { positions, masses, centre, running, partial, .. } = self;
+        let Self { positions, masses, frame, running, partial, .. } = self;
         let count = running.len();
         let (words, extra) = partial.split_at_mut_checked(2 * count).unwrap_or((&mut [], &mut []));
         let mut sizes = [[T::ZERO; LANES]; EXTRA];
         running.fill([[T::ZERO; LANES]; 3]);
         for (group, weights) in positions.chunks(LANES * BLOCKS).zip(masses.chunks(LANES * BLOCKS)) {
             for (block, weight) in group.chunks(LANES).zip(weights.chunks(LANES)) {
-                let x = offsets(block, &centre);
-                let m = match <&[T; LANES]>::try_from(weight) {
+                let x = offsets(block, &frame);
+                let mut m = match <&[T; LANES]>::try_from(weight) {
                     Ok(whole) => *whole,
                     Err(_) => {
                         let mut m = [T::ZERO; LANES];
@@ -125,6 +137,7 @@ impl<T: Real, const D: usize> Sum<'_, T, D> {
                         m
                     }
                 };
+                m.iter_mut().for_each(|m| *m *= frame.mass);
                 add_block(&x, &m, degree, running, &mut sizes);
             }
             for [single, high, low] in running.iter_mut() {
@@ -146,16 +159,18 @@ impl<T: Real, const D: usize> Sum<'_, T, D> {
     }
 }
 
-/// Coordinates relative to the centre, lane by lane; lanes without a point are 0.
+/// Coordinates relative to the centre, in units, lane by lane; lanes without a point are 0.
 #[inline(always)]
-fn offsets<T: Real, const D: usize>(points: &[[T; D]], centre: &[T; D]) -> [[T; LANES]; D] {
+fn offsets<T: Real, const D: usize>(points: &[[T; D]], frame: &Frame<T, D>) -> [[T; LANES]; D] {
+    let Frame { centre, length, .. } = frame;
+    let length = *length;
     let mut x = [[T::ZERO; LANES]; D];
     if let Ok(points) = <&[[T; D]; LANES]>::try_from(points) {
         // a whole block: loops of known length
         for (d, (x, &c)) in x.iter_mut().zip(centre).enumerate() {
             for (x, point) in x.iter_mut().zip(points) {
                 if let Some(&y) = point.get(d) {
-                    *x = y - c;
+                    *x = y * length - c;
                 }
             }
         }
@@ -164,7 +179,7 @@ fn offsets<T: Real, const D: usize>(points: &[[T; D]], centre: &[T; D]) -> [[T; 
     for (lane, point) in points.iter().enumerate() {
         for ((x, &y), &c) in x.iter_mut().zip(point).zip(centre) {
             if let Some(x) = x.get_mut(lane) {
-                *x = y - c;
+                *x = y * length - c;
             }
         }
     }
@@ -394,7 +409,9 @@ fn step<T: Real>(sum: &mut [T; LANES], x: &[T; LANES], add: &[T; LANES]) {
 struct Evaluate<'a, T, const D: usize> {
     field: &'a Field<T>,
     degree: usize,
-    centre: [T; D],
+    frame: Frame<T, D>,
+    /// Factors, to be multiplied one after the other, from potential, gradient and Laplacian in units to true ones.
+    scales: [[T; 2]; 3],
     targets: &'a [[T; D]],
     outputs: Outputs<'a, T, D>,
 }
@@ -416,26 +433,27 @@ impl<T: Real, const D: usize> Plain for Evaluate<'_, T, D> {
 impl<T: Real, const D: usize> Evaluate<'_, T, D> {
     #[inline(always)]
     fn of_degree(self, degree: usize) {
-        let Self { field, centre, targets, outputs, .. } = self;
+        let Self { field, frame, scales: [of_potential, of_gradient, of_laplacian], targets, outputs, .. } = self;
         let Outputs { potential, gradient, laplacian } = outputs;
         if let Some(out) = potential {
             for (out, targets) in out.chunks_mut(LANES).zip(targets.chunks(LANES)) {
-                let values = horner(&field.value, degree, &offsets(targets, &centre));
-                out.iter_mut().zip(values).for_each(|(o, v)| *o = v);
+                let values = horner(&field.value, degree, &offsets(targets, &frame));
+                out.iter_mut().zip(values).for_each(|(o, v)| *o = v * of_potential[0] * of_potential[1]);
             }
         }
         if let Some(out) = laplacian {
             for (out, targets) in out.chunks_mut(LANES).zip(targets.chunks(LANES)) {
-                let values = horner(&field.laplacian, degree.saturating_sub(2), &offsets(targets, &centre));
-                out.iter_mut().zip(values).for_each(|(o, v)| *o = v);
+                let values = horner(&field.laplacian, degree.saturating_sub(2), &offsets(targets, &frame));
+                out.iter_mut().zip(values).for_each(|(o, v)| *o = v * of_laplacian[0] * of_laplacian[1]);
             }
         }
         if let Some(out) = gradient {
             for (out, targets) in out.chunks_mut(LANES).zip(targets.chunks(LANES)) {
-                let x = offsets(targets, &centre);
+                let x = offsets(targets, &frame);
                 let mut values = [[T::ZERO; LANES]; D];
                 for (values, c) in values.iter_mut().zip(&field.gradient) {
                     *values = horner(c, degree.saturating_sub(1), &x);
+                    values.iter_mut().for_each(|v| *v = *v * of_gradient[0] * of_gradient[1]);
                 }
                 if let Ok(out) = <&mut [[T; D]; LANES]>::try_from(&mut *out) {
                     // a whole block: loops of known length
@@ -483,11 +501,13 @@ pub(super) fn evaluate<T: Real, const D: usize>(
     let stop = || should_stop.is_some_and(|stop| stop());
     let each = 2 * count + EXTRA;
 
-    let stride = (n / SAMPLE).max(1);
-    let sample = sources.positions.iter().zip(sources.masses).step_by(stride);
-    let mut centre = mean(sample.map(|(y, &m)| (m.abs(), *y)));
+    let sample_stride = (n / SAMPLE).max(1);
+    let mut units = Units::of(sources.largest(sample_stride), targets);
+    let mut frame = Frame::new(&units, sources, sample_stride);
     let mut moments = [DoubleWord::ZERO; MONOMIALS];
-    for pass in 0..2 {
+    // At most: units from a few sources, a better centre in them, units from all sources, a better centre in these.
+    let (mut centred, mut measured) = (false, false);
+    for _ in 0..4 {
         let pieces = Chunks::new(&mut *arrays.partial, each);
         let running = Chunks::new(&mut *arrays.running, count);
         each_piece(run.executor, n.div_ceil(TASK), pieces, running, &|task, partial: &mut [T], running| {
@@ -500,7 +520,7 @@ pub(super) fn evaluate<T: Real, const D: usize>(
             else {
                 return Ok(());
             };
-            widest(run.level, Sum { positions, masses, centre, degree: highest, running, partial });
+            widest(run.level, Sum { positions, masses, frame, degree: highest, running, partial });
             Ok(())
         })?;
         moments = [DoubleWord::ZERO; MONOMIALS];
@@ -514,24 +534,31 @@ pub(super) fn evaluate<T: Real, const D: usize>(
                 *sum += v;
             }
         }
-        // |mean|^2 <= 3/4 of the mean square: the centre is within twice the sources' spread of their mean
-        let [weight, first @ .., square] = extra;
-        // a coordinate or mass that is not finite leaves its trace here; so do very large ones
-        if pass == 0
-            && !square.is_finite()
-            && !(finite(sources.positions.as_flattened(), run.level) && finite(sources.masses, run.level))
-        {
-            return Err(Error::NotFinite);
+        // A coordinate or mass that is not finite leaves its trace here; so do very large ones.
+        let in_range = moments.iter().map(|m| &m.hi).chain(&extra).all(|v| v.is_finite());
+        if !in_range {
+            if measured || !(finite(sources.positions.as_flattened(), run.level) && finite(sources.masses, run.level)) {
+                return Err(Error::NotFinite);
+            }
+            measured = true;
+            units = Units::of(sources.largest(1), targets);
+            frame = Frame::new(&units, sources, 1);
+            continue;
         }
+        // |mean|^2 <= 3/4 of the mean square: the centre is within twice the sources' spread of their mean.
+        let [weight, first @ .., square] = extra;
         let offset = first.map(|v| if weight > T::ZERO { v / weight } else { T::ZERO });
         let distance = offset.iter().fold(T::ZERO, |sum, &v| sum + v * v);
-        if pass == 1 || weight == T::ZERO || distance * T::from_f64(4.0) * weight <= T::from_f64(3.0) * square {
+        if centred || weight == T::ZERO || distance * T::from_f64(4.0) * weight <= T::from_f64(3.0) * square {
             break;
         }
-        for (c, v) in centre.iter_mut().zip(offset) {
-            *c += v;
-        }
+        centred = true;
+        frame.centre.iter_mut().zip(offset).for_each(|(c, v)| *c += v);
     }
+    let (far, largest) = far.in_units(units.position);
+    let far = &far;
+    let exponent = largest - units.mass;
+    let scales = [0, 1, 2].map(|times: i32| power_of_two(exponent + times * units.position));
     let field = Field::new::<D>(far, degree, (&moments, highest), options);
     let pieces = (
         outputs.potential.map(|p| Chunks::new(p, TASK)),
@@ -550,7 +577,7 @@ pub(super) fn evaluate<T: Real, const D: usize>(
             let start = task.saturating_mul(TASK);
             let targets = targets.get(start..targets.len().min(start.saturating_add(TASK))).unwrap_or(&[]);
             let outputs = Outputs { potential, gradient, laplacian };
-            widest(run.level, Evaluate { field: &field, degree, centre, targets, outputs });
+            widest(run.level, Evaluate { field: &field, degree, frame, scales, targets, outputs });
             Ok(())
         },
     )?;
@@ -561,11 +588,20 @@ pub(super) fn evaluate<T: Real, const D: usize>(
     Ok(())
 }
 
-/// The weighted mean; 0 without weight.
-fn mean<T: Real, const D: usize>(points: impl Iterator<Item = (T, [T; D])>) -> [T; D] {
-    let (weight, sum) = points.fold((T::ZERO, [T::ZERO; D]), |(weight, mut sum), (m, y)| {
-        sum.iter_mut().zip(y).for_each(|(s, y)| *s += m * y);
-        (weight + m, sum)
-    });
-    sum.map(|s| if weight > T::ZERO && (s / weight).is_finite() { s / weight } else { T::ZERO })
+impl<T: Real, const D: usize> Frame<T, D> {
+    /// The units' factors, and as centre the mean of every `stride`-th source by |mass|.
+    fn new(units: &Units<T>, sources: Sources<'_, T, D>, stride: usize) -> Self {
+        let (length, mass) = (T::ONE.ldexp(units.position), T::ONE.ldexp(units.mass));
+        let sample = sources.positions.iter().zip(sources.masses).step_by(stride);
+        let (weight, sum) = sample.fold((T::ZERO, [T::ZERO; D]), |(weight, mut sum), (x, &m)| {
+            let share = m.abs() * mass;
+            sum.iter_mut().zip(x).for_each(|(s, &x)| *s += share * (x * length));
+            (weight + share, sum)
+        });
+        let mut centre = [T::ZERO; D];
+        for (c, s) in centre.iter_mut().zip(sum) {
+            *c = if weight > T::ZERO && (s / weight).is_finite() { s / weight } else { T::ZERO };
+        }
+        Self { centre, length, mass }
+    }
 }

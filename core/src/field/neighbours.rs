@@ -5,6 +5,7 @@
 
 use core::sync::atomic::{AtomicUsize, Ordering};
 
+use super::pairs::BLOCK;
 use super::radix::{Entry, sort};
 use super::{Counters, Outputs, Run, Sources};
 use crate::error::{Error, Result};
@@ -140,7 +141,8 @@ where
         }
         let (mut looked, mut found) = (0, 0);
         for (x, out) in targets.iter().skip(task.saturating_mul(TASK)).zip(out) {
-            let mut sum = T::ZERO;
+            // Blocks of terms, so that the error grows with their length and their number, not with the product.
+            let (mut total, mut sum, mut terms) = (T::ZERO, T::ZERO, 0_usize);
             if let Some(cell) = grid.cell(x) {
                 each_row(&cell, |first, last| {
                     let start = entries.partition_point(|e| e[0] < first);
@@ -156,11 +158,16 @@ where
                         if t > T::ZERO {
                             found += 1;
                             sum += m * polynomials.density.at(t);
+                            terms += 1;
+                            if terms.is_multiple_of(BLOCK) {
+                                total += sum;
+                                sum = T::ZERO;
+                            }
                         }
                     }
                 });
             }
-            *out = sum;
+            *out = total + sum;
         }
         pairs.fetch_add(looked, Ordering::Relaxed);
         near.fetch_add(found, Ordering::Relaxed);

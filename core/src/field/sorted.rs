@@ -6,8 +6,10 @@
 //!
 //! Moments are taken about the sources' centre (weights |m|), which bounds sum |m| |y-c|^k and |x-c|^k sum |m| each by 2^k
 //! times sum |m| |x-y|^k: the expansion of (x-y)^k in them then loses a factor 4^k at most, not digits without bound. They are
-//! kept in double-word arithmetic, so that adding up n of them costs nothing more.
+//! kept in double-word arithmetic, so that adding up n of them costs nothing more. Near sources are added up in blocks. Everything is
+//! computed in units ([`Units`]), so that a true result in range is computed whatever the scene's units.
 
+use super::pairs::{BLOCK, Units, power_of_two_pair as power_of_two};
 use super::radix::{Entry, order};
 use super::{Counters, Outputs, Run, Sources, Wanted};
 use crate::error::{Error, Result};
@@ -114,10 +116,12 @@ pub(super) fn evaluate<T: Real, const D: usize>(
     let source = |index: usize| if mass(index) == T::ZERO { None } else { sources.positions.get(index).map(first) };
     let count = order(sources.positions.len(), source, entries, spare);
     let massless = sources.masses.len() - count;
+    let units = Units::of(sources.largest(1), targets);
+    let (length, heavy) = (T::ONE.ldexp(units.position), T::ONE.ldexp(units.mass));
     positions.iter_mut().skip(count).for_each(|y| *y = T::INFINITY);
     masses.iter_mut().skip(count).for_each(|m| *m = T::ZERO);
     for ((&index, y), m) in entries.as_flattened().iter().take(count).zip(positions.iter_mut()).zip(masses.iter_mut()) {
-        (*y, *m) = (source(index as usize).unwrap_or(T::ZERO), mass(index as usize));
+        (*y, *m) = (source(index as usize).unwrap_or(T::ZERO) * length, mass(index as usize) * heavy);
     }
     // The order of the targets is known already where they are the sources.
     let same = core::ptr::eq(sources.positions, targets) && massless == 0;
@@ -125,10 +129,15 @@ pub(super) fn evaluate<T: Real, const D: usize>(
         order(targets.len(), |index| targets.get(index).map(first), entries, spare);
     }
     let order = entries.as_flattened().get(..targets.len()).unwrap_or(&[]);
+    let (far, largest) = far.in_units(units.position);
+    let exponent = largest - units.mass;
     let all = Sweep::<T, D, POWERS> {
         kernel,
-        far,
-        near: kernel.near(),
+        far: &far,
+        near: kernel.near().map(|near| near.in_units(units.position, largest)),
+        units: (units.position, largest),
+        length,
+        scales: [0, 1, 2].map(|times: i32| power_of_two(exponent + times * units.position)),
         count,
         positions,
         masses,
@@ -162,6 +171,12 @@ struct Sweep<'a, 'k, T: Real, const D: usize, const N: usize> {
     kernel: &'a Kernel<'k, T, D>,
     far: &'a Far<T>,
     near: Option<Near<T>>,
+    /// What [`Far::in_units`] was given and returned.
+    units: (i32, i32),
+    /// The factor of the targets' coordinates.
+    length: T,
+    /// Factors of the results, to be multiplied one after the other.
+    scales: [[T; 2]; 3],
     /// How many sources there are; lanes of none follow them.
     count: usize,
     positions: &'a [T],
@@ -176,9 +191,24 @@ struct Sweep<'a, 'k, T: Real, const D: usize, const N: usize> {
 
 impl<'a, 'k, T: Real, const D: usize, const N: usize> Sweep<'a, 'k, T, D, N> {
     fn with_moments<const LESS: usize>(self) -> Sweep<'a, 'k, T, D, LESS> {
-        let Self { kernel, far, near, count, positions, masses, sorted_targets, order, targets, outputs, should_stop } =
-            self;
-        Sweep { kernel, far, near, count, positions, masses, sorted_targets, order, targets, outputs, should_stop }
+        let Self { kernel, far, near, units, length, scales, count, positions, masses, .. } = self;
+        let Self { sorted_targets, order, targets, outputs, should_stop, .. } = self;
+        Sweep {
+            kernel,
+            far,
+            near,
+            units,
+            length,
+            scales,
+            count,
+            positions,
+            masses,
+            sorted_targets,
+            order,
+            targets,
+            outputs,
+            should_stop,
+        }
     }
 }
 
@@ -192,6 +222,9 @@ impl<T: Real, const D: usize, const N: usize> Plain for Sweep<'_, '_, T, D, N> {
             kernel,
             far,
             near,
+            units,
+            length,
+            scales,
             count,
             positions,
             masses,
@@ -204,11 +237,12 @@ impl<T: Real, const D: usize, const N: usize> Plain for Sweep<'_, '_, T, D, N> {
         let (weights, reach) = (weights::<T, N>(far), far.reach);
         let (singular, wanted) = (kernel.is_singular(), outputs.wanted());
         let (sources, source_masses) = (positions.get(..count).unwrap_or(&[]), masses.get(..count).unwrap_or(&[]));
-        let (weight, moment) = sources.iter().zip(source_masses).fold((T::ZERO, T::ZERO), |(w, s), (&y, &m)| {
+        let none = (DoubleWord::ZERO, DoubleWord::ZERO);
+        let (weight, moment) = sources.iter().zip(source_masses).fold(none, |(w, s), (&y, &m)| {
             let share = m.abs();
-            (w + share, s + share * y)
+            (w.plus(share), s.plus(share * y))
         });
-        let centre = if weight > T::ZERO && (moment / weight).is_finite() { moment / weight } else { T::ZERO };
+        let centre = if weight.hi > T::ZERO { moment.hi / weight.hi } else { T::ZERO };
         let mut total = [DoubleWord::ZERO; N];
         for (&y, &m) in sources.iter().zip(source_masses) {
             add(&mut total, y - centre, m);
@@ -228,7 +262,7 @@ impl<T: Real, const D: usize, const N: usize> Plain for Sweep<'_, '_, T, D, N> {
             for ((step, &index), result) in (first_step..).zip(indices).zip(&mut results) {
                 let x = match sorted_targets {
                     Some(sorted) => sorted.get(step).copied(),
-                    None => targets.get(index as usize).map(first),
+                    None => targets.get(index as usize).map(|x| first(x) * length),
                 };
                 let Some(x) = x else { continue };
                 while let Some((y, m)) = source(low).filter(|&(y, _)| x - y > reach) {
@@ -255,11 +289,13 @@ impl<T: Real, const D: usize, const N: usize> Plain for Sweep<'_, '_, T, D, N> {
                     let masses_behind = masses.get(low..).unwrap_or(&[]);
                     let sums = match &near {
                         Some(near) => near_polynomials(near, (x, reach), behind, masses_behind, count, wanted),
-                        None => near_one_by_one(kernel, x, (behind, masses_behind), count, wanted),
+                        None => near_one_by_one(kernel, units, x, (behind, masses_behind), count, wanted),
                     };
                     (u, du, ddu) = (u + sums[0], du + sums[1], ddu + sums[2]);
                 }
-                *result = [u, du, ddu];
+                let [of_potential, of_gradient, of_laplacian] = &scales;
+                let scale = |value: T, factors: &[T; 2]| value * factors[0] * factors[1];
+                *result = [scale(u, of_potential), scale(du, of_gradient), scale(ddu, of_laplacian)];
             }
             let done = indices.iter().map(|&index| index as usize).zip(&results);
             if let Some(out) = outputs.potential.as_deref_mut() {
@@ -289,9 +325,14 @@ fn near_polynomials<T: Real>(
     count: usize,
     wanted: Wanted,
 ) -> [T; 3] {
-    let mut sums = [[T::ZERO; LANES]; 3];
+    let (mut totals, mut sums) = ([T::ZERO; 3], [[T::ZERO; LANES]; 3]);
+    let all = |lanes: [T; LANES]| lanes.into_iter().fold(T::ZERO, |sum, v| sum + v);
     for block in 0..count.div_ceil(LANES) {
         let start = LANES * block;
+        if start.is_multiple_of(BLOCK) {
+            totals.iter_mut().zip(&mut sums).for_each(|(total, lanes)| *total += all(*lanes));
+            sums = [[T::ZERO; LANES]; 3];
+        }
         let (Some(&y), Some(&mass)) = (
             positions.get(start..).and_then(<[T]>::first_chunk::<LANES>),
             masses.get(start..).and_then(<[T]>::first_chunk::<LANES>),
@@ -325,7 +366,8 @@ fn near_polynomials<T: Real>(
             ddu.iter_mut().zip(&m).zip(&value).for_each(|((sum, &m), &value)| *sum += m * value);
         }
     }
-    sums.map(|lanes| lanes.into_iter().fold(T::ZERO, |sum, v| sum + v))
+    totals.iter_mut().zip(sums).for_each(|(total, lanes)| *total += all(lanes));
+    totals
 }
 
 /// A polynomial in every lane, lowest power first, by Horner's rule.
@@ -353,16 +395,28 @@ fn near_series<T: Real>(near: &Near<T>, k: usize, t: &[T; LANES], s: &[T; LANES]
 #[inline(never)]
 fn near_one_by_one<T: Real, const D: usize>(
     kernel: &Kernel<'_, T, D>,
+    (position, largest): (i32, i32),
     x: T,
     (positions, masses): (&[T], &[T]),
     count: usize,
     wanted: Wanted,
 ) -> [T; 3] {
-    positions.iter().zip(masses).take(count).fold([T::ZERO; 3], |[u, du, ddu], (&y, &m)| {
-        let offset = x - y;
-        let [value, gradient, laplacian] = kernel.pair(offset.abs(), wanted.into());
-        [u + m * value, du + m * gradient * offset, ddu + m * laplacian]
-    })
+    let (positions, masses) = (positions.get(..count).unwrap_or(positions), masses.get(..count).unwrap_or(masses));
+    let mut totals = [T::ZERO; 3];
+    for (positions, masses) in positions.chunks(BLOCK).zip(masses.chunks(BLOCK)) {
+        let sums = positions.iter().zip(masses).fold([T::ZERO; 3], |[u, du, ddu], (&y, &m)| {
+            let offset = x - y;
+            let [value, factor, laplacian] = kernel.pair(offset.abs().ldexp(-position), wanted.into());
+            let slope = factor.ldexp(-largest - 2 * position);
+            [
+                u + m * value.ldexp(-largest),
+                du + m * slope * offset,
+                ddu + m * laplacian.ldexp(-largest - 2 * position),
+            ]
+        });
+        totals.iter_mut().zip(sums).for_each(|(total, sum)| *total += sum);
+    }
+    totals
 }
 
 impl From<Wanted> for [bool; 3] {

@@ -25,6 +25,20 @@ impl<T: Real> Far<T> {
         self.coefficients.iter().rposition(|&c| c != T::ZERO).unwrap_or(0)
     }
 
+    /// The polynomial of lengths in units, |x| being the true one times 2^`position`, less a power of two that is returned: the largest of its
+    /// coefficients is about 1, so that none overflows, and one that underflows has no part in values of that size.
+    pub(crate) fn in_units(&self, position: i32) -> (Self, i32) {
+        let exponent = |k: usize, c: T| c.frexp().1.saturating_sub(position.saturating_mul(k as i32));
+        let numbered = || self.coefficients.iter().enumerate().filter(|(_, c)| **c != T::ZERO);
+        let largest = numbered().map(|(k, &c)| exponent(k, c)).max().unwrap_or(0);
+        let mut scaled = *self;
+        for (k, c) in scaled.coefficients.iter_mut().enumerate() {
+            *c = c.ldexp(position.saturating_mul(k as i32).saturating_add(largest).saturating_neg());
+        }
+        scaled.reach = self.reach.ldexp(position);
+        (scaled, largest)
+    }
+
     /// Whether it is a polynomial of |x|^2.
     pub(crate) fn is_even(&self) -> bool {
         self.coefficients.iter().skip(1).step_by(2).all(|&c| c == T::ZERO)
@@ -103,6 +117,19 @@ pub(crate) struct Near<T> {
     pub(crate) square_terms: usize,
     /// 1/delta.
     pub(crate) per_delta: T,
+}
+
+impl<T: Real> Near<T> {
+    /// The polynomials of lengths in units, less the power of two that [`Far::in_units`] returned.
+    pub(crate) fn in_units(&self, position: i32, largest: i32) -> Self {
+        let mut scaled = *self;
+        let shifts = [0, 2, 2].map(|times: i32| position.saturating_mul(times).saturating_add(largest).saturating_neg());
+        for ((edge, square), shift) in scaled.edge.iter_mut().zip(&mut scaled.square).zip(shifts) {
+            edge.iter_mut().chain(square).for_each(|c| *c = c.ldexp(shift));
+        }
+        scaled.per_delta = self.per_delta.ldexp(-position);
+        scaled
+    }
 }
 
 impl<T: Real, const D: usize> Kernel<'_, T, D> {

@@ -42,7 +42,7 @@ mod tabulated;
 
 pub(in crate::field) use called::Called;
 pub(in crate::field) use newtonian::Newtonian;
-pub(in crate::field) use packed::Units;
+pub(in crate::field) use packed::{Units, power_of_two_pair};
 pub(in crate::field) use tabulated::Tabulated;
 
 use core::sync::atomic::{AtomicUsize, Ordering};
@@ -149,7 +149,8 @@ pub(in crate::field) fn evaluate<T: Real, const D: usize, K: PairKernel<T, D>, c
     run: &mut Run<'_>,
 ) -> Result<()> {
     let Call { options, sources, targets, outputs } = call;
-    let units = Units::of(kernel.length(), sources, targets);
+    let [coordinate, mass] = sources.largest(1);
+    let units = Units::of([coordinate.max(kernel.length()), mass], targets);
     let mut packed = Packed::<T, D>::lay(&mut Carve::reopen(workspace)?, sources.positions.len())?;
     packed.fill(units, sources.positions, sources.masses);
     let wanted = outputs.wanted();

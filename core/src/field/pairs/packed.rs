@@ -10,7 +10,6 @@
 use super::BLOCK;
 use super::lanes::{Bounds, List};
 use crate::error::{Error, Result};
-use crate::field::Sources;
 use crate::real::Real;
 use crate::space::Space;
 
@@ -43,16 +42,23 @@ pub(super) fn power_of_two<T: Real>(n: i32) -> T {
     T::ONE.ldexp(n)
 }
 
+/// 2^n as two factors in range, for |n| up to twice the largest exponent, to be multiplied one after the other.
+pub(in crate::field) fn power_of_two_pair<T: Real>(n: i32) -> [T; 2] {
+    let limit = T::MAX_EXPONENT - 2;
+    let clamp = |n: i32| n.max(-limit).min(limit);
+    let first = clamp(n);
+    [power_of_two(first), power_of_two(clamp(n - first))]
+}
+
 /// The largest magnitude.
 fn largest<T: Real>(start: T, numbers: &[T]) -> T {
     numbers.iter().fold(start, |x, &y| if y.abs() > x { y.abs() } else { x })
 }
 
 impl<T: Real> Units<T> {
-    /// Units in which `length`, the coordinates and the masses are at most about 1.
-    pub fn of<const D: usize>(length: T, sources: Sources<'_, T, D>, targets: &[[T; D]]) -> Self {
-        let length = largest(largest(length, sources.positions.as_flattened()), targets.as_flattened());
-        Self::new(length, largest(T::ZERO, sources.masses))
+    /// Units in which the largest length and mass, and the targets' coordinates, are at most about 1.
+    pub fn of<const D: usize>([length, mass]: [T; 2], targets: &[[T; D]]) -> Self {
+        Self::new(largest(length, targets.as_flattened()), mass)
     }
 
     /// Units in which the largest magnitudes are between 1/2 and 1 (0 has no magnitude: unit 1).
