@@ -72,8 +72,8 @@ const HEAD: &str = "/*
  * mollis: particles that interact through softened (\"mollified\") potentials.
  *
  * The caller owns all memory. Every function returns a status, MOLLIS_OK or one of MOLLIS_ERR_*, and hands results
- * back through pointers; a call that is refused leaves every output as it was. A null output means \"not wanted\".
- * Outputs must overlap nothing else of the call. A pointer with a length may be null when the length is 0.
+ * back through pointers; a call that is refused leaves every output as it was, but for what tells why (a report, first_bad).
+ * A null output means \"not wanted\". Outputs must overlap nothing else of the call. A pointer with a length may be null when the length is 0.
  * Coordinates of n points in D dimensions are an array `double x[n][D]`.
  * Functions with the suffix _f32 compute in float, those without one in double.
  *
