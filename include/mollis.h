@@ -7,6 +7,18 @@
  * Coordinates of n points in D dimensions are an array `double x[n][D]`.
  * Functions with the suffix _f32 compute in float, those without one in double.
  *
+ * Structures with a member `size` are filled by their _init function, which is told their sizeof: then a program built with
+ * an older header gets the defaults of what it does not know. A size of 0 is refused with MOLLIS_ERR_NOT_INITIALISED,
+ * one at which no member ends with MOLLIS_ERR_OPTIONS_SIZE.
+ *
+ * MOLLIS_ERR_NOT_FINITE: the first bad element is told through mollis_run.first_bad by functions that take a run, and found
+ * by mollis_first_bad_eval for the others.
+ *
+ * Functions of the host that the library calls (fill, evaluate, parallel_for, should_stop, after_step) must return. A C++
+ * exception that leaves one, or a longjmp across a call of the library, is undefined behaviour: catch it, keep it, return a
+ * status, and throw it again after the call, as examples_c/exceptions.cpp does. A status other than 0 that fill, evaluate or
+ * parallel_for returns ends the call and comes back unchanged, whatever its number. Those of the library are 1 to 255.
+ *
  * Made from the library's source by `cargo xtask header`: do not edit.
  */
 
@@ -38,8 +50,10 @@
 #define MOLLIS_ERR_WRONG_SCALAR 9
 /** the prepared object was made on a machine of other byte order. */
 #define MOLLIS_ERR_WRONG_BYTE_ORDER 10
-/** the options structure is larger than this library knows. */
+/** the options structure's size is none that this library knows. */
 #define MOLLIS_ERR_OPTIONS_SIZE 11
+/** the options structure was not filled by its _init function. */
+#define MOLLIS_ERR_NOT_INITIALISED 12
 /** an input value is not finite. */
 #define MOLLIS_ERR_NOT_FINITE 20
 /** delta must be positive and finite. */
@@ -183,7 +197,13 @@
 #define MOLLIS_WANT_LAPLACIAN 4
 
 /**
- * Free space: the field of all mass at its centre is prescribed on the mesh's border.
+ * No element is bad.
+ */
+#define MOLLIS_NONE_BAD UINT64_MAX
+
+/**
+ * Free space: the field of all mass at its centre is prescribed on the mesh's border, and acts outside. Closer to the centre than half of the
+ * smaller mesh width it is log(r) or -K0(k r) at that distance r, and its gradient falls linearly to 0.
  */
 #define MOLLIS_WALLS_FREE 0
 
@@ -193,7 +213,8 @@
 #define MOLLIS_WALLS_NO_FLUX 1
 
 /**
- * Free space, with the second moments of the mass in that field as well: for long or divided mass. Without screening only.
+ * Free space, with the second moments of the mass in that field as well: for long or divided mass. Without screening only. Their part is
+ * Q2 / r^2, Q2 = |sum m z^2| about the centre: closer than r = sqrt(2 Q2 / |M|), where the expansion means nothing, r is replaced by that.
  */
 #define MOLLIS_WALLS_FREE_QUADRUPOLE 2
 
@@ -326,7 +347,8 @@ typedef struct mollis_blob_options {
    */
   uint32_t size;
   /**
-   * Nonzero: watch the regularised energy, and stop with `MOLLIS_ERR_ENERGY_ROSE` when it rises beyond rounding. Default 0.
+   * Nonzero: watch the regularised energy, and stop with `MOLLIS_ERR_ENERGY_ROSE` when it rises beyond rounding. Its rate is -sum_i m_i
+   * |grad u(x_i)|^2, so it falls if no mass is negative: one that is is refused with `MOLLIS_ERR_MASS`. Default 0.
    */
   int32_t watch_energy;
   /**
@@ -354,8 +376,9 @@ typedef int32_t (*mollis_task)(void *data, size_t index, size_t worker);
  * The host's way to run independent tasks, perhaps on several threads.
  *
  * `parallel_for` must call `task(data, index, worker)` once for every `index` in `0 .. tasks`, with `worker < workers` and never two calls
- * with the same `worker` at a time, and return after all have returned: 0, or a status that ends the call. Results do not
- * depend on the order or on the number of threads, bit for bit.
+ * with the same `worker` at a time, and return after all have returned: 0, or another status, which ends the call and comes back
+ * unchanged (a particle step that is already being written is completed first). Results do not depend on the order or on the
+ * number of threads, bit for bit.
  */
 typedef struct mollis_executor {
   /**
@@ -396,6 +419,12 @@ typedef struct mollis_run {
    * Passed to `should_stop`.
    */
   void *stop_context;
+  /**
+   * Where a step or an evaluation that returns `MOLLIS_ERR_NOT_FINITE` writes the index of the first particle (source) with a
+   * coordinate, mass or density that is not finite; targets, tracers count after them. `MOLLIS_NONE_BAD`: it is a parameter, or a sum
+   * that overflows. Not written otherwise. May be null (the default).
+   */
+  uint64_t *first_bad;
 } mollis_run;
 
 /**
@@ -696,8 +725,9 @@ typedef struct mollis_pks_attraction {
    */
   double tolerance;
   /**
-   * MESH: particles of at least this mass, the 64 heaviest at most, act by `kernel` pair by pair, both ways and at every distance, and not
-   * through the mesh, which is wrong within some widths of a particle. The kernel is V of the mesh's equation, mollified over
+   * MESH: particles of at least this mass, the 64 heaviest at most (of equal masses those that come first in the arrays), act by `kernel` pair
+   * by pair, both ways and at every distance, and not through the mesh, which is wrong within some widths of a particle, and on which a mass below
+   * 4.4e-16 of the total adds nothing (see mollis_grid2_eval). The kernel is V of the mesh's equation, mollified over
    * a part of a mesh width (a quarter, say); sub-steps become short near them. Not with no-flux walls, nor with a singular kernel. 0: none.
    */
   double heavy;
@@ -728,7 +758,7 @@ typedef struct mollis_pks_counters {
 /**
  * A host's random generator: one stream of uniform bits, drawn serially in the order of the arrays.
  *
- * `fill` overwrites out[0 .. n] with uniform 64-bit words and returns 0; another status ends the call and comes back. A
+ * `fill` overwrites out[0 .. n] with uniform 64-bit words and returns 0; another status ends the call and comes back unchanged. A
  * run continues bit for bit when the host saves its state with the buffers.
  */
 typedef struct mollis_generator {
@@ -992,9 +1022,9 @@ mollis_status mollis_blob2_workspace_bytes(const void *kernel,
  * of the state as it is. `options`, `run` and `report` may be null. The workspace is garbage afterwards. Cost: four field evaluations a
  * step, one more if velocity, divergence or energy are wanted.
  *
- * A refused call writes nothing but `report`. A run that stops (`MOLLIS_ERR_BECAME_NOT_FINITE`, `MOLLIS_ERR_STOPPED`,
- * `MOLLIS_ERR_ENERGY_ROSE`) leaves positions and densities as they were after the last completed step, and velocity and
- * divergence unwritten.
+ * A refused call writes nothing but `report` (and `run->first_bad`). A run that stops (`MOLLIS_ERR_BECAME_NOT_FINITE`, also where only velocity, divergence or
+ * energy overflow, `MOLLIS_ERR_STOPPED`, `MOLLIS_ERR_ENERGY_ROSE`, the executor's own status) leaves positions and densities as they were after the last
+ * completed step, and velocity and divergence unwritten.
  *
  * # Safety
  * The contract of this header.
@@ -1520,8 +1550,8 @@ mollis_status mollis_field1_text(const void *kernel,
  * mollifier coincident pairs contribute nothing. `workspace` is garbage afterwards. `options`, `run`, `counters` may be null.
  *
  * The error is at most (16 + 256 + n/256) u times the sum of |m_j| |K_j|, componentwise (in 2D |K_j| + 1/(2 pi) for the
- * potential). Results do not depend on the number of threads, bit for bit. A refused call writes nothing; a stopped one has
- * written some outputs.
+ * potential). Results do not depend on the number of threads, bit for bit. A refused call writes nothing (but `run->first_bad`, with
+ * `MOLLIS_ERR_NOT_FINITE`: sources, then targets); a stopped one has written some outputs.
  *
  * # Safety
  * The contract of this header.
@@ -1816,6 +1846,28 @@ mollis_status mollis_field3_eval_f32(const void *kernel,
 mollis_status mollis_field_options_init(struct mollis_field_options *options, size_t size);
 
 /**
+ * Writes the index of the first of n elements of `each` numbers (n points in D dimensions: `each` is D) that holds one that is not finite, or
+ * `MOLLIS_NONE_BAD`: which element a function meant that returned `MOLLIS_ERR_NOT_FINITE` and takes no `mollis_run` to tell it.
+ *
+ * Refused, with `first` as it was: MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_OVERLAP.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_first_bad_eval(size_t n,
+                                    size_t each,
+                                    const double *values,
+                                    uint64_t *first);
+
+/**
+ * As `mollis_first_bad_eval`, in float.
+ *
+ * # Safety
+ * The contract of this header.
+ */
+mollis_status mollis_first_bad_eval_f32(size_t n, size_t each, const float *values, uint64_t *first);
+
+/**
  * Fills `options` with the defaults. `size` is `sizeof *options`.
  */
 mollis_status mollis_grid2_options_init(struct mollis_grid2_options *options, size_t size);
@@ -1825,7 +1877,7 @@ mollis_status mollis_grid2_options_init(struct mollis_grid2_options *options, si
  *
  * Refused: MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_NOT_FINITE, MOLLIS_ERR_OUT_OF_DOMAIN (an empty rectangle, fewer than 2 cells),
  * MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_UNKNOWN_VALUE (walls, order), MOLLIS_ERR_KERNEL_PARAMETER (screening), MOLLIS_ERR_UNSUPPORTED (second
- * moments with screening; order 4 with long or coarse cells), MOLLIS_ERR_OPTIONS_SIZE.
+ * moments with screening; order 4 with long or coarse cells), MOLLIS_ERR_OPTIONS_SIZE, MOLLIS_ERR_NOT_INITIALISED.
  */
 mollis_status mollis_grid2_workspace_bytes(const struct mollis_mesh2 *mesh,
                                            const struct mollis_grid2_options *options,
@@ -1845,6 +1897,10 @@ mollis_status mollis_grid2_workspace_bytes_f32(const struct mollis_mesh2 *mesh,
  * screening k. Cloud-in-cell deposit in 64-bit fixed point, the five-point scheme solved exactly, bilinear interpolation of its centred
  * differences (Zhelezov & Fatkullin, (3.6) to (3.10), whose c is -u); or the scheme of fourth order, see mollis_grid2_options.
  *
+ * Masses are rounded to a unit between 2^-50 and 2^-49 of the sum of |masses|, four shares each: beside the others a mass below 2^-51 =
+ * 4.4e-16 of that sum adds nothing, and one of 1e-12 has three digits. Of a source outside, the distance from the mesh's middle counts up to 1024 widths
+ * of the mesh in the centre of mass.
+ *
  * | output            | shape        |                                                                                  |
  * |-------------------|--------------|----------------------------------------------------------------------------------|
  * | gradient          | n_targets, 2 | grad u at the targets; outside the mesh that of all mass at its centre            |
@@ -1858,7 +1914,8 @@ mollis_status mollis_grid2_workspace_bytes_f32(const struct mollis_mesh2 *mesh,
  * sources, on the executor or on the level. The workspace is scratch, of mollis_grid2_workspace_bytes.
  *
  * Refused, with nothing written: the errors of mollis_grid2_workspace_bytes, MOLLIS_ERR_WORKSPACE_TOO_SMALL, MOLLIS_ERR_MISALIGNED,
- * MOLLIS_ERR_OVERLAP, MOLLIS_ERR_NOT_FINITE. MOLLIS_ERR_STOPPED, MOLLIS_ERR_EXECUTOR: outputs are then undefined.
+ * MOLLIS_ERR_OVERLAP, MOLLIS_ERR_NOT_FINITE (run->first_bad: sources, then targets). MOLLIS_ERR_STOPPED, MOLLIS_ERR_EXECUTOR, the executor's
+ * own: outputs are then undefined.
  */
 mollis_status mollis_grid2_eval(const struct mollis_mesh2 *mesh,
                                 const struct mollis_grid2_options *options,
@@ -2705,7 +2762,7 @@ mollis_status mollis_dual_norm3_eval_f32(const size_t (*points)[3],
 /**
  * The exact size of the workspace that mollis_pks_step needs for arrays with room for so many particles, with this run's executor.
  *
- * Refused: MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_OPTIONS_SIZE, MOLLIS_ERR_UNKNOWN_VALUE, MOLLIS_ERR_NOT_FINITE,
+ * Refused: MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_OVERLAP, MOLLIS_ERR_OPTIONS_SIZE, MOLLIS_ERR_NOT_INITIALISED, MOLLIS_ERR_UNKNOWN_VALUE, MOLLIS_ERR_NOT_FINITE,
  * MOLLIS_ERR_OUT_OF_DOMAIN (a negative noise, separation or probability not between 0 and 1, an empty mesh),
  * MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_UNSUPPORTED (heavy particles in a box, or by a singular kernel), and those of an unprepared kernel.
  */
@@ -2745,8 +2802,8 @@ mollis_status mollis_pks_workspace_bytes_f32(size_t room,
  *
  * MOLLIS_ERR_EVENTS_FULL: the step stopped before a merge that has no room; empty the buffers (or give larger ones) and call again with the
  * same workspace content: it goes on with counters->pending merges. Any other status leaves the state of the last completed step:
- * MOLLIS_ERR_TOO_MANY_SUBSTEPS, MOLLIS_ERR_BECAME_NOT_FINITE, MOLLIS_ERR_STOPPED, the generator's or executor's own. Refused with nothing
- * written: MOLLIS_ERR_NOT_FINITE, MOLLIS_ERR_MASS, MOLLIS_ERR_TIME_STEP, MOLLIS_ERR_OUT_OF_DOMAIN, MOLLIS_ERR_LENGTH_MISMATCH (count > room),
+ * MOLLIS_ERR_TOO_MANY_SUBSTEPS, MOLLIS_ERR_BECAME_NOT_FINITE, MOLLIS_ERR_STOPPED, the generator's or executor's own, as they returned it. Refused with nothing
+ * written: MOLLIS_ERR_NOT_FINITE (run->first_bad: the particle), MOLLIS_ERR_MASS, MOLLIS_ERR_TIME_STEP, MOLLIS_ERR_OUT_OF_DOMAIN, MOLLIS_ERR_LENGTH_MISMATCH (count > room),
  * MOLLIS_ERR_OVERLAP, MOLLIS_ERR_UNSUPPORTED (heavy particles in a box, or by a singular kernel), MOLLIS_ERR_WORKSPACE_TOO_SMALL, MOLLIS_ERR_NOT_PREPARED (pending merges that the workspace does not hold).
  */
 mollis_status mollis_pks_step(const struct mollis_pks_options *options,
@@ -2795,7 +2852,7 @@ mollis_status mollis_pks_options_init(struct mollis_pks_options *options, size_t
 
 /**
  * Overwrites `out` with what is known of a mass: `second_moment` is the integral of |x|^2 rho about its centre, `heavy` the n_heavy masses that
- * have become points (their sum at most the mass).
+ * have become points (their sum at most the mass). MOLLIS_ERR_NOT_FINITE: some number is not.
  */
 mollis_status mollis_pks_prediction_eval(double mass,
                                          double mu,

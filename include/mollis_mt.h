@@ -1,4 +1,4 @@
-/* A ready thread pool for mollis: link libmollis_mt instead of libmollis, and make the same calls.
+/* A ready thread pool for mollis: link libmollis_mt instead of libmollis (pkg-config mollis_mt), and make the same calls.
  *
  *     mollis_pool *pool;
  *     mollis_executor executor;

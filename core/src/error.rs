@@ -9,7 +9,7 @@ macro_rules! errors {
     ($($code:literal $name:ident $text:literal $doc:literal)*) => {
         /// Why a call was refused or a run stopped.
         ///
-        /// The number is the C code (`MOLLIS_ERR_*`); 0 is success. Numbers are never reused or changed.
+        /// The number is the C code (`MOLLIS_ERR_*`); 0 is success. Numbers are never reused or changed, and are below 256.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
         #[non_exhaustive]
         #[repr(i32)]
@@ -53,7 +53,8 @@ errors! {
     8 WrongVersion c"the prepared object was made by another version of the library" "The prepared object was made by another version of the library."
     9 WrongScalar c"the prepared object is for the other scalar type" "The prepared object is for the other scalar type."
     10 WrongByteOrder c"the prepared object was made on a machine of other byte order" "The prepared object was made on a machine of the other byte order."
-    11 OptionsSize c"the options structure is larger than this library knows" "The options structure was not filled by its `_init` function, or is larger than this library knows."
+    11 OptionsSize c"the options structure's size is none that this library knows" "The size in an options structure is none that this library knows: larger than the structure, or within one of its members (C only)."
+    12 NotInitialised c"the options structure was not filled by its _init function" "The size in an options structure is 0: it was not filled by its `_init` function (C only)."
     20 NotFinite c"an input value is not finite" "An input coordinate, mass or parameter is not finite."
     21 Delta c"delta must be positive and finite" "delta, the mollifier's length, must be positive and finite."
     22 Dimension c"the dimension must be 1, 2 or 3" "The dimension must be 1, 2 or 3."
@@ -72,7 +73,7 @@ errors! {
     43 TooManySubsteps c"a particle needs more sub-steps than allowed" "A particle needs more sub-steps than allowed."
     44 EnergyRose c"the energy rose beyond rounding" "The energy rose beyond rounding along a gradient flow."
     45 Generator c"the random generator reported an error" "The user's random generator reported an error."
-    46 Executor c"the executor did not run every task" "The executor did not run every task, or ran them with more workers than it stated."
+    46 Executor c"the executor did not run every task" "The executor did not run every task, ran them with more workers than it stated, or reported an error."
 }
 
 impl core::fmt::Display for Error {
@@ -95,6 +96,8 @@ mod tests {
         }
         for &e in Error::ALL {
             assert_eq!(Error::from_code(e as i32), Some(e));
+            // `space::each_piece` keeps a code in eight bits, and the C header promises the rest to hosts.
+            assert!((1..256).contains(&(e as i32)));
             assert!(!e.text().is_empty() && e.text().to_bytes().is_ascii());
         }
         assert_eq!(Error::from_code(0), None);

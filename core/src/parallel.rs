@@ -17,7 +17,8 @@ pub trait Executor: Sync {
     /// `worker` at a time; returns when all have returned.
     ///
     /// # Errors
-    /// What the host's pool reports; it ends the call and comes back unchanged.
+    /// What the host's pool reports; it ends the call and comes back unchanged. (A step of coalescing particles whose result is being copied is
+    /// completed without the executor.)
     fn run(&self, tasks: usize, task: &(dyn Fn(usize) + Sync)) -> Result<()>;
 }
 

@@ -357,7 +357,8 @@ fn values() {
 fn options_and_run() {
     let none = |_: &mut Pointers| {};
     refused(Error::OptionsSize, |c| c.options.size += 1, none);
-    refused(Error::OptionsSize, |c| c.options.size = 0, none);
+    refused(Error::NotInitialised, |c| c.options.size = 0, none);
+    refused(Error::NotInitialised, |c| c.run.size = 0, none);
     refused(Error::OptionsSize, |c| c.run.size = 4096, none);
     refused(Error::NotFinite, |c| c.options.tolerance = f64::NAN, none);
     refused(Error::OutOfDomain, |c| c.options.tolerance = -1e-3, none);
@@ -461,6 +462,42 @@ fn the_callback_sees_each_step_and_stops() {
     assert_eq!((seen[0].1, seen[0].2), (call.positions.read::<f64>(1)[0], call.density.read::<f64>(1)[0]));
     // No output is written by a run that stops.
     assert!(call.velocity.read::<u8>(16 * N).iter().all(|&b| b == 0xFF));
+}
+
+/// The energy of masses of both signs, or all negative, may rise along a correct run, so it is not watched.
+#[test]
+fn a_watched_energy_has_no_negative_mass() {
+    let spoil = |masses: &mut Block, index: usize, value: f64| {
+        let at = masses.start + 8 * index;
+        masses.memory[at..at + 8].copy_from_slice(&value.to_ne_bytes());
+    };
+    let watched = |call: &mut Call| {
+        call.options.watch_energy = 1;
+        let mut bytes = 0_usize;
+        let (block, options) = (call.kernel.pointer::<c_void>(), &raw const call.options);
+        // SAFETY: pointers to live locals.
+        let code = unsafe {
+            mollis_blob2_workspace_bytes(block, call.kernel_bytes, N, TRACERS, 7, options, null(), &raw mut bytes)
+        };
+        assert_eq!(code, 0);
+        (call.workspace, call.workspace_bytes) = (Block::new(bytes), bytes);
+    };
+    for index in [0, N - 1] {
+        let change = |c: &mut Call| {
+            watched(c);
+            spoil(&mut c.masses, index, -0.1);
+        };
+        let call = refused(Error::Mass, change, |_| {});
+        assert_eq!((call.report().steps, call.report().first_bad), (0, MOLLIS_BLOB_NONE_BAD));
+        // Without the watch they are masses like others, and so is 0 with it.
+        let mut call = Call::new();
+        spoil(&mut call.masses, index, -0.1);
+        assert_eq!(call.step(|_| {}), 0);
+        let mut call = Call::new();
+        watched(&mut call);
+        spoil(&mut call.masses, index, 0.0);
+        assert_eq!(call.step(|_| {}), 0);
+    }
 }
 
 /// The watch reports the energy, in every dimension and scalar.

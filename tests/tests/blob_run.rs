@@ -2,6 +2,7 @@
 
 use mollis_core::blob::{self, Advance, Moments, Report, State, Trajectories, Wanted};
 use mollis_core::field::{Interaction, Options, Run};
+use mollis_core::kernel::{Kernel, Law, Term};
 use mollis_core::mollifier::{Blob, Mollifier};
 use mollis_core::space::ALIGN;
 use mollis_core::{Error, Real};
@@ -367,6 +368,82 @@ fn a_value_that_becomes_non_finite_stops_the_run() {
     let mut again = start.clone();
     again.run(&kernel, Wanted { density: true, ..Wanted::default() }, 1e100, report.steps).0.unwrap();
     assert_eq!((&case.x, &case.rho), (&again.x, &again.rho));
+}
+
+/// A potential and a Laplacian that do not depend on the distance, and no field: positions stay where they are.
+struct Constant<T> {
+    value: T,
+    laplacian: T,
+}
+
+impl<T: Real> Interaction<T, 2> for Constant<T> {
+    fn value(&self, _: T) -> T {
+        self.value
+    }
+    fn gradient_factor(&self, _: T) -> T {
+        T::ZERO
+    }
+    fn laplacian(&self, _: T) -> T {
+        self.laplacian
+    }
+    fn is_singular(&self) -> bool {
+        false
+    }
+}
+
+/// Rates and energies that overflow where positions do not: no output is written, and the state is that of the last completed step.
+fn rates_that_overflow_are_no_results<T: Real>(far: f64) {
+    let only = Wanted::default();
+    let velocity = Wanted { velocity: true, ..only };
+    // |x|^4 / 4: the field is cubic, and far^3 beyond the scalar's range. A particle far away, then a tracer.
+    let terms = [Term { law: Law::Power { exponent: 4.0 }, coefficient: 1.0 }];
+    let mut memory = Workspace::new(Kernel::<T, 2>::workspace_bytes(&terms, Mollifier::None).unwrap());
+    let quartic = Kernel::<T, 2>::prepare(memory.get(), &terms, Mollifier::None, T::ONE).unwrap();
+    for tracer in [false, true] {
+        let mut case = Case::<T, 2>::random(3, 2);
+        let point = if tracer { &mut case.tracer_x[0] } else { &mut case.x[1] };
+        point[0] = T::from_f64(far);
+        let before = format!("{case:?}");
+        let (result, report) = case.run(&quartic, velocity, 0.0, 0);
+        assert_eq!((result, report.steps), (Err(Error::BecameNotFinite), 0));
+        assert_eq!(format!("{case:?}"), before);
+    }
+    // Two steps are completed, and only then the divergence is asked for: sum m Laplacian overflows, with masses of 2.
+    let constant = Constant { value: T::ZERO, laplacian: T::MAX };
+    let mut case = Case::<T, 2>::random(3, 2);
+    case.masses.fill(T::TWO);
+    let before = format!("{case:?}");
+    let (result, report) = case.run(&constant, Wanted { divergence: true, velocity: true, ..only }, 0.1, 2);
+    assert_eq!((result, report.steps), (Err(Error::BecameNotFinite), 2));
+    assert_eq!(format!("{case:?}"), before);
+    assert_eq!(case.run(&constant, velocity, 0.1, 2).0, Ok(()));
+    // The energy, before the first step and without any.
+    let constant = Constant { value: T::MAX, laplacian: T::ZERO };
+    for steps in [0, 2] {
+        let (result, report) = case.run(&constant, Wanted { energy: true, ..only }, 0.1, steps);
+        assert_eq!((result, report.steps), (Err(Error::BecameNotFinite), 0));
+    }
+}
+
+#[test]
+fn rates_that_overflow_are_no_results_in_either_precision() {
+    rates_that_overflow_are_no_results::<f64>(1e110);
+    rates_that_overflow_are_no_results::<f32>(1e14);
+}
+
+/// The energy of negative masses may rise along a correct run: it is not watched.
+#[test]
+fn a_watched_energy_has_no_negative_mass() {
+    let kernel = Newtonian::<f64, 2>::new(1.0, 0.3);
+    let watched = Wanted { energy: true, ..Wanted::default() };
+    let mut case = Case::<f64, 2>::random(9, 2);
+    case.masses[8] = -1e-300;
+    let before = format!("{case:?}");
+    let (result, report) = case.run(&kernel, watched, 0.01, 2);
+    assert_eq!((result, report), (Err(Error::Mass), Report::default()));
+    assert_eq!(format!("{case:?}"), before);
+    case.masses[8] = -0.0;
+    assert_eq!(case.run(&kernel, watched, 0.01, 2).0, Ok(()));
 }
 
 /// The energy falls along runs of either sign with the step estimate that holds anywhere, through collapse to a cluster;

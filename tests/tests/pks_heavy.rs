@@ -241,6 +241,39 @@ fn the_heaviest_are_taken_and_none_where_there_is_none() {
     assert!(nobody == without);
 }
 
+/// Of equal masses the first are taken: the others act through the mesh as if there were no room for more.
+#[test]
+fn of_equal_masses_the_first_are_taken() {
+    let n = MAX_HEAVY + 6;
+    let mut start = Particles { positions: Vec::new(), masses: vec![1.0; n] };
+    start.positions = (0..n).map(|k| [k % 9, k / 9].map(|i| 0.19 * i as f64 - 0.77)).collect();
+    for k in 0..n {
+        let [x, y] = start.positions[k];
+        start.positions.push([x + 0.3 * CORE, y]);
+        start.masses.push(1e-12);
+    }
+    let kernel = blob();
+    let heavy = Heavy { kernel: &kernel, mass: 1.0, core: CORE };
+    let dt = 1e-9;
+    let own = kernel.gradient_factor(0.3 * CORE) * 0.3 * CORE;
+    // The speed of the light particle beside each, by pairs and by the mesh, which hardly knows the one beside.
+    let taken = |start: &Particles<f64>| -> Vec<bool> {
+        let speeds = |heavy| {
+            let mut moved = start.clone();
+            steps(&mut moved, &quiet(1.0), equation(), heavy, dt, 1, &Serial).unwrap();
+            (n..2 * n).map(|k| (start.positions[k][0] - moved.positions[k][0]) / dt).collect::<Vec<_>>()
+        };
+        let (with, without) = (speeds(Some(&heavy)), speeds(None));
+        with.iter().zip(without).map(|(with, without)| with - without > 0.5 * own).collect()
+    };
+    let first: Vec<bool> = (0..n).map(|k| k < MAX_HEAVY).collect();
+    assert_eq!(taken(&start), first);
+    // A heavier one at the end takes the place of the last of them.
+    start.masses[n - 1] = 1.5;
+    let with_last: Vec<bool> = (0..n).map(|k| k < MAX_HEAVY - 1 || k == n - 1).collect();
+    assert_eq!(taken(&start), with_last);
+}
+
 #[test]
 fn threads_do_not_change_the_bits() {
     let mut start = Particles { positions: Vec::new(), masses: Vec::new() };

@@ -72,10 +72,22 @@ const HEAD: &str = "/*
  * mollis: particles that interact through softened (\"mollified\") potentials.
  *
  * The caller owns all memory. Every function returns a status, MOLLIS_OK or one of MOLLIS_ERR_*, and hands results
- * back through pointers; a call that is refused leaves every output as it was. A null output means \"not wanted\".
- * Outputs must overlap nothing else of the call. A pointer with a length may be null when the length is 0.
+ * back through pointers; a call that is refused leaves every output as it was, but for what tells why (a report, first_bad).
+ * A null output means \"not wanted\". Outputs must overlap nothing else of the call. A pointer with a length may be null when the length is 0.
  * Coordinates of n points in D dimensions are an array `double x[n][D]`.
  * Functions with the suffix _f32 compute in float, those without one in double.
+ *
+ * Structures with a member `size` are filled by their _init function, which is told their sizeof: then a program built with
+ * an older header gets the defaults of what it does not know. A size of 0 is refused with MOLLIS_ERR_NOT_INITIALISED,
+ * one at which no member ends with MOLLIS_ERR_OPTIONS_SIZE.
+ *
+ * MOLLIS_ERR_NOT_FINITE: the first bad element is told through mollis_run.first_bad by functions that take a run, and found
+ * by mollis_first_bad_eval for the others.
+ *
+ * Functions of the host that the library calls (fill, evaluate, parallel_for, should_stop, after_step) must return. A C++
+ * exception that leaves one, or a longjmp across a call of the library, is undefined behaviour: catch it, keep it, return a
+ * status, and throw it again after the call, as examples_c/exceptions.cpp does. A status other than 0 that fill, evaluate or
+ * parallel_for returns ends the call and comes back unchanged, whatever its number. Those of the library are 1 to 255.
  *
  * Made from the library's source by `cargo xtask header`: do not edit.
  */";

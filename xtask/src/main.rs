@@ -80,7 +80,7 @@ enum Command {
         /// Scenes to run, by file name without ending.
         scenes: Vec<String>,
     },
-    /// Builds for release and copies library, headers and a pkg-config file below a prefix.
+    /// Builds for release and copies both libraries, shared and static, headers and pkg-config files below a prefix.
     Install {
         /// Where to; made if missing.
         prefix: std::path::PathBuf,

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
 
-use crate::{coverage, examples, features, firmware, header, layers, shell, symbols};
+use crate::{coverage, examples, features, firmware, header, install, layers, shell, symbols};
 
 /// Passed and failed.
 #[derive(Clone, Copy, Default)]
@@ -28,6 +28,7 @@ const SUITES: &[Suite] = &[
     ("unit", "cargo test", cargo_test),
     ("features", "each combination of features builds", || checked(features::run())),
     ("symbols", "nothing but memory functions is needed", || checked(symbols::run())),
+    ("install", "programs find the libraries where they are installed", || counted(install::check())),
     ("languages", "the header and programs in C, C++ and Fortran", || counted(languages())),
     ("firmware", "bare machines give the host's bits, hold no panic and keep to their flash and stack", || {
         counted(firmware::run())

@@ -60,7 +60,12 @@ const FORBIDDEN: [&str; 18] = [
 
 /// Builds the library and returns the folder it lies in.
 pub fn build() -> Result<PathBuf> {
-    shell::run(shell::cargo().args(["build", "--quiet", "--profile", "library", "--package", "mollis"]))?;
+    package("mollis")
+}
+
+/// Builds one of the libraries as it is shipped and returns the folder it lies in.
+pub fn package(name: &str) -> Result<PathBuf> {
+    shell::run(shell::cargo().args(["build", "--quiet", "--profile", "library", "--package", name]))?;
     Ok(shell::target().join("library"))
 }
 
@@ -87,7 +92,7 @@ pub fn run() -> Result<()> {
 }
 
 /// Exported names: those of the header, no more and no fewer.
-fn exports(library: &Path, functions: &[String]) -> Result<Vec<String>> {
+pub fn exports(library: &Path, functions: &[String]) -> Result<Vec<String>> {
     let mut faults = Vec::new();
     let listed = shell::output(shell::program("nm").args(["-D", "--defined-only", "--format=posix"]).arg(library))?;
     let exported: Vec<&str> = listed.lines().filter_map(|line| line.split(' ').next()).collect();

@@ -61,10 +61,10 @@ impl<T: Real, const D: usize> Lattice<T, D> {
         if !(self.spacing > T::ZERO && self.spacing.is_finite()) {
             return Err(Error::OutOfDomain);
         }
+        let Arrays { residual, direction, image } = Arrays::lay(&mut Carve::new(workspace)?, n)?;
         if !values.iter().all(|v| v.is_finite()) {
             return Err(Error::NotFinite);
         }
-        let Arrays { residual, direction, image } = Arrays::lay(&mut Carve::new(workspace)?, n)?;
         self.place(values, &extended, residual);
 
         let largest = values.iter().fold(T::ZERO, |m, v| m.max(v.abs()));

@@ -24,7 +24,7 @@ pub struct Wanted {
     /// The velocity's divergence at the end: as above.
     pub divergence: bool,
     /// Watch the regularised energy (2.4): one potential sum a step, and one after the last; a rise beyond rounding
-    /// stops the run.
+    /// stops the run. It falls where no mass is negative: its rate is `-sum_i m_i |grad u(x_i)|^2`.
     pub energy: bool,
 }
 
@@ -246,8 +246,9 @@ pub struct Report {
 ///
 /// # Errors
 /// Refused, with nothing but `report` written: [`Error::LengthMismatch`], [`Error::TimeStep`], [`Error::NotFinite`],
-/// [`Error::WorkspaceTooSmall`], [`Error::Misaligned`]. Stopped, with the state of the last completed step and no
-/// output written: [`Error::BecameNotFinite`]; [`Error::Stopped`] by `after_step` or by `run.should_stop`;
+/// [`Error::Mass`] (a negative one where the energy is watched), [`Error::WorkspaceTooSmall`], [`Error::Misaligned`]. Stopped, with the
+/// state of the last completed step and no output written: [`Error::BecameNotFinite`] (the state, or what is wanted at its end);
+/// [`Error::Stopped`] by `after_step` or by `run.should_stop`;
 /// [`Error::EnergyRose`], with the state after the step that raised it; what [`field::evaluate`] returns.
 ///
 /// # Source
@@ -279,11 +280,14 @@ pub fn step<T: Real, const D: usize>(
     if advance.steps > 0 && !(advance.dt.is_finite() && advance.dt > T::ZERO) {
         return Err(Error::TimeStep);
     }
+    let mut arrays = Arrays::<T>::lay::<D>(&mut Carve::new(workspace)?, plan, run.executor.workers())?;
     report.first_bad = first_bad(masses, &particles, &tracers);
     if report.first_bad.is_some() {
         return Err(Error::NotFinite);
     }
-    let mut arrays = Arrays::<T>::lay::<D>(&mut Carve::new(workspace)?, plan, run.executor.workers())?;
+    if cfg!(not(feature = "small")) && wanted.energy && masses.iter().any(|&m| m < T::ZERO) {
+        return Err(Error::Mass);
+    }
     load::<T, D>(arrays.state, &particles, &tracers);
 
     let mut watch = Watch::new(plan, kernel, particles.positions, masses)?;
@@ -340,6 +344,11 @@ pub fn step<T: Real, const D: usize>(
         let seen = watch.see(masses, potential);
         report.energy = watch.energies();
         seen?;
+    }
+    // Rates may overflow where positions do not.
+    let finite = |wanted: bool, rates: &[T]| !wanted || rates.iter().all(|v| v.is_finite());
+    if !(finite(wanted.velocity, flow.as_flattened()) && finite(wanted.divergence, divergence)) {
+        return Err(Error::BecameNotFinite);
     }
     let (of_particles, of_tracers) = flow.split_at_checked(count).unwrap_or_default();
     negate_into(particles.velocity, of_particles, |v| v.map(|c| -c));
@@ -461,12 +470,15 @@ impl Watch {
         Ok(watch)
     }
 
-    /// The energy (2.4) of these potentials; an error if it is above the last one by more than rounding.
+    /// The energy (2.4) of these potentials; an error if it is above the last one by more than rounding, or not finite.
     fn see<T: Real>(&mut self, masses: &[T], potential: &[T]) -> Result<()> {
         let energy = energy_of(masses, potential);
         let rose = self.first.is_some() && energy > self.last + self.tolerance;
         self.first.get_or_insert(energy);
         self.last = energy;
+        if !energy.is_finite() {
+            return Err(Error::BecameNotFinite);
+        }
         if rose { Err(Error::EnergyRose) } else { Ok(()) }
     }
 

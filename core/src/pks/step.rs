@@ -166,7 +166,7 @@ pub struct Setting<'a, 'g, 'r, T: Real> {
 /// # Errors
 /// Before anything has changed: [`Error::LengthMismatch`], [`Error::NotFinite`], [`Error::Mass`], [`Error::TimeStep`], [`Error::OutOfDomain`],
 /// [`Error::WorkspaceTooSmall`], [`Error::Misaligned`], [`Error::TooLarge`] (2^32 steps or particles), those of the field and the generator,
-/// [`Error::TooManySubsteps`], [`Error::BecameNotFinite`], [`Error::Stopped`]. A stream generator may have been drawn from.
+/// [`Error::TooManySubsteps`], [`Error::BecameNotFinite`] (in the motion; [`Error::NotFinite`] is what was given), [`Error::Stopped`]. A stream generator may have been drawn from.
 /// [`Error::EventsFull`]: see above. [`Error::NotPrepared`]: merges are pending, but the workspace does not hold them.
 #[cfg_attr(feature = "small", inline(never))]
 pub fn step<T: Real>(
@@ -227,11 +227,16 @@ pub fn step<T: Real>(
 
     // (2): motion, into the workspace.
     let start = Start { before, total, attracted, clustered: found > 0, dt, number };
-    layout.advance(workspace, &start, attraction, generator, run, &mut report)?;
+    layout.advance(workspace, &start, attraction, generator, run, &mut report).map_err(in_run)?;
 
     // (3): collisions, decided on the positions before the motion.
     let to = Log { events: &mut events, counters, report };
     layout.settle(workspace, state, n, dt, to, Some((&criterion, found)))
+}
+
+/// The search has checked the particles, so what the motion finds otherwise has become so.
+fn in_run(error: Error) -> Error {
+    if error == Error::NotFinite { Error::BecameNotFinite } else { error }
 }
 
 /// What the layout depends on. Each part of a step lays the workspace out for itself, so that the arrays of one take no stack of
@@ -300,13 +305,13 @@ impl<T: Real> Layout<'_, T> {
         step: u64,
         attracted: bool,
     ) -> Result<Searched<T>> {
+        // Sizes before data. Not moved, as stacks may be short.
+        let mut arrays = self.open(workspace);
+        let Arrays { queue, found, recorded, .. } = arrays.as_mut().map_err(|error| *error)?;
         let (mesh, smallest, largest, total) = {
             let extent = Extent::of(positions, masses, self.executor)?;
             (Mesh::new(&self.options.search, &extent, step), extent.smallest, extent.largest, extent.total)
         };
-        // Not moved, as stacks may be short.
-        let mut arrays = self.open(workspace);
-        let Arrays { queue, found, recorded, .. } = arrays.as_mut().map_err(|error| *error)?;
         queue.clear();
         found.clear();
         if positions.len() < 2 || !attracted || criterion.impossible(largest, total) {

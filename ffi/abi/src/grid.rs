@@ -6,15 +6,18 @@ use mollis_core::grid::{Equation, Grid, Mesh, Order, Walls};
 use mollis_core::{Error, Real, Result};
 
 use crate::buffers::{Input, Output, disjoint, workspace};
-use crate::options::{self, Options};
-use crate::run::{HostRun, mollis_run};
+use crate::first_bad::first_bad;
+use crate::options;
+use crate::run::{HostRun, Told, mollis_run, with_run};
 use crate::status::{mollis_status, status};
 
-/// Free space: the field of all mass at its centre is prescribed on the mesh's border.
+/// Free space: the field of all mass at its centre is prescribed on the mesh's border, and acts outside. Closer to the centre than half of
+/// the smaller mesh width its potential is that at this distance, and its gradient falls linearly to 0.
 pub const MOLLIS_WALLS_FREE: i32 = 0;
 /// No flux through the border: particles outside act from, and are driven at, their mirror places.
 pub const MOLLIS_WALLS_NO_FLUX: i32 = 1;
 /// Free space, with the second moments of the mass in that field as well: for long or divided mass. Without screening only.
+/// Closer to the centre than sqrt(2 |Q| / |M|), Q = sum m (x + i y)^2 about it, where this expansion means nothing, their part grows no more.
 pub const MOLLIS_WALLS_FREE_QUADRUPOLE: i32 = 2;
 
 /// A rectangle cut into cells[0] by cells[1] equal cells, at least 2 each way. It has (cells[0] + 1) (cells[1] + 1) nodes; arrays over
@@ -64,11 +67,7 @@ pub struct mollis_grid2_options {
     pub reserved: i32,
 }
 
-// SAFETY: `repr(C)`, the size first; older versions are prefixes, and all members take any bytes an older caller wrote.
-unsafe impl Options for mollis_grid2_options {
-    const DEFAULT: Self =
-        Self { size: size_of::<Self>() as u32, walls: MOLLIS_WALLS_FREE, screening: 0.0, order: 2, reserved: 0 };
-}
+options::options!(mollis_grid2_options { walls: MOLLIS_WALLS_FREE, screening: 0.0, order: 2, reserved: 0 });
 
 pub(crate) fn equation<T: Real>(options: &mollis_grid2_options) -> Result<Equation<T>> {
     let walls = match options.walls {
@@ -112,7 +111,7 @@ unsafe fn workspace_bytes<T: Real>(
 ///
 /// Refused: MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_NOT_FINITE, MOLLIS_ERR_OUT_OF_DOMAIN (an empty rectangle, fewer than 2 cells),
 /// MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_UNKNOWN_VALUE (walls, order), MOLLIS_ERR_KERNEL_PARAMETER (screening), MOLLIS_ERR_UNSUPPORTED (second
-/// moments with screening; order 4 with long or coarse cells), MOLLIS_ERR_OPTIONS_SIZE.
+/// moments with screening; order 4 with long or coarse cells), MOLLIS_ERR_OPTIONS_SIZE, MOLLIS_ERR_NOT_INITIALISED.
 #[cfg(feature = "double")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_grid2_workspace_bytes(
@@ -154,11 +153,11 @@ unsafe fn eval<T: Real>(
     outside: *mut u64,
     memory: *mut c_void,
     bytes: usize,
-    run: *const mollis_run,
+    run: &HostRun,
+    told: &mut Told,
 ) -> Result<()> {
     // SAFETY: the caller promises the crate's contract, here and below.
-    let (mesh, options, run) =
-        unsafe { (mollis_mesh2::read::<T>(mesh)?, options::read(options)?, HostRun::read(run)?) };
+    let (mesh, options) = unsafe { (mollis_mesh2::read::<T>(mesh)?, options::read(options)?) };
     let (nodes, equation) = (mesh.nodes(), equation(&options)?);
     let (sources, masses) = (Input::new(sources, n_sources)?, Input::new(masses, n_sources)?);
     let targets = Input::new(targets, n_targets)?;
@@ -178,18 +177,21 @@ unsafe fn eval<T: Real>(
             total.map(Output::range),
             outside.map(Output::range),
             Some(memory.range()),
+            run.first_bad(),
         ],
         &[sources.range(), masses.range(), targets.range()],
     )?;
     // SAFETY: as above; outputs overlap nothing.
     let (sources, masses, targets) = unsafe { (sources.slice(), masses.slice(), targets.slice()) };
-    if !sources.iter().chain(targets).flatten().chain(masses).all(|v| v.is_finite()) {
-        return Err(Error::NotFinite);
-    }
     run.enter(|run| {
         // SAFETY: as above.
         let memory = unsafe { memory.slice() };
         let mut grid = Grid::prepare(memory, mesh, equation, run.executor.workers())?;
+        if !sources.iter().chain(targets).flatten().chain(masses).all(|v| v.is_finite()) {
+            told.first_bad = first_bad(sources, masses)
+                .or_else(|| first_bad::<T, 2>(targets, &[]).map(|index| sources.len().saturating_add(index)));
+            return Err(Error::NotFinite);
+        }
         let go_on = || if run.should_stop.is_some_and(|ask| ask()) { Err(Error::Stopped) } else { Ok(()) };
         grid.deposit(sources, masses, run.executor)?;
         go_on()?;
@@ -232,6 +234,10 @@ unsafe fn eval<T: Real>(
 /// screening k. Cloud-in-cell deposit in 64-bit fixed point, the five-point scheme solved exactly, bilinear interpolation of its centred
 /// differences (Zhelezov & Fatkullin, (3.6) to (3.10), whose c is -u); or the scheme of fourth order, see mollis_grid2_options.
 ///
+/// Masses are rounded to a unit between 2^-50 and 2^-49 of the sum of |masses|, four shares each: beside the others a mass below 2^-51 =
+/// 4.4e-16 of that sum adds nothing, and one of 1e-12 has three digits. Of a source outside, the distance from the mesh's middle counts up to 1024 widths
+/// of the mesh in the centre of mass.
+///
 /// | output            | shape        |                                                                                  |
 /// |-------------------|--------------|----------------------------------------------------------------------------------|
 /// | gradient          | n_targets, 2 | grad u at the targets; outside the mesh that of all mass at its centre            |
@@ -245,7 +251,8 @@ unsafe fn eval<T: Real>(
 /// sources, on the executor or on the level. The workspace is scratch, of mollis_grid2_workspace_bytes.
 ///
 /// Refused, with nothing written: the errors of mollis_grid2_workspace_bytes, MOLLIS_ERR_WORKSPACE_TOO_SMALL, MOLLIS_ERR_MISALIGNED,
-/// MOLLIS_ERR_OVERLAP, MOLLIS_ERR_NOT_FINITE. MOLLIS_ERR_STOPPED, MOLLIS_ERR_EXECUTOR: outputs are then undefined.
+/// MOLLIS_ERR_OVERLAP, MOLLIS_ERR_NOT_FINITE (run->first_bad: sources, then targets). MOLLIS_ERR_STOPPED, MOLLIS_ERR_EXECUTOR, the executor's
+/// own: outputs are then undefined.
 #[cfg(feature = "double")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_grid2_eval(
@@ -267,26 +274,29 @@ pub unsafe extern "C" fn mollis_grid2_eval(
     run: *const mollis_run,
 ) -> mollis_status {
     // SAFETY: the caller promises the crate's contract.
-    status(unsafe {
-        eval(
-            mesh,
-            options,
-            n_sources,
-            sources,
-            masses,
-            n_targets,
-            targets,
-            gradient,
-            node_mass,
-            node_potential,
-            node_gradient,
-            total,
-            outside,
-            workspace,
-            bytes,
-            run,
-        )
-    })
+    unsafe {
+        with_run(run, |host, told| {
+            eval(
+                mesh,
+                options,
+                n_sources,
+                sources,
+                masses,
+                n_targets,
+                targets,
+                gradient,
+                node_mass,
+                node_potential,
+                node_gradient,
+                total,
+                outside,
+                workspace,
+                bytes,
+                host,
+                told,
+            )
+        })
+    }
 }
 
 /// As mollis_grid2_eval, in single precision.
@@ -310,31 +320,35 @@ pub unsafe extern "C" fn mollis_grid2_eval_f32(
     run: *const mollis_run,
 ) -> mollis_status {
     // SAFETY: the caller promises the crate's contract.
-    status(unsafe {
-        eval(
-            mesh,
-            options,
-            n_sources,
-            sources,
-            masses,
-            n_targets,
-            targets,
-            gradient,
-            node_mass,
-            node_potential,
-            node_gradient,
-            total,
-            outside,
-            workspace,
-            bytes,
-            run,
-        )
-    })
+    unsafe {
+        with_run(run, |host, told| {
+            eval(
+                mesh,
+                options,
+                n_sources,
+                sources,
+                masses,
+                n_targets,
+                targets,
+                gradient,
+                node_mass,
+                node_potential,
+                node_gradient,
+                total,
+                outside,
+                workspace,
+                bytes,
+                host,
+                told,
+            )
+        })
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::options::Options;
     use core::ptr::{null, null_mut};
 
     #[repr(align(64))]

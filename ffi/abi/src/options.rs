@@ -6,11 +6,32 @@ use mollis_core::{Error, Result};
 /// A structure of options: starts with its size in bytes, as the caller's header has it.
 ///
 /// # Safety
-/// `#[repr(C)]`, `u32` first, no references, and any prefix of it may be replaced by bytes of an older version of it.
+/// `#[repr(C)]`, `u32` first, no references, and any prefix of whole members may be replaced by bytes of an older version of it.
 pub(crate) unsafe trait Options: Copy {
     /// The defaults of this library, the size included.
     const DEFAULT: Self;
+    /// Where members end: the sizes that a caller may state.
+    const ENDS: &[usize];
+
+    /// Refuses a size that is none of these.
+    fn check(size: usize) -> Result<()> {
+        if Self::ENDS.contains(&size) { Ok(()) } else { Err(Error::OptionsSize) }
+    }
 }
+
+/// Makes a structure one of [`Options`], with these defaults for all of its members but the size. A member that is left out does not
+/// compile, so none can be missing in the table of sizes.
+macro_rules! options {
+    ($name:ident { $($member:ident: $default:expr),* $(,)? }) => {
+        // SAFETY: `repr(C)`, the size first; all members take any bytes that an older caller wrote, and only whole ones are taken.
+        unsafe impl $crate::options::Options for $name {
+            const DEFAULT: Self = Self { size: size_of::<Self>() as u32, $($member: $default),* };
+            // A member ends where the next one begins, and the last where the structure does.
+            const ENDS: &[usize] = &[$(core::mem::offset_of!($name, $member),)* size_of::<$name>()];
+        }
+    };
+}
+pub(crate) use options;
 
 /// Writes the first `size` bytes of the defaults; the size field says `size`.
 ///
@@ -23,9 +44,7 @@ pub(crate) unsafe fn init<T: Options>(options: *mut T, size: usize) -> Result<()
     if !options.addr().is_multiple_of(align_of::<T>()) {
         return Err(Error::Misaligned);
     }
-    if size < size_of::<u32>() || size > size_of::<T>() {
-        return Err(Error::OptionsSize);
-    }
+    T::check(size)?;
     let stated = u32::try_from(size).map_err(|_| Error::OptionsSize)?;
     let defaults = T::DEFAULT;
     // SAFETY: `size` is at most the size of both; the caller promises that many writable bytes. The first four are the
@@ -51,10 +70,11 @@ pub(crate) unsafe fn read<T: Options>(options: *const T) -> Result<T> {
     }
     // SAFETY: the size comes first, by the trait's contract.
     let size = usize::try_from(unsafe { options.cast::<u32>().read() }).map_err(|_| Error::OptionsSize)?;
-    if size < size_of::<u32>() || size > size_of::<T>() {
-        return Err(Error::OptionsSize);
+    if size == 0 {
+        return Err(Error::NotInitialised);
     }
-    // SAFETY: `size` bytes are readable, as the caller promises, and fit; any prefix may be replaced.
+    T::check(size)?;
+    // SAFETY: `size` bytes are readable, as the caller promises, and fit; any prefix of whole members may be replaced.
     unsafe { core::ptr::copy_nonoverlapping(options.cast::<u8>(), (&raw mut known).cast::<u8>(), size) };
     Ok(known)
 }

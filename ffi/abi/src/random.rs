@@ -11,7 +11,7 @@ use crate::status::{mollis_status, status};
 
 /// A host's random generator: one stream of uniform bits, drawn serially in the order of the arrays.
 ///
-/// `fill` overwrites out[0 .. n] with uniform 64-bit words and returns 0; another status ends the call and comes back. A
+/// `fill` overwrites out[0 .. n] with uniform 64-bit words and returns 0; another status ends the call and comes back unchanged. A
 /// run continues bit for bit when the host saves its state with the buffers.
 #[repr(C)]
 #[derive(Clone, Copy)]
@@ -22,14 +22,14 @@ pub struct mollis_generator {
     pub fill: Option<unsafe extern "C" fn(state: *mut c_void, out: *mut u64, n: usize) -> i32>,
 }
 
-/// A C caller's generator as core's.
-#[allow(dead_code, reason = "taken by the functions that draw")]
+/// A C caller's generator as core's, remembering a status that it returned: that is no error of the library's, whatever its number.
 pub(crate) struct HostGenerator {
     state: *mut c_void,
     fill: unsafe extern "C" fn(*mut c_void, *mut u64, usize) -> i32,
+    /// 0: none but success.
+    pub(crate) refused: mollis_status,
 }
 
-#[allow(dead_code, reason = "taken by the functions that draw")]
 impl HostGenerator {
     /// # Safety
     /// The crate's contract for `generator` and what it points to.
@@ -42,17 +42,15 @@ impl HostGenerator {
         }
         // SAFETY: not null, aligned, and the caller promises a generator there.
         let mollis_generator { state, fill } = unsafe { *generator };
-        Ok(Self { state, fill: fill.ok_or(Error::NullPointer)? })
+        Ok(Self { state, fill: fill.ok_or(Error::NullPointer)?, refused: 0 })
     }
 }
 
 impl Generator for HostGenerator {
     fn fill(&mut self, _: u64, _: u32, _: u32, out: &mut [u64]) -> Result<()> {
         // SAFETY: the host's own function, with what its contract says.
-        match unsafe { (self.fill)(self.state, out.as_mut_ptr(), out.len()) } {
-            0 => Ok(()),
-            code => Err(Error::from_code(code).unwrap_or(Error::Generator)),
-        }
+        self.refused = unsafe { (self.fill)(self.state, out.as_mut_ptr(), out.len()) };
+        if self.refused == 0 { Ok(()) } else { Err(Error::Generator) }
     }
 }
 
@@ -180,7 +178,7 @@ mod tests {
         let mut host = unsafe { HostGenerator::read(&raw const generator) }.unwrap();
         let mut out = [0; 3];
         assert_eq!((host.fill(9, 9, 9, &mut out), out), (Ok(()), [1, 2, 3]));
-        assert_eq!(host.fill(0, 0, 0, &mut out), Err(Error::Generator));
+        assert_eq!((host.fill(0, 0, 0, &mut out), host.refused), (Err(Error::Generator), -7));
         // SAFETY: null is refused, and a missing function is.
         unsafe {
             assert_eq!(HostGenerator::read(core::ptr::null()).err(), Some(Error::NullPointer));

@@ -1,6 +1,8 @@
 //! How a call runs: instruction set, executor, request to stop. Arguments of a call, never stored.
 
 use core::ffi::c_void;
+#[cfg(not(feature = "small"))]
+use core::sync::atomic::{AtomicI32, Ordering};
 
 use mollis_core::field::Run;
 use mollis_core::isa::Level;
@@ -9,8 +11,11 @@ use mollis_core::parallel::{Executor, Serial};
 use mollis_core::space::MAX_WORKERS;
 use mollis_core::{Error, Result};
 
+use crate::buffers::{Output, Range};
+use crate::diagnostics::put;
+use crate::first_bad::MOLLIS_NONE_BAD;
 use crate::mollis_status;
-use crate::options::{self, Options};
+use crate::options;
 use crate::status::status;
 
 /// The fastest instruction set of the machine.
@@ -30,8 +35,9 @@ pub type mollis_task = Option<unsafe extern "C" fn(data: *mut c_void, index: usi
 /// The host's way to run independent tasks, perhaps on several threads.
 ///
 /// `parallel_for` must call `task(data, index, worker)` once for every `index` in `0 .. tasks`, with `worker < workers` and never two calls
-/// with the same `worker` at a time, and return after all have returned: 0, or a status that ends the call. Results do not
-/// depend on the order or on the number of threads, bit for bit.
+/// with the same `worker` at a time, and return after all have returned: 0, or another status, which ends the call and comes back
+/// unchanged (a particle step that is already being written is completed first). Results do not depend on the order or on the
+/// number of threads, bit for bit.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct mollis_executor {
@@ -58,18 +64,19 @@ pub struct mollis_run {
     pub should_stop: Option<unsafe extern "C" fn(context: *mut c_void) -> i32>,
     /// Passed to `should_stop`.
     pub stop_context: *mut c_void,
+    /// Where a step or an evaluation that returns `MOLLIS_ERR_NOT_FINITE` writes the index of the first particle (source) with a
+    /// coordinate, mass or density that is not finite; targets, tracers count after them. `MOLLIS_NONE_BAD`: it is a parameter, or a sum
+    /// that overflows. Not written otherwise. May be null (the default).
+    pub first_bad: *mut u64,
 }
 
-// SAFETY: `repr(C)`, the size first; older versions are prefixes, and all members take any bytes an older caller wrote.
-unsafe impl Options for mollis_run {
-    const DEFAULT: Self = Self {
-        size: size_of::<Self>() as u32,
-        level: MOLLIS_LEVEL_BEST,
-        executor: core::ptr::null(),
-        should_stop: None,
-        stop_context: core::ptr::null_mut(),
-    };
-}
+options::options!(mollis_run {
+    level: MOLLIS_LEVEL_BEST,
+    executor: core::ptr::null(),
+    should_stop: None,
+    stop_context: core::ptr::null_mut(),
+    first_bad: core::ptr::null_mut()
+});
 
 /// Fills `run` with the defaults. `size` is `sizeof *run`.
 ///
@@ -93,15 +100,19 @@ pub(crate) fn level(number: i32) -> Result<Level> {
     }
 }
 
-/// The host's executor as core's.
+/// The host's executor as core's, remembering a status that it returned: that is no error of the library's, whatever its number.
+#[cfg(not(feature = "small"))]
 struct Host {
     executor: mollis_executor,
     parallel_for: unsafe extern "C" fn(*mut c_void, usize, mollis_task, *mut c_void) -> i32,
+    refused: AtomicI32,
 }
 
 // SAFETY: the context is only passed on to the host's own function, from the thread that called mollis.
+#[cfg(not(feature = "small"))]
 unsafe impl Sync for Host {}
 
+#[cfg(not(feature = "small"))]
 impl Executor for Host {
     fn workers(&self) -> usize {
         self.executor.workers
@@ -118,7 +129,10 @@ impl Executor for Host {
         // SAFETY: the host's function, with what its contract says.
         match unsafe { (self.parallel_for)(self.executor.context, tasks, Some(enter), data) } {
             0 => Ok(()),
-            code => Err(Error::from_code(code).unwrap_or(Error::Executor)),
+            status => {
+                self.refused.store(status, Ordering::Relaxed);
+                Err(Error::Executor)
+            }
         }
     }
 }
@@ -145,6 +159,47 @@ pub(crate) struct HostRun {
     #[cfg(not(feature = "small"))]
     executor: Option<Host>,
     stop: Option<Stop>,
+    first_bad: Option<Output<u64>>,
+}
+
+/// What a call finds out beside its result.
+#[derive(Default)]
+pub(crate) struct Told {
+    /// With [`Error::NotFinite`]: the first element that is bad, if it is one.
+    pub first_bad: Option<usize>,
+    /// With [`Error::Generator`]: the status that the host's generator returned; 0: the error is the library's.
+    pub generator: mollis_status,
+}
+
+/// Reads a caller's wishes, calls `body` with them and answers with its status: a host's own comes back as it was given, and the first bad
+/// element goes where the caller wants it.
+///
+/// # Safety
+/// The crate's contract for `run` and what it points to.
+pub(crate) unsafe fn with_run(
+    run: *const mollis_run,
+    body: impl FnOnce(&HostRun, &mut Told) -> Result<()>,
+) -> mollis_status {
+    // SAFETY: passed on.
+    let run = unsafe { HostRun::read(run) };
+    let run = match &run {
+        Ok(run) => run,
+        Err(error) => return status(Err(*error)),
+    };
+    let mut told = Told::default();
+    let result = body(run, &mut told);
+    let refused = run.refused();
+    match result {
+        // The library can go on without the executor where it only copies; the call is over all the same.
+        Ok(()) | Err(Error::Executor) if refused != 0 => refused,
+        Err(Error::Generator) if told.generator != 0 => told.generator,
+        Err(Error::NotFinite) => {
+            // SAFETY: passed on; the body has checked that nothing overlaps it.
+            unsafe { put(run.first_bad, told.first_bad.map_or(MOLLIS_NONE_BAD, |index| index as u64)) };
+            status(result)
+        }
+        _ => status(result),
+    }
 }
 
 impl HostRun {
@@ -173,7 +228,7 @@ impl HostRun {
             if !(1..=MAX_WORKERS).contains(&executor.workers) {
                 return Err(Error::OutOfDomain);
             }
-            Some(Host { executor, parallel_for })
+            Some(Host { executor, parallel_for, refused: AtomicI32::new(0) })
         };
         let stop = run.should_stop.map(|ask| Stop { ask, context: run.stop_context });
         Ok(Self {
@@ -181,7 +236,22 @@ impl HostRun {
             #[cfg(not(feature = "small"))]
             executor,
             stop,
+            first_bad: Output::optional(run.first_bad, 1)?,
         })
+    }
+
+    /// Where the first bad element is told: an output of every call that gets this run.
+    pub(crate) fn first_bad(&self) -> Option<Range> {
+        self.first_bad.map(Output::range)
+    }
+
+    /// The status that the host's executor returned; 0: none but success.
+    pub(crate) fn refused(&self) -> mollis_status {
+        #[cfg(not(feature = "small"))]
+        if let Some(host) = &self.executor {
+            return host.refused.load(Ordering::Relaxed);
+        }
+        0
     }
 
     /// How many workers a workspace must serve.
@@ -208,6 +278,7 @@ impl HostRun {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::options::Options;
 
     /// A structure of the caller's size only is written, and an older caller's is completed by defaults.
     #[test]
@@ -225,6 +296,9 @@ mod tests {
                 bytes[0] = size as u64;
                 assert_eq!(HostRun::read(run).err(), Some(code));
             }
+            (*run).size = 0;
+            assert_eq!(HostRun::read(run).err(), Some(Error::NotInitialised));
+            assert_eq!(mollis_run_init(run, 0), Error::OptionsSize as i32);
             assert_eq!(mollis_run_init(core::ptr::null_mut(), whole), Error::NullPointer as i32);
             assert_eq!(mollis_run_init(run.byte_add(4), whole), Error::Misaligned as i32);
             assert_eq!(mollis_run_init(run, whole), 0);
@@ -248,9 +322,47 @@ mod tests {
                 return code;
             }
         }
-        // The second call fails.
+        // The second call fails, with a number that the library uses too.
         // SAFETY: the test passes its counter.
         if unsafe { *context.cast::<usize>() } > 5 { Error::TooLarge as i32 } else { 0 }
+    }
+
+    /// What the body says of itself and what the host's functions returned are kept apart by more than their numbers.
+    #[test]
+    fn a_hosts_status_is_never_taken_for_the_librarys() {
+        let mut asked = 0_usize;
+        let executor = mollis_executor { context: (&raw mut asked).cast(), workers: 2, parallel_for: Some(serial) };
+        let mut bad = 7_u64;
+        let run = mollis_run { executor: &raw const executor, first_bad: &raw mut bad, ..mollis_run::DEFAULT };
+        let too_large = Error::TooLarge as i32;
+        let call = |tasks: usize, generator: i32, result: Result<()>| {
+            let body = |host: &HostRun, told: &mut Told| {
+                *told = Told { first_bad: Some(3), generator };
+                host.enter(|run| run.executor.run(tasks, &|_| ())).and(result)
+            };
+            // SAFETY: all pointers are to live locals.
+            unsafe { with_run(&raw const run, body) }
+        };
+        assert_eq!(call(5, 0, Ok(())), 0);
+        assert_eq!(call(0, 0, Err(Error::Executor)), Error::Executor as i32);
+        assert_eq!(call(0, 0, Err(Error::Generator)), Error::Generator as i32);
+        assert_eq!(call(0, 3, Err(Error::Generator)), 3);
+        assert_eq!(call(0, 3, Err(Error::Executor)), Error::Executor as i32);
+        assert_eq!(bad, 7);
+        assert_eq!((call(0, 3, Err(Error::NotFinite)), bad), (Error::NotFinite as i32, 3));
+        assert_eq!(call(1, 0, Err(Error::Delta)), too_large, "the executor's error came first");
+        let swallowed = |host: &HostRun, _: &mut Told| {
+            assert!(host.enter(|run| run.executor.run(1, &|_| ())).is_err());
+            Ok(())
+        };
+        // SAFETY: as above.
+        assert_eq!(unsafe { with_run(&raw const run, swallowed) }, too_large);
+        let other = |host: &HostRun, _: &mut Told| {
+            assert!(host.enter(|run| run.executor.run(1, &|_| ())).is_err());
+            Err(Error::EventsFull)
+        };
+        // SAFETY: as above.
+        assert_eq!(unsafe { with_run(&raw const run, other) }, Error::EventsFull as i32);
     }
 
     #[test]
@@ -271,7 +383,7 @@ mod tests {
             })
         };
         assert_eq!(again(5), Ok(()));
-        assert_eq!(again(3), Err(Error::TooLarge));
+        assert_eq!((again(3), host.refused()), (Err(Error::Executor), Error::TooLarge as i32));
         assert_eq!(count.into_inner(), 8);
         for (workers, parallel_for, error) in [
             (0, Some(serial as _), Error::OutOfDomain),

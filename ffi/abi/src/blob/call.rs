@@ -13,7 +13,8 @@ use super::options::{
     mollis_blob_options, mollis_blob_report, read_options,
 };
 use crate::buffers::{Input, Output, disjoint, workspace};
-use crate::run::{HostRun, mollis_run};
+use crate::run::{HostRun, Told, mollis_run, with_run};
+use crate::status::mollis_status;
 
 /// The arguments of a size query.
 pub struct Query {
@@ -80,7 +81,12 @@ impl<T: Real, const D: usize> Call<T, D>
 where
     [T; D]: Plain,
 {
-    pub fn step(self) -> Result<()> {
+    pub fn step(self) -> mollis_status {
+        // SAFETY: the contract of the extern functions.
+        unsafe { with_run(self.run, |host, told| self.advance(host, told)) }
+    }
+
+    fn advance(&self, host: &HostRun, told: &mut Told) -> Result<()> {
         let n = self.n;
         let all = self.all()?;
         let kernel = Input::<u8>::new(self.kernel.cast(), self.kernel_bytes)?;
@@ -96,12 +102,17 @@ where
         let report = Output::optional(self.report.cast::<u64>(), size_of::<mollis_blob_report>() / 8)?;
         let workspace = workspace(self.workspace, self.workspace_bytes)?;
         let inputs = [kernel.range(), masses.range()];
-        let always =
-            [Some(workspace.range()), Some(positions.range()), density.map(Output::range), report.map(Output::range)];
+        let always = [
+            Some(workspace.range()),
+            Some(positions.range()),
+            density.map(Output::range),
+            report.map(Output::range),
+            host.first_bad(),
+        ];
         if cfg!(feature = "small") {
             disjoint(&always, &inputs)?;
         } else {
-            let [workspace, positions, density, report] = always;
+            let [workspace, positions, density, report, bad] = always;
             let outputs = [
                 positions,
                 density,
@@ -112,6 +123,7 @@ where
                 tracer_velocity.map(Output::range),
                 report,
                 workspace,
+                bad,
             ];
             disjoint(&outputs, &inputs)?;
         }
@@ -120,7 +132,7 @@ where
             return Err(Error::Unsupported);
         }
         // SAFETY: the contract of the extern functions.
-        let (host, kernel) = unsafe { (HostRun::read(self.run)?, Kernel::<T, D>::open(kernel.slice())) };
+        let kernel = unsafe { Kernel::<T, D>::open(kernel.slice()) };
         // Looked at where it is: moving it out would take its size of the stack once more.
         let kernel = kernel.as_ref().map_err(|&error| error)?;
         // With no tracers the particles alone decide whether densities are advanced.
@@ -167,6 +179,7 @@ where
         }
         let mut said = Report::default();
         let result = host.enter(|run| blob::step(plan, kernel, state, advance, scratch, run, &mut said));
+        told.first_bad = said.first_bad;
         if report.is_some() {
             let (energy_first, energy_last) = said.energy.unwrap_or((f64::NAN, f64::NAN));
             let first_bad = said.first_bad.map_or(MOLLIS_BLOB_NONE_BAD, |k| k as u64);

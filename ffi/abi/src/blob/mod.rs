@@ -77,7 +77,7 @@ pub unsafe extern "C" fn mollis_blob1_step(
         workspace,
         workspace_bytes,
     };
-    status(call.step())
+    call.step()
 }
 
 /// As `mollis_blob2_workspace_bytes`, in one dimension and float.
@@ -147,7 +147,7 @@ pub unsafe extern "C" fn mollis_blob1_step_f32(
         workspace,
         workspace_bytes,
     };
-    status(call.step())
+    call.step()
 }
 
 /// Bytes of workspace that `mollis_blob2_step` needs.
@@ -191,9 +191,9 @@ pub unsafe extern "C" fn mollis_blob2_workspace_bytes(
 /// of the state as it is. `options`, `run` and `report` may be null. The workspace is garbage afterwards. Cost: four field evaluations a
 /// step, one more if velocity, divergence or energy are wanted.
 ///
-/// A refused call writes nothing but `report`. A run that stops (`MOLLIS_ERR_BECAME_NOT_FINITE`, `MOLLIS_ERR_STOPPED`,
-/// `MOLLIS_ERR_ENERGY_ROSE`) leaves positions and densities as they were after the last completed step, and velocity and
-/// divergence unwritten.
+/// A refused call writes nothing but `report` (and `run->first_bad`). A run that stops (`MOLLIS_ERR_BECAME_NOT_FINITE`, also where only velocity, divergence or
+/// energy overflow, `MOLLIS_ERR_STOPPED`, `MOLLIS_ERR_ENERGY_ROSE`, the executor's own status) leaves positions and densities as they were after the last
+/// completed step, and velocity and divergence unwritten.
 ///
 /// # Safety
 /// The contract of this header.
@@ -241,7 +241,7 @@ pub unsafe extern "C" fn mollis_blob2_step(
         workspace,
         workspace_bytes,
     };
-    status(call.step())
+    call.step()
 }
 
 /// As `mollis_blob2_workspace_bytes`, in two dimensions and float.
@@ -309,7 +309,7 @@ pub unsafe extern "C" fn mollis_blob2_step_f32(
         workspace,
         workspace_bytes,
     };
-    status(call.step())
+    call.step()
 }
 
 /// As `mollis_blob2_workspace_bytes`, in three dimensions.
@@ -379,7 +379,7 @@ pub unsafe extern "C" fn mollis_blob3_step(
         workspace,
         workspace_bytes,
     };
-    status(call.step())
+    call.step()
 }
 
 /// As `mollis_blob2_workspace_bytes`, in three dimensions and float.
@@ -449,5 +449,5 @@ pub unsafe extern "C" fn mollis_blob3_step_f32(
         workspace,
         workspace_bytes,
     };
-    status(call.step())
+    call.step()
 }

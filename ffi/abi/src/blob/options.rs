@@ -5,7 +5,7 @@ use core::ffi::c_void;
 use mollis_core::field;
 use mollis_core::{Error, Real, Result};
 
-use crate::options::{self, Options};
+use crate::options;
 use crate::status::{mollis_status, status};
 
 /// The step will be given densities to advance.
@@ -24,7 +24,8 @@ pub const MOLLIS_BLOB_NONE_BAD: u64 = u64::MAX;
 pub struct mollis_blob_options {
     /// Bytes of this structure, as `mollis_blob_options_init` sets it.
     pub size: u32,
-    /// Nonzero: watch the regularised energy, and stop with `MOLLIS_ERR_ENERGY_ROSE` when it rises beyond rounding. Default 0.
+    /// Nonzero: watch the regularised energy, and stop with `MOLLIS_ERR_ENERGY_ROSE` when it rises beyond rounding. Its rate is -sum_i m_i
+    /// |grad u(x_i)|^2, so it falls if no mass is negative: one that is is refused with `MOLLIS_ERR_MASS`. Default 0.
     pub watch_energy: i32,
     /// The relative error that field sums may spend for speed; 0 (the default) asks for rounding alone.
     pub tolerance: f64,
@@ -43,16 +44,12 @@ pub struct mollis_blob_options {
     pub context: *mut c_void,
 }
 
-// SAFETY: `repr(C)`, the size first; any prefix may be replaced by what an older caller wrote.
-unsafe impl Options for mollis_blob_options {
-    const DEFAULT: Self = Self {
-        size: size_of::<Self>() as u32,
-        watch_energy: 0,
-        tolerance: 0.0,
-        after_step: None,
-        context: core::ptr::null_mut(),
-    };
-}
+options::options!(mollis_blob_options {
+    watch_energy: 0,
+    tolerance: 0.0,
+    after_step: None,
+    context: core::ptr::null_mut()
+});
 
 /// What a run says about itself. Written by every step that got as far as reading its arrays, also when it then refuses or
 /// stops.

@@ -7,12 +7,13 @@ pub use options::*;
 use core::ffi::{c_char, c_void};
 
 use mollis_core::field::{self, Counters, Outputs, Plan, Run, Sources, Wanted};
-use mollis_core::{Real, Result};
+use mollis_core::{Error, Real, Result};
 
 use crate::buffers::{Input, Output, disjoint, workspace};
+use crate::first_bad::first_bad;
 use crate::kernel::open;
 use crate::options::read;
-use crate::run::{HostRun, mollis_run};
+use crate::run::{HostRun, Told, mollis_run, with_run};
 use crate::status::{mollis_status, status};
 
 /// What a plan is made from.
@@ -113,6 +114,19 @@ unsafe fn evaluate<T: Real, const D: usize>(
     buffers: Buffers<T, D>,
     run: *const mollis_run,
     counters: *mut mollis_counters,
+) -> mollis_status {
+    // SAFETY: passed on.
+    unsafe { with_run(run, |host, told| sum(ask, buffers, host, counters, told)) }
+}
+
+/// # Safety
+/// The crate's contract.
+unsafe fn sum<T: Real, const D: usize>(
+    ask: Ask,
+    buffers: Buffers<T, D>,
+    host: &HostRun,
+    counters: *mut mollis_counters,
+    told: &mut Told,
 ) -> Result<()> {
     let (n, k) = (ask.n_sources, ask.n_targets);
     let block = Input::new(ask.kernel.cast::<u8>(), ask.kernel_bytes)?;
@@ -130,6 +144,7 @@ unsafe fn evaluate<T: Real, const D: usize>(
             laplacian.map(Output::range),
             Some(memory.range()),
             counts.map(Output::range),
+            host.first_bad(),
         ],
         &[block.range(), positions.range(), masses.range(), targets.range()],
     )?;
@@ -137,9 +152,10 @@ unsafe fn evaluate<T: Real, const D: usize>(
         Wanted { potential: potential.is_some(), gradient: gradient.is_some(), laplacian: laplacian.is_some() };
     let ask = Ask { wanted, ..ask };
     // SAFETY: the caller promises the crate's contract.
-    let (host, plan) = unsafe { (HostRun::read(run)?, ask.plan::<T, D>()?) };
-    // SAFETY: as above.
-    let kernel = unsafe { open::<T, D>(ask.kernel, ask.kernel_bytes) }?;
+    let (plan, kernel) = unsafe { (ask.plan::<T, D>()?, open::<T, D>(ask.kernel, ask.kernel_bytes)?) };
+    if buffers.workspace_bytes < plan.workspace_bytes(host.workers())? {
+        return Err(Error::WorkspaceTooSmall);
+    }
     // SAFETY: as above; outputs and workspace overlap nothing.
     let (sources, targets, outputs, memory) = unsafe {
         (
@@ -154,11 +170,16 @@ unsafe fn evaluate<T: Real, const D: usize>(
         )
     };
     let mut done = Counters::default();
-    host.enter(|run| {
+    let result = host.enter(|run| {
         let (level, executor, should_stop) = (run.level, run.executor, run.should_stop);
         let mut run = Run { level, executor, should_stop, counters: Some(&mut done) };
         field::evaluate(&plan, &kernel, sources, targets, outputs, memory, &mut run)
-    })?;
+    });
+    if result == Err(Error::NotFinite) {
+        let of_sources = first_bad(sources.positions, sources.masses);
+        told.first_bad = of_sources.or_else(|| first_bad::<T, D>(targets, &[]).map(|index| n.saturating_add(index)));
+    }
+    result?;
     if let Some(counts) = counts {
         // SAFETY: as above.
         for to in unsafe { counts.slice() } {
@@ -230,8 +251,8 @@ pub unsafe extern "C" fn mollis_field1_text(
 /// mollifier coincident pairs contribute nothing. `workspace` is garbage afterwards. `options`, `run`, `counters` may be null.
 ///
 /// The error is at most (16 + 256 + n/256) u times the sum of |m_j| |K_j|, componentwise (in 2D |K_j| + 1/(2 pi) for the
-/// potential). Results do not depend on the number of threads, bit for bit. A refused call writes nothing; a stopped one has
-/// written some outputs.
+/// potential). Results do not depend on the number of threads, bit for bit. A refused call writes nothing (but `run->first_bad`, with
+/// `MOLLIS_ERR_NOT_FINITE`: sources, then targets); a stopped one has written some outputs.
 ///
 /// # Safety
 /// The contract of this header.
@@ -257,7 +278,7 @@ pub unsafe extern "C" fn mollis_field1_eval(
     let ask = Ask { kernel, kernel_bytes, n_sources, n_targets, wanted: Wanted::default(), options };
     let buffers = Buffers { positions, masses, targets, potential, gradient, laplacian, workspace, workspace_bytes };
     // SAFETY: this function's own contract.
-    status(unsafe { evaluate(ask, buffers, run, counters) })
+    unsafe { evaluate(ask, buffers, run, counters) }
 }
 
 /// As `mollis_field1_workspace_bytes`.
@@ -333,7 +354,7 @@ pub unsafe extern "C" fn mollis_field1_eval_f32(
     let ask = Ask { kernel, kernel_bytes, n_sources, n_targets, wanted: Wanted::default(), options };
     let buffers = Buffers { positions, masses, targets, potential, gradient, laplacian, workspace, workspace_bytes };
     // SAFETY: this function's own contract.
-    status(unsafe { evaluate(ask, buffers, run, counters) })
+    unsafe { evaluate(ask, buffers, run, counters) }
 }
 
 /// As `mollis_field1_workspace_bytes`.
@@ -409,7 +430,7 @@ pub unsafe extern "C" fn mollis_field2_eval(
     let ask = Ask { kernel, kernel_bytes, n_sources, n_targets, wanted: Wanted::default(), options };
     let buffers = Buffers { positions, masses, targets, potential, gradient, laplacian, workspace, workspace_bytes };
     // SAFETY: this function's own contract.
-    status(unsafe { evaluate(ask, buffers, run, counters) })
+    unsafe { evaluate(ask, buffers, run, counters) }
 }
 
 /// As `mollis_field1_workspace_bytes`.
@@ -483,7 +504,7 @@ pub unsafe extern "C" fn mollis_field2_eval_f32(
     let ask = Ask { kernel, kernel_bytes, n_sources, n_targets, wanted: Wanted::default(), options };
     let buffers = Buffers { positions, masses, targets, potential, gradient, laplacian, workspace, workspace_bytes };
     // SAFETY: this function's own contract.
-    status(unsafe { evaluate(ask, buffers, run, counters) })
+    unsafe { evaluate(ask, buffers, run, counters) }
 }
 
 /// As `mollis_field1_workspace_bytes`.
@@ -559,7 +580,7 @@ pub unsafe extern "C" fn mollis_field3_eval(
     let ask = Ask { kernel, kernel_bytes, n_sources, n_targets, wanted: Wanted::default(), options };
     let buffers = Buffers { positions, masses, targets, potential, gradient, laplacian, workspace, workspace_bytes };
     // SAFETY: this function's own contract.
-    status(unsafe { evaluate(ask, buffers, run, counters) })
+    unsafe { evaluate(ask, buffers, run, counters) }
 }
 
 /// As `mollis_field1_workspace_bytes`.
@@ -635,5 +656,5 @@ pub unsafe extern "C" fn mollis_field3_eval_f32(
     let ask = Ask { kernel, kernel_bytes, n_sources, n_targets, wanted: Wanted::default(), options };
     let buffers = Buffers { positions, masses, targets, potential, gradient, laplacian, workspace, workspace_bytes };
     // SAFETY: this function's own contract.
-    status(unsafe { evaluate(ask, buffers, run, counters) })
+    unsafe { evaluate(ask, buffers, run, counters) }
 }

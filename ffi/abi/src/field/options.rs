@@ -4,7 +4,7 @@ use mollis_core::field::{self, Accumulation, Method, Wanted};
 use mollis_core::space::Plain;
 use mollis_core::{Error, Result};
 
-use crate::options::{self, Options};
+use crate::options;
 use crate::status::{mollis_status, status};
 
 /// The plan chooses.
@@ -50,17 +50,13 @@ pub struct mollis_field_options {
     pub tolerance: f64,
 }
 
-// SAFETY: `repr(C)`, the size first; older versions are prefixes, and all members take any bytes an older caller wrote.
-unsafe impl Options for mollis_field_options {
-    const DEFAULT: Self = Self {
-        size: size_of::<Self>() as u32,
-        method: MOLLIS_METHOD_AUTO,
-        accumulation: MOLLIS_ACCUMULATION_BLOCKED,
-        reserved: 0,
-        combination: [1.0, 0.0],
-        tolerance: 0.0,
-    };
-}
+options::options!(mollis_field_options {
+    method: MOLLIS_METHOD_AUTO,
+    accumulation: MOLLIS_ACCUMULATION_BLOCKED,
+    reserved: 0,
+    combination: [1.0, 0.0],
+    tolerance: 0.0
+});
 
 impl mollis_field_options {
     pub(super) fn to_core(self) -> Result<field::Options> {

@@ -21,13 +21,14 @@ use mollis_core::space::{ALIGN, Plain};
 use mollis_core::{Error, Real, Result};
 
 use crate::buffers::{Input, Output, disjoint, workspace};
+use crate::first_bad::first_bad;
 #[cfg(not(feature = "small"))]
 use crate::grid::{equation, mollis_mesh2};
 use crate::kernel;
 #[cfg(not(feature = "small"))]
 use crate::options as structures;
 use crate::random::{HostGenerator, mollis_generator};
-use crate::run::{HostRun, mollis_run};
+use crate::run::{HostRun, Told, mollis_run, with_run};
 use crate::status::{mollis_status, status};
 
 /// The options of a sum: not held where there is nothing to choose.
@@ -130,6 +131,10 @@ unsafe fn size<T: Real>(
 ) -> Result<()> {
     let bytes = Output::new(bytes, 1)?;
     // SAFETY: the caller promises the crate's contract.
+    if let Some(kernel) = kernel_of(&unsafe { fetch(attraction) }?)? {
+        disjoint(&[Some(bytes.range())], &[kernel.range()])?;
+    }
+    // SAFETY: as above.
     let (options, chosen, run) =
         unsafe { (read_options::<T>(options)?, Chosen::<T>::read(attraction)?, HostRun::read(run)?) };
     let (own, grid) = chosen.bytes(room, &options, run.workers())?;
@@ -138,9 +143,20 @@ unsafe fn size<T: Real>(
     Ok(())
 }
 
+/// The kernel's block, if this kind of attraction looks at it.
+fn kernel_of(attraction: &mollis_pks_attraction) -> Result<Option<Input<u8>>> {
+    // The feature `small` refuses the mesh, and has no comparison of doubles.
+    let heavy =
+        cfg!(not(feature = "small")) && attraction.kind == MOLLIS_PKS_ATTRACTION_MESH && attraction.heavy != 0.0;
+    if heavy || attraction.kind == MOLLIS_PKS_ATTRACTION_SUM {
+        return Input::new(attraction.kernel.cast::<u8>(), attraction.kernel_bytes).map(Some);
+    }
+    Ok(None)
+}
+
 /// The exact size of the workspace that mollis_pks_step needs for arrays with room for so many particles, with this run's executor.
 ///
-/// Refused: MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_OPTIONS_SIZE, MOLLIS_ERR_UNKNOWN_VALUE, MOLLIS_ERR_NOT_FINITE,
+/// Refused: MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_OVERLAP, MOLLIS_ERR_OPTIONS_SIZE, MOLLIS_ERR_NOT_INITIALISED, MOLLIS_ERR_UNKNOWN_VALUE, MOLLIS_ERR_NOT_FINITE,
 /// MOLLIS_ERR_OUT_OF_DOMAIN (a negative noise, separation or probability not between 0 and 1, an empty mesh),
 /// MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_UNSUPPORTED (heavy particles in a box, or by a singular kernel), and those of an unprepared kernel.
 #[cfg(feature = "double")]
@@ -225,7 +241,7 @@ where
     /// # Safety
     /// The crate's contract.
     #[cfg_attr(feature = "small", inline(never))]
-    unsafe fn buffers(&self) -> Result<Buffers<T>> {
+    unsafe fn buffers(&self, host: &HostRun) -> Result<Buffers<T>> {
         let room = self.room;
         let (positions, masses) = (Output::new(self.positions, room)?, Output::new(self.masses, room)?);
         // Who brings no report pays nothing for counting.
@@ -244,11 +260,7 @@ where
         let mut kernel = own_log;
         if cfg!(not(feature = "small")) {
             // SAFETY: as above.
-            let given = unsafe { fetch(self.attraction)? };
-            if given.kind == MOLLIS_PKS_ATTRACTION_SUM || given.kind == MOLLIS_PKS_ATTRACTION_MESH && given.heavy != 0.0
-            {
-                kernel = Input::new(given.kernel.cast::<u8>(), given.kernel_bytes)?;
-            }
+            kernel = kernel_of(&unsafe { fetch(self.attraction)? })?.unwrap_or(own_log);
         }
         disjoint(
             &[
@@ -261,6 +273,7 @@ where
                 Some(log.range()),
                 Some(absorbed.range()),
                 Some(memory.range()),
+                host.first_bad(),
             ],
             &[own_log.range(), kernel.range()],
         )?;
@@ -272,7 +285,14 @@ where
 
     /// # Safety
     /// The crate's contract.
-    unsafe fn step(self) -> Result<()> {
+    unsafe fn step(self) -> mollis_status {
+        // SAFETY: passed on.
+        unsafe { with_run(self.run, |run, told| self.advance(run, told)) }
+    }
+
+    /// # Safety
+    /// The crate's contract.
+    unsafe fn advance(&self, run: &HostRun, told: &mut Told) -> Result<()> {
         // SAFETY: the caller promises the crate's contract, here and below.
         let options = unsafe { read_options::<T>(self.options) };
         // Looked at where it is: moving it out would take its size of the stack once more.
@@ -290,9 +310,7 @@ where
             _ => options,
         };
         // SAFETY: as above.
-        let run = unsafe { HostRun::read(self.run)? };
-        // SAFETY: as above.
-        let buffers = unsafe { self.buffers()? };
+        let buffers = unsafe { self.buffers(run)? };
         // Without a grid the step finds out by itself whether the workspace is large enough.
         let bytes = self.workspace_bytes;
         let (own, grid_bytes) =
@@ -337,10 +355,12 @@ where
         };
         #[cfg_attr(feature = "small", expect(unused_variables, reason = "the grid's, which is not there"))]
         let (own_memory, rest) = memory.split_at_mut_checked(own).ok_or(Error::WorkspaceTooSmall)?;
-        run.enter(|run| {
+        let result = run.enter(|with| {
             #[cfg(not(feature = "small"))]
             let mut grid = match chosen {
-                Chosen::Mesh(mesh, equation, _) => Some(Grid::prepare(rest, *mesh, *equation, run.executor.workers())?),
+                Chosen::Mesh(mesh, equation, _) => {
+                    Some(Grid::prepare(rest, *mesh, *equation, with.executor.workers())?)
+                }
                 _ => None,
             };
             #[cfg(not(feature = "small"))]
@@ -348,7 +368,7 @@ where
                 Chosen::Mesh(_, _, Some((kernel, mass))) => Some(Heavy { kernel, mass: *mass, core: kernel.delta() }),
                 _ => None,
             };
-            for _ in 0..self.steps {
+            for number in 0..self.steps {
                 let attraction = match chosen {
                     #[cfg(not(feature = "small"))]
                     Chosen::Mesh(..) => {
@@ -358,7 +378,7 @@ where
                     _ => Attraction::None,
                 };
                 let State { positions, masses, labels, species } = &mut state;
-                pks::step(
+                let made = pks::step(
                     State { positions, masses, labels, species: species.as_deref_mut() },
                     counted,
                     &mut *source,
@@ -370,11 +390,27 @@ where
                         labels_written: &mut events.labels_written,
                     },
                     own_memory,
-                    Setting { options, attraction, run, report: report.as_deref_mut() },
-                )?;
+                    Setting { options, attraction, run: &mut *with, report: report.as_deref_mut() },
+                );
+                match made {
+                    Err(Error::NotFinite) if number > 0 => return Err(Error::BecameNotFinite),
+                    Err(Error::NotFinite) => {
+                        let alive = usize::try_from(counted.count).unwrap_or(usize::MAX).min(self.room);
+                        let (x, m) = (state.positions.get(..alive), state.masses.get(..alive));
+                        told.first_bad = first_bad(x.unwrap_or_default(), m.unwrap_or_default());
+                        return made;
+                    }
+                    _ => made?,
+                }
+                // A step is completed although the executor refuses to copy its result.
+                if run.refused() != 0 {
+                    break;
+                }
             }
             Ok(())
-        })
+        });
+        told.generator = host.map_or(0, |host| host.refused);
+        result
     }
 }
 
@@ -398,8 +434,8 @@ where
 ///
 /// MOLLIS_ERR_EVENTS_FULL: the step stopped before a merge that has no room; empty the buffers (or give larger ones) and call again with the
 /// same workspace content: it goes on with counters->pending merges. Any other status leaves the state of the last completed step:
-/// MOLLIS_ERR_TOO_MANY_SUBSTEPS, MOLLIS_ERR_BECAME_NOT_FINITE, MOLLIS_ERR_STOPPED, the generator's or executor's own. Refused with nothing
-/// written: MOLLIS_ERR_NOT_FINITE, MOLLIS_ERR_MASS, MOLLIS_ERR_TIME_STEP, MOLLIS_ERR_OUT_OF_DOMAIN, MOLLIS_ERR_LENGTH_MISMATCH (count > room),
+/// MOLLIS_ERR_TOO_MANY_SUBSTEPS, MOLLIS_ERR_BECAME_NOT_FINITE, MOLLIS_ERR_STOPPED, the generator's or executor's own, as they returned it. Refused with nothing
+/// written: MOLLIS_ERR_NOT_FINITE (run->first_bad: the particle), MOLLIS_ERR_MASS, MOLLIS_ERR_TIME_STEP, MOLLIS_ERR_OUT_OF_DOMAIN, MOLLIS_ERR_LENGTH_MISMATCH (count > room),
 /// MOLLIS_ERR_OVERLAP, MOLLIS_ERR_UNSUPPORTED (heavy particles in a box, or by a singular kernel), MOLLIS_ERR_WORKSPACE_TOO_SMALL, MOLLIS_ERR_NOT_PREPARED (pending merges that the workspace does not hold).
 #[cfg(feature = "double")]
 #[unsafe(no_mangle)]
@@ -442,7 +478,7 @@ pub unsafe extern "C" fn mollis_pks_step(
         run,
     };
     // SAFETY: the caller promises the crate's contract.
-    status(unsafe { call.step() })
+    unsafe { call.step() }
 }
 
 /// As mollis_pks_step, in single precision.
@@ -486,5 +522,5 @@ pub unsafe extern "C" fn mollis_pks_step_f32(
         run,
     };
     // SAFETY: the caller promises the crate's contract.
-    status(unsafe { call.step() })
+    unsafe { call.step() }
 }

@@ -9,7 +9,7 @@ use mollis_core::space::Plain;
 use mollis_core::{Error, Real, Result};
 
 use crate::grid::{mollis_grid2_options, mollis_mesh2};
-use crate::options::{self, Options};
+use crate::options;
 use crate::status::{mollis_status, status};
 
 /// Collisions by the law of the hitting time of zero.
@@ -72,27 +72,23 @@ pub struct mollis_pks_options {
     pub reserved: i32,
 }
 
-// SAFETY: `repr(C)`, the size first; older versions are prefixes, and all members take any bytes an older caller wrote.
-unsafe impl Options for mollis_pks_options {
-    const DEFAULT: Self = Self {
-        size: size_of::<Self>() as u32,
-        law: MOLLIS_PKS_LAW_EXACT,
-        merging: MOLLIS_PKS_MERGE_ALL,
-        scheme: MOLLIS_PKS_SCHEME_EULER_MARUYAMA,
-        chi: 0.0,
-        noise: 0.0,
-        gamma: theory::GAMMA,
-        separation: 0.1,
-        probability: 1e-4,
-        width: 0.0,
-        at_least: 1,
-        at_most: 100_000,
-        mesh: [1, 1],
-        domain: [0.0; 4],
-        shifted: 1,
-        reserved: 0,
-    };
-}
+options::options!(mollis_pks_options {
+    law: MOLLIS_PKS_LAW_EXACT,
+    merging: MOLLIS_PKS_MERGE_ALL,
+    scheme: MOLLIS_PKS_SCHEME_EULER_MARUYAMA,
+    chi: 0.0,
+    noise: 0.0,
+    gamma: theory::GAMMA,
+    separation: 0.1,
+    probability: 1e-4,
+    width: 0.0,
+    at_least: 1,
+    at_most: 100_000,
+    mesh: [1, 1],
+    domain: [0.0; 4],
+    shifted: 1,
+    reserved: 0
+});
 
 /// Fills `options` with the defaults. `size` is `sizeof *options`.
 #[unsafe(no_mangle)]
@@ -173,8 +169,9 @@ pub struct mollis_pks_attraction {
     pub kernel_bytes: usize,
     /// SUM: the relative error that may be spent for speed; 0 for rounding alone.
     pub tolerance: f64,
-    /// MESH: particles of at least this mass, the 64 heaviest at most, act by `kernel` pair by pair, both ways and at every distance, and not
-    /// through the mesh, which is wrong within some widths of a particle. The kernel is V of the mesh's equation, mollified over
+    /// MESH: particles of at least this mass, the 64 heaviest at most (of equal masses those that come first in the arrays), act by `kernel` pair
+    /// by pair, both ways and at every distance, and not through the mesh, which is wrong within some widths of a particle, and on which a mass below
+    /// 4.4e-16 of the total adds nothing (see mollis_grid2_eval). The kernel is V of the mesh's equation, mollified over
     /// a part of a mesh width (a quarter, say); sub-steps become short near them. Not with no-flux walls, nor with a singular kernel. 0: none.
     pub heavy: f64,
 }

@@ -22,7 +22,7 @@ pub struct mollis_pks_prediction {
 unsafe impl Plain for mollis_pks_prediction {}
 
 /// Overwrites `out` with what is known of a mass: `second_moment` is the integral of |x|^2 rho about its centre, `heavy` the n_heavy masses that
-/// have become points (their sum at most the mass).
+/// have become points (their sum at most the mass). MOLLIS_ERR_NOT_FINITE: some number is not.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_pks_prediction_eval(
     mass: f64,
@@ -36,11 +36,11 @@ pub unsafe extern "C" fn mollis_pks_prediction_eval(
     status((|| {
         let (heavy, out) = (Input::new(heavy, n_heavy)?, Output::new(out, 1)?);
         disjoint(&[Some(out.range())], &[heavy.range()])?;
-        if ![mass, mu, chi, second_moment].iter().all(|v| v.is_finite()) {
-            return Err(Error::NotFinite);
-        }
         // SAFETY: the caller promises the crate's contract.
         let (heavy, out) = unsafe { (heavy.slice(), out.slice()) };
+        if ![mass, mu, chi, second_moment].iter().chain(heavy).all(|v| v.is_finite()) {
+            return Err(Error::NotFinite);
+        }
         for slot in out {
             *slot = mollis_pks_prediction {
                 critical_mass: theory::critical_mass(mu, chi),
@@ -110,12 +110,15 @@ pub unsafe extern "C" fn mollis_pks_species_eval(
         let (share, noise, rate) =
             (Output::optional(share, n)?, Output::optional(noise, 1)?, Output::optional(rate, 1)?);
         disjoint(&[share.map(Output::range), noise.map(Output::range), rate.map(Output::range)], &[species.range()])?;
+        if n == 0 || particles == 0 {
+            return Err(Error::OutOfDomain);
+        }
         // SAFETY: the caller promises the crate's contract.
         let given = unsafe { species.slice() };
         if !(chi.is_finite() && given.iter().all(|s| s.mass.is_finite() && s.mu.is_finite())) {
             return Err(Error::NotFinite);
         }
-        if !given.iter().all(|s| s.mass > 0.0 && s.mu > 0.0) || n == 0 || particles == 0 {
+        if !given.iter().all(|s| s.mass > 0.0 && s.mu > 0.0) {
             return Err(Error::OutOfDomain);
         }
         // SAFETY: as above; the two structures have the same two members in `repr(C)`.
