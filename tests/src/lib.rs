@@ -1,5 +1,7 @@
 //! Helpers that several tests share.
 
+pub mod exceptions;
+
 use std::ffi::c_void;
 use std::sync::atomic::{AtomicUsize, Ordering};
 

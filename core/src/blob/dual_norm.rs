@@ -1,5 +1,6 @@
 //! The W^{-1,2}_h norm of a grid function (Craig & Bertozzi, section 3): the norm in which the density converges.
 
+use super::sums::{Wide, dot};
 use crate::error::{Error, Result};
 use crate::real::Real;
 use crate::space::{Carve, Measure, Space};
@@ -74,30 +75,34 @@ impl<T: Real, const D: usize> Lattice<T, D> {
         residual.iter_mut().for_each(|v| *v /= largest);
         direction.iter_mut().zip(residual.iter()).for_each(|(d, &r)| *d = r);
 
-        let per_square = T::ONE / (self.spacing * self.spacing);
+        // A square of the spacing may overflow.
+        let per_square = (T::ONE / self.spacing) * (T::ONE / self.spacing);
         let condition = T::ONE + T::from_usize(4 * D) * per_square;
         if !condition.is_finite() {
             return Err(Error::OutOfDomain);
         }
         let sweeps = T::from_i32(40) * condition.sqrt() + T::from_i32(100);
-        let enough = T::from_i32(1000) * T::EPSILON;
-        let (mut square, mut sum, mut sweep) = (dot(residual, residual), T::ZERO, T::ZERO);
+        let enough = 1000.0 * T::EPSILON.to_f64();
+        let (mut square, mut sum, mut sweep) = (dot(residual, residual), 0.0, T::ZERO);
         while square > enough * sum && sweep < sweeps {
             apply(direction, image, &extended, per_square);
             let along = square / dot(direction, image);
             sum += along * square;
+            let along = T::from_f64(along);
             for (r, &a) in residual.iter_mut().zip(image.iter()) {
                 *r -= along * a;
             }
             let next = dot(residual, residual);
-            let keep = next / square;
+            let keep = T::from_f64(next / square);
             for (d, &r) in direction.iter_mut().zip(residual.iter()) {
                 *d = r + keep * *d;
             }
             square = next;
             sweep += T::ONE;
         }
-        Ok(largest * (sum * self.spacing.powi(D as u32)).sqrt())
+        let wide = |x: T| Wide::new(x.to_f64(), 0);
+        let volume = (0..D).fold(Wide::new(sum, 0), |product, _| product.times(wide(self.spacing)));
+        Ok(T::from_f64(wide(largest).times(volume.root(2)).get()))
     }
 
     /// Copies the box into the middle of the zeroed extended one.
@@ -130,10 +135,6 @@ impl<'w, T: Real> Arrays<'w, T> {
     fn lay(space: &mut impl Space<'w>, n: usize) -> Result<Self> {
         Ok(Self { residual: space.array(n)?, direction: space.array(n)?, image: space.array(n)? })
     }
-}
-
-fn dot<T: Real>(a: &[T], b: &[T]) -> T {
-    a.iter().zip(b).fold(T::ZERO, |sum, (&a, &b)| sum + a * b)
 }
 
 /// `to = (1 - Laplacian_h) from` inside the outermost layer, zero on it. `from` is zero on it, so neighbours across a row's
@@ -240,6 +241,31 @@ mod tests {
             let values: Vec<f64> = (0..42).map(|k| ((k * seed) as f64 * 2.3).sin()).collect();
             let (dual, plain) = (dual(&lattice, &values).unwrap(), norm(&values, 0.04, 2.0).unwrap());
             assert!(dual <= plain && plain <= (1.0 + 4.0 / 0.2) * dual, "{dual} {plain}");
+        }
+    }
+
+    /// In single precision 2^24 + 1 is 2^24. The spacing is so large that the lattice Laplacian is nothing: the norm is that of L^2_h.
+    #[test]
+    fn many_small_values_beside_a_large_one() {
+        let (n, h) = ((1 << 20) + 1, 2.0_f32.powi(40));
+        let lattice = Lattice { points: [n], spacing: h, margin: 0 };
+        let mut memory = vec![0xFF_u8; lattice.workspace_bytes().unwrap() + ALIGN];
+        let start = memory.as_ptr().align_offset(ALIGN);
+        let bytes = memory.len() - ALIGN;
+        let mut values = vec![1.0_f32; n];
+        values[n / 2] = 4096.0;
+        let got = lattice.dual_norm(&values, &mut memory[start..start + bytes]).unwrap();
+        // (2^40 (2^24 + 2^20))^(1/2) = 2^30 17^(1/2), but for 2 / h^2 = 2^-79 of it and one rounding.
+        assert_eq!(got, 2.0_f32.powi(30) * 4.123_105_6);
+    }
+
+    /// h^D is beyond the range at either end, its square root is not; beside h^2 = 1e400 the Laplacian is nothing.
+    #[test]
+    fn volumes_beyond_the_range() {
+        for h in [1e130_f64, 1e200] {
+            let lattice = Lattice { points: [2, 1, 1], spacing: h, margin: 0 };
+            let got = dual(&lattice, &[3.0, -4.0]).unwrap();
+            assert!((got / (5.0 * h.sqrt().powi(3)) - 1.0).abs() < 16.0 * f64::EPSILON);
         }
     }
 

@@ -13,6 +13,7 @@ pub mod radial;
 mod run;
 mod stability;
 pub mod steady;
+mod sums;
 
 pub use dual_norm::Lattice;
 pub use moments::{Moments, Sum, moments, smallest_overlap};

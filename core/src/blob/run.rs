@@ -7,10 +7,11 @@
 //!
 //! Without a mollifier the same call is the particle method.
 
-use crate::blob::moments::{Sum, moments};
+use crate::blob::moments::moments;
+use crate::blob::sums::{Wide, sum_of_products};
 use crate::error::{Error, Result};
 use crate::field::{self, Interaction, Options, Outputs, Run, Sources, Wanted as FieldWanted};
-use crate::real::Real;
+use crate::real::{Real, length};
 use crate::rk4::{self, Stage};
 use crate::space::{Carve, Measure, Space};
 
@@ -459,8 +460,11 @@ impl Watch {
             return Ok(watch);
         }
         let moments = moments(positions, masses)?;
-        let from_centre =
-            |x: &[T; D]| x.iter().zip(&moments.centre).fold(T::ZERO, |sum, (&a, &c)| sum + (a - c) * (a - c)).sqrt();
+        let from_centre = |x: &[T; D]| {
+            let mut apart = *x;
+            apart.iter_mut().zip(&moments.centre).for_each(|(a, &c)| *a -= c);
+            length(&apart)
+        };
         let radius = positions.iter().map(from_centre).fold(T::ZERO, Real::max).to_f64();
         let at = |factor: f64| kernel.value(T::from_f64(factor * radius)).to_f64().abs();
         let scale = [0.0, 0.01, 0.1, 0.5, 1.0, 2.0, 4.0].into_iter().map(at).fold(0.0, f64::max);
@@ -489,12 +493,9 @@ impl Watch {
 
 /// `(1/2) sum_i m_i u(x_i)`: the regularised energy (2.4) of the particle measure, from the potentials at the particles.
 ///
-/// Each term costs one rounding; the sum is compensated and in double.
+/// Each term costs one rounding; the sum is compensated and in double. It is infinite only if the energy is beyond the range.
 #[must_use]
 pub fn energy_of<T: Real>(masses: &[T], potential: &[T]) -> f64 {
-    let mut sum = Sum::<f64>::default();
-    for (&m, &u) in masses.iter().zip(potential) {
-        sum.add(m.to_f64() * u.to_f64());
-    }
-    0.5 * sum.value()
+    let pairs = masses.iter().zip(potential).map(|(m, u)| [m.to_f64(), u.to_f64()]);
+    sum_of_products(pairs).times(Wide::new(0.5, 0)).get()
 }

@@ -2,7 +2,8 @@
 
 use crate::error::{Error, Result};
 use crate::field::Interaction;
-use crate::real::Real;
+use crate::kernel::Law;
+use crate::real::{Real, length};
 use crate::rk4::REAL_STABILITY;
 
 /// A step length that RK4 is stable with at this state: `2.785 / L`, where L bounds the spectral radius of the Jacobian of
@@ -21,6 +22,9 @@ use crate::rk4::REAL_STABILITY;
 /// | `positions` | `[n][D]` | length |
 /// | `masses`    | `[n]`    | mass, any sign |
 ///
+/// Without a mollifier a kernel has a bounded Hessian only if each of its terms is a power with p >= 2. With any other one a pair of particles at one place
+/// has no such step, nor has a pair so close that the Hessian is beyond the scalar's range.
+///
 /// Cost: `n (n - 1)` evaluations of two of the kernel's scalar functions: meant for once in many steps.
 ///
 /// # Errors
@@ -33,34 +37,44 @@ pub fn stable_step<T: Real, const D: usize>(
     if positions.len() != masses.len() {
         return Err(Error::LengthMismatch);
     }
-    let (mut bound, mut finite) = (T::ZERO, true);
-    for (i, (x, &own)) in positions.iter().zip(masses).enumerate() {
-        let (mut hessian, mut growth) = (T::ZERO, own.abs() * kernel.laplacian(T::ZERO).abs());
-        for (j, (y, &m)) in positions.iter().zip(masses).enumerate() {
-            if i == j {
+    let origin = Hessian::at_origin(kernel);
+    let at = |r: T| if r == T::ZERO { origin } else { Some(Hessian::at(kernel, r)) };
+    let own_growth = origin.filter(|_| !kernel.is_singular()).map_or(0.0, |own| own.trace);
+    let mut bound = 0.0_f64;
+    for (i, (x, own)) in positions.iter().zip(masses).enumerate() {
+        let (mut hessian, mut growth) = (0.0, own.to_f64().abs() * own_growth);
+        for (j, (y, m)) in positions.iter().zip(masses).enumerate() {
+            if i == j || *m == T::ZERO {
                 continue;
             }
-            let r = x.iter().zip(y).fold(T::ZERO, |sum, (&a, &b)| sum + (a - b) * (a - b)).sqrt();
-            let (norm, laplacian) = hessian_norm(kernel, r);
-            hessian += m.abs() * norm;
-            growth += m.abs() * laplacian;
-            finite &= norm.is_finite();
+            let mut apart = *x;
+            apart.iter_mut().zip(y).for_each(|(a, &b)| *a -= b);
+            let found = at(length(&apart)).ok_or(Error::NotFinite)?;
+            hessian += m.to_f64().abs() * found.norm;
+            growth += m.to_f64().abs() * found.trace;
         }
-        finite &= hessian.is_finite() && own.is_finite();
-        bound = bound.max(T::TWO * hessian).max(growth);
+        let larger = if 2.0 * hessian > growth { 2.0 * hessian } else { growth };
+        // NaN is not finite, but not larger either.
+        if !(larger.is_finite() && (hessian + growth).is_finite() && x.iter().all(|c| c.is_finite())) {
+            return Err(Error::NotFinite);
+        }
+        bound = if larger > bound { larger } else { bound };
     }
-    step_of(bound, finite)
+    step_of(bound)
 }
 
 /// A step length that RK4 is stable with at every state of this total absolute mass (`sum |m_j|`) in which no two
 /// particles are farther apart than `diameter`: as [`stable_step`] with `L = 2 sum |m_j| max_r |H(r)|`.
 ///
 /// Shorter than what most states allow, by about the number of particles within delta, but it holds along a whole run: with it the
-/// energy (2.4) never rises beyond rounding (test `energy_falls_below_the_step_estimate`). Without a mollifier a singular kernel has no such bound.
-/// The maximum is taken over 2048 distances, half of them spaced evenly and half geometrically up to `diameter`.
+/// energy (2.4) never rises beyond rounding (test `energy_falls_below_the_step_estimate`). The maximum is taken over some 3000 distances up to
+/// `diameter`, spaced evenly, geometrically down to a millionth of it or to delta, and evenly up to twice delta.
+///
+/// A kernel without a mollifier is refused, whatever its terms are, unless each is a power with p >= 2: any other one (a user's own included) is taken to
+/// have an unbounded Hessian at r = 0.
 ///
 /// # Errors
-/// [`Error::NotFinite`]: an argument or the bound is not finite; [`Error::OutOfDomain`]: a negative argument.
+/// [`Error::NotFinite`]: an argument or the bound is not finite, or there is none; [`Error::OutOfDomain`]: a negative argument.
 pub fn stable_step_anywhere<T: Real, const D: usize>(
     kernel: &dyn Interaction<T, D>,
     absolute_mass: T,
@@ -72,36 +86,80 @@ pub fn stable_step_anywhere<T: Real, const D: usize>(
     if absolute_mass < T::ZERO || diameter < T::ZERO {
         return Err(Error::OutOfDomain);
     }
-    const HALF: usize = 1024;
-    // 1024 steps of this ratio span six decades, where the mollified kernel is as at the origin.
-    let (mut ratio, each) = (T::ONE, T::from_f64(0.986_6));
-    let (mut largest, mut finite) = (T::ZERO, true);
-    for k in 0..=HALF {
-        let evenly = T::from_usize(k) / T::from_usize(HALF);
-        for r in [diameter * evenly, diameter * ratio] {
-            let (norm, laplacian) = hessian_norm(kernel, r);
-            finite &= norm.is_finite() && laplacian.is_finite();
-            largest = largest.max(norm).max(laplacian * T::HALF);
+    let origin = Hessian::at_origin(kernel).ok_or(Error::NotFinite)?;
+    const EACH: usize = 1024;
+    // Down to where the mollified kernel is as at the origin.
+    let delta = length_of(kernel).min(diameter);
+    let share = if delta > T::ZERO && diameter > T::ZERO { delta / diameter } else { T::ONE };
+    let ratio = share.min(T::from_f64(1e-6)).max(T::MIN_POSITIVE).pow(T::ONE / T::from_usize(EACH));
+    let (mut geometric, mut largest) = (diameter, origin.larger());
+    for k in 1..=EACH {
+        let evenly = T::from_usize(k) / T::from_usize(EACH);
+        for r in [diameter * evenly, geometric, (T::TWO * delta).min(diameter) * evenly] {
+            if r > T::ZERO {
+                let here = Hessian::at(kernel, r).larger();
+                // NaN stays.
+                largest = if here > largest || here.is_nan() { here } else { largest };
+            }
         }
-        ratio *= each;
+        geometric *= ratio;
     }
-    step_of(T::TWO * absolute_mass * largest, finite)
+    step_of(2.0 * absolute_mass.to_f64() * largest)
 }
 
-/// The norm of the Hessian at distance r, and the absolute value of its trace.
-fn hessian_norm<T: Real, const D: usize>(kernel: &dyn Interaction<T, D>, r: T) -> (T, T) {
-    let laplacian = kernel.laplacian(r);
-    // In one dimension there is no direction but along.
-    if D == 1 {
-        return (laplacian.abs(), laplacian.abs());
-    }
-    let g = kernel.gradient_factor(r);
-    ((laplacian - T::from_usize(D - 1) * g).abs().max(g.abs()), laplacian.abs())
+/// delta where the kernel tells it, else 0.
+fn length_of<T: Real, const D: usize>(kernel: &dyn Interaction<T, D>) -> T {
+    kernel.sum().map_or_else(|| kernel.newtonian().map_or(T::ZERO, |(_, blob)| blob.delta()), |sum| sum.delta())
 }
 
-fn step_of<T: Real>(bound: T, finite: bool) -> Result<T> {
-    if !finite || !bound.is_finite() {
+/// Of K_delta at some distance, the numbers that the bounds are made of.
+#[derive(Clone, Copy)]
+struct Hessian {
+    /// The norm of the Hessian.
+    norm: f64,
+    /// The absolute value of its trace.
+    trace: f64,
+}
+
+impl Hessian {
+    /// At a distance above zero, or anywhere of a mollified kernel.
+    fn at<T: Real, const D: usize>(kernel: &dyn Interaction<T, D>, r: T) -> Self {
+        let laplacian = kernel.laplacian(r).to_f64();
+        // In one dimension there is no direction but along.
+        let g = if D == 1 { laplacian } else { kernel.gradient_factor(r).to_f64() };
+        let along = (laplacian - (D - 1) as f64 * g).abs();
+        // NaN stays.
+        Self { norm: if g.abs() > along { g.abs() } else { along }, trace: laplacian.abs() }
+    }
+
+    /// At zero distance, where it is bounded: of a kernel without a mollifier the limit, which is the sum of the coefficients with p = 2 times the identity.
+    fn at_origin<T: Real, const D: usize>(kernel: &dyn Interaction<T, D>) -> Option<Self> {
+        if !kernel.is_singular() {
+            return Some(Self::at(kernel, T::ZERO));
+        }
+        let sum = kernel.sum().filter(|sum| sum.is_known())?;
+        let mut factor = 0.0;
+        for term in sum.terms().iter().filter(|term| term.coefficient != 0.0) {
+            match term.law {
+                Law::Power { exponent } if exponent >= 2.0 => {
+                    factor += if exponent == 2.0 { term.coefficient } else { 0.0 };
+                }
+                _ => return None,
+            }
+        }
+        Some(Self { norm: factor.abs(), trace: (D as f64 * factor).abs() })
+    }
+
+    /// What twice of bounds the contribution of a mass, to velocities and to densities.
+    fn larger(self) -> f64 {
+        let half = 0.5 * self.trace;
+        if half > self.norm { half } else { self.norm }
+    }
+}
+
+fn step_of<T: Real>(bound: f64) -> Result<T> {
+    if !T::from_f64(bound).is_finite() {
         return Err(Error::NotFinite);
     }
-    Ok(if bound == T::ZERO { T::INFINITY } else { T::from_f64(REAL_STABILITY) / bound })
+    Ok(if bound > 0.0 { T::from_f64(REAL_STABILITY / bound) } else { T::INFINITY })
 }

@@ -37,7 +37,8 @@ impl<T: Real> Plain for Deposit<'_, T> {
         let tail = tail.first_chunk_mut::<TAIL>().ok_or(Error::LengthMismatch)?;
         // Rounding is symmetric, so the opposite mass takes away what was added, to the bit.
         let one = if remove { -1 } else { 1 };
-        let (per_mass, pitch) = (f64::from(one) * scale.per_mass(), mesh.cells()[0] + 1);
+        let ([first, second], pitch) = (scale.per_mass(), mesh.cells()[0] + 1);
+        let first = f64::from(one) * first;
         let mut places = Places::NONE;
         let mut shares = [[0_i64; BLOCK]; 4];
         for (positions, masses) in positions.chunks(BLOCK).zip(masses.chunks(BLOCK)) {
@@ -45,13 +46,13 @@ impl<T: Real> Plain for Deposit<'_, T> {
             let Places { node, x, y } = &places;
             let [a, b, c, d] = &mut shares;
             for ((((((a, b), c), d), &x), &y), m) in a.iter_mut().zip(b).zip(c).zip(d).zip(x).zip(y).zip(masses) {
-                [*a, *b, *c, *d] = divide(m.to_f64() * per_mass, [x, y]);
+                [*a, *b, *c, *d] = divide(m.to_f64() * first * second, [x, y]);
             }
             let [a, b, c, d] = &shares;
             let shares = a.iter().zip(b).zip(c).zip(d);
             for ((&node, (((&a, &b), &c), &d)), (&x, m)) in node.iter().zip(shares).zip(positions.iter().zip(masses)) {
                 if node == OUTSIDE {
-                    let m = m.to_f64() * per_mass;
+                    let m = m.to_f64() * first * second;
                     away(mesh, &locator, walls, x, m, i64::from(one), pitch, words, tail)?;
                 } else {
                     scatter(words, pitch, node as usize, [a, b, c, d]);
@@ -103,15 +104,14 @@ fn away<T: Real>(
     }
     match walls {
         Walls::NoFlux => {
+            // The mirror place is inside.
             let (node, fraction) = locator.place(mesh.reflect(x).0);
-            if node != OUTSIDE {
-                scatter(words, pitch, node as usize, divide(m, fraction));
-            }
+            scatter(words, pitch, node as usize, divide(m, fraction));
         }
         Walls::Free | Walls::FreeQuadrupole => {
             let offset = |x: T, l: T, u: T| {
                 let (l, u) = (l.to_f64(), u.to_f64());
-                let offset = (x.to_f64() - 0.5 * (l + u)) / (u - l);
+                let offset = (x.to_f64() - middle(l, u)) / (u - l);
                 if offset.abs() <= MOMENT { offset } else { MOMENT.copysign(offset) }
             };
             let (lower, upper) = (mesh.lower(), mesh.upper());
@@ -165,7 +165,7 @@ pub(super) fn sum<T: Real>(mesh: &Mesh<T>, words: &[i64]) -> Sum {
     let (lower, upper, cells) = (mesh.lower(), mesh.upper(), mesh.cells());
     let centre = |l: T, u: T, n: usize, moment: i128, away: i64| {
         let (l, u) = (l.to_f64(), u.to_f64());
-        let middle = 0.5 * (l + u);
+        let middle = middle(l, u);
         if units == 0 {
             return middle;
         }
@@ -183,11 +183,17 @@ pub(super) fn sum<T: Real>(mesh: &Mesh<T>, words: &[i64]) -> Sum {
     }
 }
 
-/// [sum w (x^2 - y^2), sum 2 w x y] of the nodes' masses in units, about `centre`.
-pub(super) fn second_moments<T: Real>(mesh: &Mesh<T>, words: &[i64], centre: [f64; 2]) -> [f64; 2] {
+fn middle(l: f64, u: f64) -> f64 {
+    0.5 * (l + u)
+}
+
+/// [sum w (x^2 - y^2), sum 2 w x y] of the nodes' masses in units, about `centre`, lengths in units of 2^`unit`.
+pub(super) fn second_moments<T: Real>(mesh: &Mesh<T>, words: &[i64], centre: [f64; 2], unit: i32) -> [f64; 2] {
     let pitch = mesh.cells()[0] + 1;
     let words = words.get(..words.len().saturating_sub(TAIL)).unwrap_or_default();
-    let ([lower_x, lower_y], [h, k]) = (mesh.lower().map(T::to_f64), mesh.spacing().map(T::to_f64));
+    let scaled = |lengths: [T; 2]| lengths.map(|v| v.to_f64().ldexp(-unit));
+    let ([lower_x, lower_y], [h, k]) = (scaled(mesh.lower()), scaled(mesh.spacing()));
+    let centre = centre.map(|v| v.ldexp(-unit));
     let mut moments = [0.0; 2];
     for (j, row) in words.chunks(pitch.max(1)).enumerate() {
         let (mut mass, mut first, mut second) = (0.0, 0.0, 0.0);

@@ -9,7 +9,9 @@ use crate::error::{Error, Result};
 use crate::real::Real;
 
 /// Bits of the total mass in units.
-const BITS: i32 = 50;
+pub(super) const BITS: i32 = 50;
+/// The unit of the smallest masses, which is the smallest number of all: no mass is lost in it.
+const LEAST: i32 = -1074;
 /// 1.5 * 2^52: added to |x| <= 2^51 it rounds x to an integer, which stands in the low bits.
 const ROUND: f64 = 6_755_399_441_055_744.0;
 
@@ -58,15 +60,15 @@ impl MassScale {
         // that scale gives the second. Truncation loses less than a unit each, so `n` units more are a bound.
         let n = masses.len() as u64;
         let e = largest.to_f64().frexp().1 + (64 - n.leading_zeros()) as i32;
-        let to_units = 1.0_f64.ldexp((61 - e).min(1000));
-        let sum = masses.iter().fold(n, |sum, m| sum.saturating_add((m.abs().to_f64() * to_units) as u64));
-        Ok(Self::from_bound((64 - sum.leading_zeros()) as i32 - (61 - e).min(1000)))
+        let [first, second] = halves::<f64>(61 - e);
+        let units = |m: &T| (m.abs().to_f64() * first * second) as u64;
+        let sum = masses.iter().fold(n, |sum, m| sum.saturating_add(units(m)));
+        Ok(Self::from_bound((64 - sum.leading_zeros()) as i32 - (61 - e)))
     }
 
     /// `e` with sum |m| <= 2^e.
     fn from_bound(e: i32) -> Self {
-        // Below 2^-900 the factor 1 / unit would leave the range; such masses keep fewer bits.
-        Self { exponent: e.max(-900) - BITS }
+        Self { exponent: (e - BITS).max(LEAST) }
     }
 
     /// The unit is 2 to this power.
@@ -81,10 +83,17 @@ impl MassScale {
         1.0_f64.ldexp(self.exponent)
     }
 
-    /// Units in a mass of 1.
-    pub(super) fn per_mass(self) -> f64 {
-        1.0_f64.ldexp(-self.exponent)
+    /// Units in a mass of 1, in two factors.
+    pub(super) fn per_mass(self) -> [f64; 2] {
+        halves(-self.exponent)
     }
+}
+
+/// 2^`exponent` in two factors, of which neither leaves the range where the power does. A number times both of them, one after the
+/// other, is rounded only where the result is below the normal range.
+pub(super) fn halves<T: Real>(exponent: i32) -> [T; 2] {
+    let half = exponent / 2;
+    [half, exponent - half].map(|e| T::ONE.ldexp(e.min(T::MAX_EXPONENT)))
 }
 
 /// The integer nearest to `x`, |x| <= 2^51, halves to even.
@@ -109,17 +118,21 @@ mod tests {
         masses[500] = 3.0;
         let scale = MassScale::of(&masses).unwrap();
         let total = masses.iter().sum::<f64>();
-        let bits = (total * scale.per_mass()).log2();
+        let units = |m: f64, scale: MassScale| scale.per_mass().into_iter().fold(m, |m, factor| m * factor);
+        let bits = units(total, scale).log2();
         assert!((48.0..=50.0).contains(&bits), "{bits}");
         masses.reverse();
         assert_eq!(MassScale::of(&masses), Ok(scale));
         masses.rotate_left(77);
         assert_eq!(MassScale::of(&masses), Ok(scale));
-        for m in [f64::MIN_POSITIVE, 1e-300, 1e-30, 1.0, 1e300] {
+        for m in [5e-324, f64::MIN_POSITIVE, 1e-300, 1e-30, 1.0, 1e300] {
             for n in [1, 2, 3, 1000] {
                 let scale = MassScale::of(&std::vec![-m; n]).unwrap();
-                assert!(m * scale.per_mass() * n as f64 <= 2.0_f64.powi(50));
-                assert!(scale.unit() > 0.0 && scale.per_mass().is_finite());
+                let one = units(m, scale);
+                // The smallest masses are whole numbers of the smallest unit; others keep their first 50 bits less those of n.
+                assert!(one * n as f64 <= 2.0_f64.powi(50) && scale.unit() > 0.0);
+                assert!(one * n as f64 >= 2.0_f64.powi(47) || scale.exponent() == LEAST && nearest(one) as f64 == one);
+                assert!((nearest(one) as f64 * scale.unit() / m - 1.0).abs() <= n as f64 * 2.0_f64.powi(-47));
             }
         }
         assert_eq!(MassScale::of(&[0.0_f64; 4]), MassScale::of::<f64>(&[]));

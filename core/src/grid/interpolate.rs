@@ -11,7 +11,10 @@ pub(super) struct Interpolate<'a, T> {
     pub mesh: &'a Mesh<T>,
     pub locator: Locator,
     pub walls: Walls,
+    /// In units of mass of their own.
     pub monopole: Monopole<T>,
+    /// The unit of those masses, in two factors.
+    pub unit: [T; 2],
     /// The gradient at the nodes.
     pub gradient: &'a [[T; 2]],
     pub positions: &'a [[T; 2]],
@@ -23,7 +26,7 @@ impl<T: Real> Plain for Interpolate<'_, T> {
 
     #[inline(always)]
     fn run(self) {
-        let Self { mesh, locator, walls, monopole, gradient, positions, out } = self;
+        let Self { mesh, locator, walls, monopole, unit, gradient, positions, out } = self;
         let pitch = mesh.cells()[0] + 1;
         let mut places = Places::NONE;
         for (positions, out) in positions.chunks(BLOCK).zip(out.chunks_mut(BLOCK)) {
@@ -31,7 +34,7 @@ impl<T: Real> Plain for Interpolate<'_, T> {
             let Places { node, x, y } = &places;
             for ((((out, &node), &x), &y), &position) in out.iter_mut().zip(node).zip(x).zip(y).zip(positions) {
                 *out = if node == OUTSIDE {
-                    away(mesh, &locator, walls, &monopole, gradient, position)
+                    away(mesh, &locator, walls, (&monopole, unit), gradient, position)
                 } else {
                     bilinear(gradient, pitch, node, [x, y])
                 };
@@ -51,24 +54,24 @@ fn bilinear<T: Real>(gradient: &[[T; 2]], pitch: usize, node: u64, fraction: [f6
     [(wa * a[0] + wb * b[0]) + (wc * c[0] + wd * d[0]), (wa * a[1] + wb * b[1]) + (wc * c[1] + wd * d[1])]
 }
 
-/// Outside: the monopole's gradient (3.8), or with no-flux walls that of the mirror place, mirrored.
+/// Outside: the monopole's gradient (3.8), or with no-flux walls that of the mirror place, mirrored. NaN where the position is not finite.
 #[inline(never)]
 fn away<T: Real>(
     mesh: &Mesh<T>,
     locator: &Locator,
     walls: Walls,
-    monopole: &Monopole<T>,
+    (monopole, [first, second]): (&Monopole<T>, [T; 2]),
     gradient: &[[T; 2]],
     x: [T; 2],
 ) -> [T; 2] {
+    if !x.iter().all(|v| v.is_finite()) {
+        return [T::NAN; 2];
+    }
     match walls {
-        Walls::Free | Walls::FreeQuadrupole => monopole.gradient(x),
+        Walls::Free | Walls::FreeQuadrupole => monopole.gradient(x).map(|g| g * first * second),
         Walls::NoFlux => {
             let (x, odd) = mesh.reflect(x);
             let (node, fraction) = locator.place(x);
-            if node == OUTSIDE {
-                return [T::NAN; 2];
-            }
             let [a, b] = bilinear(gradient, mesh.cells()[0] + 1, node, fraction);
             [if odd[0] { -a } else { a }, if odd[1] { -b } else { b }]
         }

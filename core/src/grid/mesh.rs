@@ -5,6 +5,10 @@ use crate::real::Real;
 
 /// The most cells along an axis: node numbers and their first moments stay exact in 64 bits.
 pub const MAX_CELLS: usize = 1 << 20;
+/// Corners reach up to 2^-13 of the scalar's largest number: particles outside count up to 2^10 sides away, so no distance overflows.
+const ROOM: i32 = 13;
+/// The longer side of a cell is at most 2^40 times the shorter one: the square of their ratio stands in the equations.
+const LONGEST: i32 = 40;
 
 /// A rectangle of `cells[0]` by `cells[1]` equal cells; node `(i, j)`, `0 <= i <= cells[0]`, `0 <= j <= cells[1]`, stands at
 /// `lower + (i, j) * spacing`. Arrays over the nodes run along x first: node `(i, j)` is element `j (cells[0] + 1) + i`.
@@ -19,15 +23,16 @@ impl<T: Real> Mesh<T> {
     /// The mesh on `[lower, upper]`.
     ///
     /// # Errors
-    /// [`Error::NotFinite`]; [`Error::OutOfDomain`]: `upper` is not above `lower`, or fewer than 2 cells along an axis;
+    /// [`Error::NotFinite`]; [`Error::OutOfDomain`]: `upper` is not above `lower`, fewer than 2 cells along an axis, a corner beyond 2^-13 of the
+    /// scalar's largest number, a mesh width below its normal range, or cells more than 2^40 times as long as wide;
     /// [`Error::TooLarge`]: more than [`MAX_CELLS`], or too many nodes to count.
     pub fn new(lower: [T; 2], upper: [T; 2], cells: [usize; 2]) -> Result<Self> {
         if !lower.iter().chain(&upper).all(|v| v.is_finite()) {
             return Err(Error::NotFinite);
         }
+        let most = T::MAX.ldexp(-ROOM);
         for ((&l, &u), &n) in lower.iter().zip(&upper).zip(&cells) {
-            let width = u - l;
-            if n < 2 || u <= l || !width.is_finite() || width / T::from_usize(n) < T::MIN_POSITIVE {
+            if n < 2 || u <= l || l < -most || u > most || (u - l) / T::from_usize(n) < T::MIN_POSITIVE {
                 return Err(Error::OutOfDomain);
             }
             if n > MAX_CELLS {
@@ -35,7 +40,9 @@ impl<T: Real> Mesh<T> {
             }
         }
         (cells[0] + 1).checked_mul(cells[1] + 1).ok_or(Error::TooLarge)?;
-        Ok(Self { lower, upper, cells })
+        let mesh = Self { lower, upper, cells };
+        let [h, k] = mesh.spacing();
+        if h.max(k).ldexp(-LONGEST) > h.min(k) { Err(Error::OutOfDomain) } else { Ok(mesh) }
     }
 
     /// The lower left corner.
@@ -64,13 +71,19 @@ impl<T: Real> Mesh<T> {
         [(self.upper[0] - self.lower[0]) / n, (self.upper[1] - self.lower[1]) / m]
     }
 
+    /// A power of two that is at least the longer side, by its exponent: the unit of length of second moments.
+    pub(super) fn reach(&self) -> i32 {
+        let [w, h] = [self.upper[0] - self.lower[0], self.upper[1] - self.lower[1]];
+        w.max(h).frexp().1
+    }
+
     /// Where node (i, j) stands; i and j may lie outside the mesh (ghost nodes).
     pub fn node(&self, i: isize, j: isize) -> [T; 2] {
         let [h, k] = self.spacing();
         [self.lower[0] + signed::<T>(i) * h, self.lower[1] + signed::<T>(j) * k]
     }
 
-    /// Whether the closed rectangle holds `x`.
+    /// Whether the closed rectangle holds `x`: lower <= x <= upper. Deposit and interpolation find a cell for exactly these places.
     pub fn contains(&self, x: [T; 2]) -> bool {
         let within = |a: T, l: T, u: T| l <= a && a <= u;
         within(x[0], self.lower[0], self.upper[0]) && within(x[1], self.lower[1], self.upper[1])
@@ -101,10 +114,11 @@ fn signed<T: Real>(n: isize) -> T {
     T::from_i32(n as i32)
 }
 
-/// The mesh in numbers that the loops over particles need, in f64 for both scalars.
+/// The mesh in numbers that the loops over particles need, in f64 for both scalars: the only place that finds cells.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Locator {
     lower: [f64; 2],
+    upper: [f64; 2],
     inverse: [f64; 2],
     cells: [f64; 2],
     pitch: f64,
@@ -135,7 +149,7 @@ impl Locator {
         let (l, u) = (mesh.lower.map(Real::to_f64), mesh.upper.map(Real::to_f64));
         let cells = mesh.cells.map(|n| n as f64);
         let inverse = [cells[0] / (u[0] - l[0]), cells[1] / (u[1] - l[1])];
-        Self { lower: l, inverse, cells, pitch: cells[0] + 1.0 }
+        Self { lower: l, upper: u, inverse, cells, pitch: cells[0] + 1.0 }
     }
 
     /// Finds the places of at most [`BLOCK`] particles.
@@ -147,16 +161,28 @@ impl Locator {
         }
     }
 
+    /// The node and the place in its cell. What is inside is decided by the coordinates, as [`Mesh::contains`] does: the quotient
+    /// that gives the cell is rounded, may come out above the number of cells at the upper border, and is kept in the mesh.
+    ///
     /// Branch-free, so that it is compiled for several particles at a time. NaN counts as outside.
     #[inline(always)]
     pub(super) fn place<T: Real>(&self, x: [T; 2]) -> (u64, [f64; 2]) {
         let [x, y] = x.map(Real::to_f64);
-        let (gx, gy) = ((x - self.lower[0]) * self.inverse[0], (y - self.lower[1]) * self.inverse[1]);
-        let inside = (gx >= 0.0) & (gx <= self.cells[0]) & (gy >= 0.0) & (gy <= self.cells[1]);
+        let ([lx, ly], [ux, uy]) = (self.lower, self.upper);
+        let inside = (x >= lx) & (x <= ux) & (y >= ly) & (y <= uy);
+        let (gx, gy) = ((x - lx) * self.inverse[0], (y - ly) * self.inverse[1]);
+        let (gx, gy) = (within(gx, self.cells[0]), within(gy, self.cells[1]));
         let (cx, cy) = (cell(gx, self.cells[0]), cell(gy, self.cells[1]));
         let node = (cy * self.pitch + cx + ROUND).to_bits() & ((1 << 52) - 1);
         (if inside { node } else { OUTSIDE }, [gx - cx, gy - cy])
     }
+}
+
+/// The nearest number of [0, cells]; 0 of NaN.
+#[inline(always)]
+fn within(g: f64, cells: f64) -> f64 {
+    let g = if g > 0.0 { g } else { 0.0 };
+    if g < cells { g } else { cells }
 }
 
 /// The cell that holds `g`, the last one at the upper border.

@@ -122,6 +122,10 @@ pub struct Grid<'w, T: Real> {
     scale: MassScale,
     outside: u64,
     monopole: Monopole<T>,
+    /// As the solve sees it: with masses in units of their bound.
+    relative: Monopole<T>,
+    /// That unit, in two factors.
+    unit: [T; 2],
     arrays: Arrays<'w, T>,
 }
 
@@ -171,6 +175,14 @@ impl<'w, T: Real> Grid<'w, T> {
         }
         let arrays = lay(&mut Carve::new(memory)?, &mesh, &equation, workers)?;
         let [h, k] = mesh.spacing();
+        let monopole = Monopole {
+            mass: T::ZERO,
+            centre: mesh.node(0, 0),
+            screening: equation.screening,
+            floor: T::HALF * h.min(k),
+            quadrupole: [T::ZERO; 2],
+            reach: T::ONE.ldexp(mesh.reach()),
+        };
         let mut grid = Self {
             mesh,
             equation,
@@ -178,13 +190,9 @@ impl<'w, T: Real> Grid<'w, T> {
             workers,
             scale: MassScale::for_total(T::ONE)?,
             outside: 0,
-            monopole: Monopole {
-                mass: T::ZERO,
-                centre: mesh.node(0, 0),
-                screening: equation.screening,
-                floor: T::HALF * h.min(k),
-                quadrupole: [T::ZERO; 2],
-            },
+            monopole,
+            relative: monopole,
+            unit: [T::ONE; 2],
             arrays,
         };
         grid.arrays.solver.prepare(&grid.mesh, &grid.equation);
@@ -227,7 +235,7 @@ impl<'w, T: Real> Grid<'w, T> {
 
     /// Adds particles to the density, cloud in cell; the four shares of a mass add up to it exactly in units of the scale.
     ///
-    /// Positions outside the mesh are counted ([`Grid::outside`]) and act through the monopole; with no-flux walls they act
+    /// Positions outside the mesh ([`Mesh::contains`] says which: those on its border are inside) are counted ([`Grid::outside`]) and act through the monopole; with no-flux walls they act
     /// from their mirror places.
     ///
     /// Cost: about 7 ns a particle.
@@ -308,11 +316,17 @@ impl<'w, T: Real> Grid<'w, T> {
     pub fn locate_mass(&mut self) {
         let sum = deposit::sum(&self.mesh, self.words());
         self.outside = sum.outside;
-        self.monopole.mass = T::from_f64(sum.units as f64 * self.scale.unit());
+        let (unit, relative) = (self.scale.unit(), 1.0_f64.ldexp(-fixed::BITS));
+        let of = |masses: f64, unit: f64| T::from_f64(masses * unit);
+        let mass = sum.units as f64;
         self.monopole.centre = sum.centre.map(T::from_f64);
+        self.monopole.mass = of(mass, unit);
+        self.relative = Monopole { mass: of(mass, relative), ..self.monopole };
+        self.unit = fixed::halves(self.scale.exponent() + fixed::BITS);
         if self.equation.walls == Walls::FreeQuadrupole {
-            let moments = deposit::second_moments(&self.mesh, self.words(), sum.centre);
-            self.monopole.quadrupole = moments.map(|q| T::from_f64(q * self.scale.unit()));
+            let moments = deposit::second_moments(&self.mesh, self.words(), sum.centre, self.mesh.reach());
+            self.monopole.quadrupole = moments.map(|q| of(q, unit));
+            self.relative.quadrupole = moments.map(|q| of(q, relative));
         }
     }
 
@@ -347,8 +361,9 @@ impl<'w, T: Real> Grid<'w, T> {
         let each = self.mesh.nodes() + TAIL;
         let Arrays { words, gradient, solver } = &mut self.arrays;
         let words = words.get(..each).ok_or(Error::WorkspaceTooSmall)?;
-        solver.solve(&self.mesh, &self.equation, &self.monopole, self.scale, words, executor)?;
-        solver.differences(&self.mesh, self.equation.order, gradient, executor)
+        solver.solve(&self.mesh, &self.equation, &self.relative, words, executor)?;
+        let unit = self.scale.exponent() + fixed::BITS;
+        solver.differences(&self.mesh, self.equation.order, unit, gradient, executor)
     }
 
     /// Overwrites `out` with u at the nodes, node (i, j) at `j (cells[0] + 1) + i`.
@@ -359,10 +374,10 @@ impl<'w, T: Real> Grid<'w, T> {
         if out.len() != self.mesh.nodes() {
             return Err(Error::LengthMismatch);
         }
-        let pitch = self.mesh.cells()[0] + 1;
+        let (pitch, [first, second]) = (self.mesh.cells()[0] + 1, self.unit);
         for (j, row) in out.chunks_mut(pitch.max(1)).enumerate() {
             for (i, u) in row.iter_mut().enumerate() {
-                *u = self.arrays.solver.value(i, j);
+                *u = self.arrays.solver.value(i, j) * first * second;
             }
         }
         Ok(())
@@ -375,7 +390,7 @@ impl<'w, T: Real> Grid<'w, T> {
 
     /// Overwrites `out[i]` with grad u at `positions[i]`.
     ///
-    /// A position that is not finite gets NaN or the monopole's NaN; check before or after. Cost: about 12 ns a particle.
+    /// A position that is not finite gets NaN. Cost: about 12 ns a particle.
     ///
     /// # Errors
     /// [`Error::LengthMismatch`] before anything is written; [`Error::Executor`].
@@ -398,7 +413,8 @@ impl<'w, T: Real> Grid<'w, T> {
             mesh: &self.mesh,
             locator: self.locator,
             walls: self.equation.walls,
-            monopole: self.monopole,
+            monopole: self.relative,
+            unit: self.unit,
             gradient: self.arrays.gradient,
             positions,
             out,

@@ -15,14 +15,15 @@
 //!
 //! `b = 2 + K^2 (l + kappa^2 (1 - l H^2 / 12)) / A,  A = 1 - (l (H^2 + K^2) + kappa^2 K^2)/12,  l = 4 sin^2(pi k / 2 n) / H^2`
 //!
-//! and F / A. Three phases, each in tasks that write parts of their own:
+//! and F / A. Masses are in units of their bound ([`MassScale`](super::MassScale)), so that no sum on the way leaves the range of the scalar; the potential
+//! and its differences are brought back by powers of two. Three phases, each in tasks that write parts of their own:
 //! rows, columns, rows.
 
 use super::deposit::TAIL;
 use super::fft::{Element, LANES, cost, half_root};
-use super::fixed::exact;
+use super::fixed::{BITS, exact, halves};
 use super::transform::{Kind, ROWS, Transform};
-use super::{Equation, MassScale, Mesh, Monopole, Order, Walls};
+use super::{Equation, Mesh, Monopole, Order, Walls};
 use crate::error::Result;
 use crate::isa::{Level, Plain, widest};
 use crate::parallel::Executor;
@@ -174,13 +175,12 @@ impl<'w, T: Real> Solver<'w, T> {
         }
     }
 
-    /// Overwrites the potential with that of the masses in `words`.
+    /// Overwrites the potential with that of the masses in `words`, in units of 2^[`BITS`] of theirs, as those of the monopole are.
     pub(super) fn solve(
         &mut self,
         mesh: &Mesh<T>,
         equation: &Equation<T>,
         monopole: &Monopole<T>,
-        scale: MassScale,
         words: &[i64],
         executor: &dyn Executor,
     ) -> Result<()> {
@@ -197,7 +197,7 @@ impl<'w, T: Real> Solver<'w, T> {
             shape,
             words,
             // K^2 over the cell's area H K.
-            per_unit: T::from_f64(-scale.unit()) * (k / h) * norm,
+            per_unit: -T::ONE.ldexp(-BITS) * (k / h) * norm,
             ends: [&*self.border.ends[0], &*self.border.ends[1]],
             rows: [&*self.border.rows[0], &*self.border.rows[1]],
             end_factor: (k / h) * (k / h) * norm,
@@ -237,16 +237,17 @@ impl<'w, T: Real> Solver<'w, T> {
         Ok(())
     }
 
-    /// The potential at node (i, j).
+    /// The potential at node (i, j), in units of its own.
     pub(super) fn value(&self, i: usize, j: usize) -> T {
         self.values.get(self.shape.at(i, j)).copied().unwrap_or(T::NAN)
     }
 
-    /// Overwrites `gradient` with the centred differences (3.6), (3.7), or those over five nodes.
+    /// Overwrites `gradient` with the centred differences (3.6), (3.7), or those over five nodes; the potential's unit is 2^`unit`.
     pub(super) fn differences(
         &self,
         mesh: &Mesh<T>,
         order: Order,
+        unit: i32,
         gradient: &mut [[T; 2]],
         executor: &dyn Executor,
     ) -> Result<()> {
@@ -254,9 +255,9 @@ impl<'w, T: Real> Solver<'w, T> {
         let tasks = (mesh.cells()[1] + 1).div_ceil(ROWS);
         each_piece(executor, tasks, Chunks::new(gradient, ROWS * pitch), (), &|task, rows, ()| {
             for (j, out) in (task * ROWS..).zip(rows.chunks_mut(pitch.max(1))) {
-                self.differences_of_row(mesh, j, out);
+                self.differences_of_row(mesh, unit, j, out);
                 if order == Order::Fourth {
-                    self.widen(mesh, j, out);
+                    self.widen(mesh, unit, j, out);
                 }
             }
             Ok(())
@@ -265,9 +266,9 @@ impl<'w, T: Real> Solver<'w, T> {
 
     /// Makes centred differences those over five nodes, `(8 (u_1 - u_-1) - (u_2 - u_-2)) / 12 h`, where these are there: at walls the mesh goes on
     /// as its mirror image.
-    fn widen(&self, mesh: &Mesh<T>, j: usize, out: &mut [[T; 2]]) {
+    fn widen(&self, mesh: &Mesh<T>, unit: i32, j: usize, out: &mut [[T; 2]]) {
         let [nx, ny] = mesh.cells();
-        let per_width = mesh.spacing().map(|h| T::ONE / (T::from_i32(12) * h));
+        let per_width = mesh.spacing().map(|h| Slope::new(T::ONE / (T::from_i32(12) * h), unit));
         let share = T::from_i32(4) / T::from_i32(3);
         let wall = self.shape.kind == Kind::Cosine;
         // Two nodes before and after, where there are; on a wall the slope is zero and stays so.
@@ -279,18 +280,17 @@ impl<'w, T: Real> Solver<'w, T> {
         let rows = around(j, ny);
         for (i, [x, y]) in out.iter_mut().enumerate() {
             if let Some((before, after)) = around(i, nx) {
-                *x = *x * share - (self.value(after, j) - self.value(before, j)) * per_width[0];
+                *x = *x * share - per_width[0].of(self.value(after, j) - self.value(before, j));
             }
             if let Some((before, after)) = rows {
-                *y = *y * share - (self.value(i, after) - self.value(i, before)) * per_width[1];
+                *y = *y * share - per_width[1].of(self.value(i, after) - self.value(i, before));
             }
         }
     }
 
-    fn differences_of_row(&self, mesh: &Mesh<T>, j: usize, out: &mut [[T; 2]]) {
+    fn differences_of_row(&self, mesh: &Mesh<T>, unit: i32, j: usize, out: &mut [[T; 2]]) {
         let [nx, ny] = mesh.cells();
-        let [h, k] = mesh.spacing();
-        let (per_h, per_k) = (T::HALF / h, T::HALF / k);
+        let [per_h, per_k] = mesh.spacing().map(|h| Slope::new(T::HALF / h, unit));
         let shape = self.shape;
         // Inside.
         let line = |j: usize| {
@@ -299,8 +299,8 @@ impl<'w, T: Real> Solver<'w, T> {
         };
         if shape.along_y {
             for (i, out) in out.iter_mut().enumerate() {
-                let x = if 0 < i && i < nx { (self.value(i + 1, j) - self.value(i - 1, j)) * per_h } else { T::ZERO };
-                let y = if 0 < j && j < ny { (self.value(i, j + 1) - self.value(i, j - 1)) * per_k } else { T::ZERO };
+                let x = if 0 < i && i < nx { per_h.of(self.value(i + 1, j) - self.value(i - 1, j)) } else { T::ZERO };
+                let y = if 0 < j && j < ny { per_k.of(self.value(i, j + 1) - self.value(i, j - 1)) } else { T::ZERO };
                 *out = [x, y];
             }
         } else {
@@ -316,7 +316,7 @@ impl<'w, T: Real> Solver<'w, T> {
             (&self.ghosts.ends[0], &self.ghosts.ends[1], &self.ghosts.rows[0], &self.ghosts.rows[1])
         };
         let ghost = |line: &[T], at: usize| line.get(at).copied().unwrap_or(T::NAN);
-        let slope = |high: T, low: T, per: T| if wall { T::ZERO } else { (high - low) * per };
+        let slope = |high: T, low: T, per: Slope<T>| if wall { T::ZERO } else { per.of(high - low) };
         if let Some([x, _]) = out.first_mut() {
             *x = slope(self.value(1, j), ghost(low_x, j), per_h);
         }
@@ -335,13 +335,34 @@ impl<'w, T: Real> Solver<'w, T> {
     }
 }
 
+/// What makes a slope of a difference of the potential: 1 over a length, and the potential's unit. The product of the two is held as a number
+/// near 1 and two powers of two, because it may leave the range where the slope does not.
+#[derive(Clone, Copy)]
+struct Slope<T> {
+    fraction: T,
+    powers: [T; 2],
+}
+
+impl<T: Real> Slope<T> {
+    fn new(per_length: T, unit: i32) -> Self {
+        let (fraction, exponent) = per_length.frexp();
+        Self { fraction, powers: halves(exponent + unit) }
+    }
+
+    #[inline(always)]
+    fn of(self, difference: T) -> T {
+        let [first, second] = self.powers;
+        difference * self.fraction * first * second
+    }
+}
+
 /// Centred differences of one line of nodes; those along x only where both neighbours are in the line.
 struct Differences<'a, T> {
     below: &'a [T],
     here: &'a [T],
     above: &'a [T],
-    per_h: T,
-    per_k: T,
+    per_h: Slope<T>,
+    per_k: Slope<T>,
     out: &'a mut [[T; 2]],
 }
 
@@ -352,11 +373,11 @@ impl<T: Real> Plain for Differences<'_, T> {
     fn run(self) {
         let Self { below, here, above, per_h, per_k, out } = self;
         for (([_, y], low), high) in out.iter_mut().zip(below).zip(above) {
-            *y = (*high - *low) * per_k;
+            *y = per_k.of(*high - *low);
         }
         let right = here.get(2..).unwrap_or_default();
         for (([x, _], left), right) in out.iter_mut().skip(1).zip(here).zip(right) {
-            *x = (*right - *left) * per_h;
+            *x = per_h.of(*right - *left);
         }
     }
 }
@@ -591,6 +612,11 @@ impl<T: Real> Plain for Sweep<'_, T> {
             remove_mean(&mut block, m);
         }
         let (first, last) = if kind == Kind::Sine { (1, m.saturating_sub(1)) } else { (0, m) };
+        let mut at_wall = *excess;
+        if singular && let Some(sigma) = at_wall.first_mut() {
+            // The last pivot of mode 0 is zero. What is divided by its stand-in is overwritten below.
+            *sigma = T::ONE;
+        }
         let mut factor = [T::ZERO; WIDTH];
         let mut deficit = [T::ONE; WIDTH];
         let mut value = [T::ZERO; WIDTH];
@@ -599,6 +625,7 @@ impl<T: Real> Plain for Sweep<'_, T> {
             // A wall's row is b u_0 - 2 u_1 or b u_m - 2 u_(m-1): the pivots are 2 + sigma and sigma + 2 d_(m-1).
             let at_first = kind == Kind::Cosine && j == 0;
             let at_last = kind == Kind::Cosine && j == m;
+            let excess = if at_last { &at_wall } else { excess };
             let (one, lower) = if at_last { (T::ZERO, T::TWO) } else { (T::ONE, T::ONE) };
             let (keep, upper) = if at_first { (T::ZERO, T::TWO) } else { (T::ONE, T::ONE) };
             let lanes = factor.iter_mut().zip(&mut deficit).zip(&mut value).zip(row.iter_mut()).zip(excess).zip(shares);

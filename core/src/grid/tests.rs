@@ -119,7 +119,8 @@ fn mass_and_centre_are_kept() {
         grid.deposit(&x, &m, &Serial).unwrap();
         grid.solve(&Serial).unwrap();
         let units: i64 = grid.words()[..mesh.nodes()].iter().sum::<i64>() + grid.words()[mesh.nodes() + 1];
-        let exact: i64 = m.iter().map(|m| fixed::nearest(m * grid.scale().per_mass())).sum();
+        let per_mass: f64 = grid.scale().per_mass().into_iter().product();
+        let exact: i64 = m.iter().map(|m| fixed::nearest(m * per_mass)).sum();
         assert_eq!(units, exact);
         let outside = x.iter().filter(|x| !mesh.contains(**x)).count() as u64;
         assert!(outside > 100);
@@ -203,4 +204,176 @@ fn what_is_removed_was_never_there() {
             assert_eq!(grid.words(), words);
         });
     }
+}
+
+/// The next number towards zero or, for `away`, away from it.
+fn beside<T: Real>(x: T, away: bool) -> T {
+    T::from_bits(if away { x.bits() + 1 } else { x.bits() - 1 })
+}
+
+/// One particle on and next to the border: inside on it and an ulp within, whatever rounding does to the quotient by the mesh width.
+fn at_the_border<T: Real>(mesh: Mesh<T>, walls: Walls, places: &[[T; 2]]) {
+    let (mass, [n, m]) = (T::from_f64(0.75), mesh.cells());
+    let units = fixed::nearest(mass.to_f64() * MassScale::of(&[mass]).unwrap().per_mass().into_iter().product::<f64>());
+    with_grid(mesh, Equation { screening: T::ZERO, walls, order: Order::Second }, 1, |grid| {
+        for &x in places {
+            assert!(mesh.contains(x));
+            grid.deposit(&[x], &[mass], &Serial).unwrap();
+            let context = std::format!("{mesh:?} {walls:?} {x:?}");
+            let nodes = &grid.words()[..mesh.nodes()];
+            assert_eq!(nodes.iter().sum::<i64>(), units, "{context}");
+            assert!(grid.words()[mesh.nodes()..].iter().all(|&w| w == 0), "{context}");
+            // At a corner all of it is on the corner's node but for the rounding of the place, of which a mesh width is the n-th part.
+            if x == mesh.upper() {
+                let lost = units - nodes[mesh.nodes() - 1];
+                assert!(lost as f64 <= 4.0 * (n + m) as f64 * f64::EPSILON * units as f64, "{context}: {lost}");
+            }
+            grid.solve(&Serial).unwrap();
+            assert_eq!(grid.outside(), 0);
+            assert_eq!(grid.monopole().mass, mass, "{context}");
+            assert!(grid.gradient_at(x).iter().all(|g| g.is_finite()), "{context}");
+            grid.remove(&[x], &[mass], &Serial).unwrap();
+            assert!(grid.words().iter().all(|&w| w == 0), "{context}");
+        }
+    });
+}
+
+fn borders<T: Real>() {
+    let c = T::from_f64;
+    let mut seed = 11;
+    let mut random = |from: f64, to: f64| from + (to - from) * unit(&mut seed);
+    let mut rounded_up = 0;
+    for round in 0..600 {
+        // Of all sizes, some far from the origin.
+        let side = 10.0_f64.powf(random(-3.0, 3.0));
+        let corner = side * random(-1.0, 1.0) * if round % 4 == 0 { 30.0 } else { 1.0 };
+        let cells = [0, 1].map(|_| 2 + random(0.0, 30.0) as usize);
+        let lower = [c(corner), c(-side * random(0.1, 0.9))];
+        let upper = [c(corner + side), c(side * random(0.1, 0.9))];
+        let Ok(mesh) = Mesh::new(lower, upper, cells) else { continue };
+        let [l, u] = [lower, upper].map(|x| x.map(T::to_f64));
+        rounded_up +=
+            [0, 1].iter().filter(|&&k| (u[k] - l[k]) * (cells[k] as f64 / (u[k] - l[k])) > cells[k] as f64).count();
+        let within = [0, 1].map(|k: usize| beside(upper[k], upper[k] < T::ZERO));
+        let middle = [0, 1].map(|k: usize| lower[k] + (upper[k] - lower[k]) * c(random(0.0, 1.0)));
+        let places = [upper, lower, within, [upper[0], middle[1]], [middle[0], within[1]], [lower[0], upper[1]]];
+        for walls in [Walls::Free, Walls::FreeQuadrupole, Walls::NoFlux] {
+            at_the_border(mesh, walls, &places);
+        }
+    }
+    // The case that this is about occurs.
+    assert!(rounded_up > 20, "{rounded_up}");
+}
+
+#[test]
+fn the_border_is_inside() {
+    borders::<f64>();
+    borders::<f32>();
+    // A quotient by the width that rounds above the number of cells.
+    let mesh = Mesh::new([-15.0; 2], [15.0; 2], [250, 250]).unwrap();
+    for walls in [Walls::Free, Walls::FreeQuadrupole, Walls::NoFlux] {
+        at_the_border(mesh, walls, &[[15.0, 3.75], [3.75, 15.0], [15.0, 15.0]]);
+    }
+    let mesh = Mesh::new([0.0; 2], [0.3; 2], [100, 100]).unwrap();
+    at_the_border(mesh, Walls::NoFlux, &[[0.3, 0.1], [0.3, 0.3], [beside(0.3, false), 0.2]]);
+    let mesh = Mesh::new([0.0_f32; 2], [0.3; 2], [100, 100]).unwrap();
+    at_the_border(mesh, Walls::Free, &[[0.3, 0.1], [0.3, 0.3], [beside(0.3, false), 0.2]]);
+    // An ulp outside is outside.
+    let mesh = Mesh::new([-15.0; 2], [15.0; 2], [250, 250]).unwrap();
+    with_grid(mesh, Equation::POISSON, 1, |grid| {
+        let beyond = beside(15.0_f64, true);
+        grid.deposit(&[[beyond, 0.0], [0.0, -beyond], [15.0, -15.0]], &[1.0; 3], &Serial).unwrap();
+        grid.locate_mass();
+        assert_eq!(grid.outside(), 2);
+    });
+}
+
+#[test]
+fn a_position_that_is_not_finite_has_no_gradient() {
+    let mesh = Mesh::new([-1.0; 2], [1.0; 2], [4, 4]).unwrap();
+    for walls in [Walls::Free, Walls::NoFlux] {
+        with_grid(mesh, Equation { walls, ..Equation::POISSON }, 1, |grid| {
+            grid.deposit(&[[0.1, 0.2]], &[1.0], &Serial).unwrap();
+            grid.solve(&Serial).unwrap();
+            for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+                assert!(grid.gradient_at([bad, 0.0]).iter().all(|g| g.is_nan()));
+                assert!(grid.gradient_at([0.0, bad]).iter().all(|g| g.is_nan()));
+            }
+        });
+    }
+}
+
+/// Everything that a grid answers, in units of 2^mass for masses and 2^length for lengths.
+fn field<T: Real>(walls: Walls, order: Order, screening: f64, mass: i32, length: i32) -> (Vec<T>, Vec<[T; 2]>) {
+    let of = |x: f64, e: i32| T::from_f64(x).ldexp(e);
+    let corner = |x: [f64; 2]| x.map(|x| of(x, length));
+    let mesh = Mesh::new(corner([-1.0, -1.5]), corner([1.0, 1.0]), [12, 15]).unwrap();
+    let equation = Equation { screening: of(screening, -length), walls, order };
+    let (x, m) = cloud(40, [-1.1, -1.6], [1.1, 1.1], 3);
+    let x: Vec<[T; 2]> = x.iter().map(|x| corner(*x)).collect();
+    let m: Vec<T> = m.iter().map(|m| of(*m, mass)).collect();
+    with_grid(mesh, equation, 1, |grid| {
+        grid.deposit(&x, &m, &Serial).unwrap();
+        grid.solve(&Serial).unwrap();
+        let mut u = vec![T::NAN; mesh.nodes()];
+        grid.potential(&mut u).unwrap();
+        let mut gradient = grid.gradient().to_vec();
+        gradient.extend(x.iter().map(|x| grid.gradient_at(*x)));
+        (u, gradient)
+    })
+}
+
+/// The equations have no scale: fields in other units of mass and length are the same numbers in those units, but for the constant that the
+/// logarithm adds in free space.
+fn units<T: Real>(mass: &[i32], length: &[i32]) {
+    let e = T::EPSILON.to_f64();
+    for (walls, screening) in [
+        (Walls::Free, 0.0),
+        (Walls::FreeQuadrupole, 0.0),
+        (Walls::NoFlux, 0.0),
+        (Walls::Free, 0.5),
+        (Walls::NoFlux, 0.5),
+    ] {
+        for order in [Order::Second, Order::Fourth] {
+            let (u, g) = field::<T>(walls, order, screening, 0, 0);
+            let total: f64 = cloud(40, [0.0; 2], [1.0; 2], 3).1.iter().sum();
+            let free = walls != Walls::NoFlux && screening == 0.0;
+            for (&mass, &length) in mass.iter().zip(length) {
+                let context = std::format!("{walls:?} {order:?} {screening} {mass} {length}");
+                let (other_u, other_g) = field::<T>(walls, order, screening, mass, length);
+                let log = f64::from(length) * core::f64::consts::LN_2 / (2.0 * core::f64::consts::PI);
+                let shift = if free { total * log } else { 0.0 };
+                // Each value on the border is rounded by u of itself; the solve amplifies its roundings by the condition, 8 / (pi / 15)^2 at most.
+                let bound = 200.0 * e * (total + shift.abs());
+                for (u, other) in u.iter().zip(&other_u) {
+                    let other = other.ldexp(-mass).to_f64();
+                    assert!((other - u.to_f64() - shift).abs() <= bound, "{context}: {other} {u} {shift}");
+                }
+                // Differences over a mesh width of 1/6.
+                for (g, other) in g.iter().zip(&other_g) {
+                    for k in 0..2 {
+                        let other = other[k].ldexp(length).ldexp(-mass).to_f64();
+                        assert!((other - g[k].to_f64()).abs() <= 12.0 * bound, "{context}: {other} {}", g[k]);
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn no_unit_of_mass_or_length_is_too_large_or_too_small() {
+    // Results of 2^mass log, 2^(mass - length) are in the range; lengths of 1e160, in single precision masses of 1e-27 kg and lengths of 1e20.
+    units::<f64>(&[0, 0, 0, 900, -900, -1000, 1000], &[532, -532, 1000, 900, -800, -400, 100]);
+    units::<f32>(&[0, 0, -90, 100, -60], &[66, -66, -40, 80, 60]);
+}
+
+#[test]
+fn meshes_that_are_refused() {
+    let out = Err(Error::OutOfDomain);
+    assert_eq!(Mesh::new([0.0; 2], [1e305; 2], [4, 4]).map(|_| ()), out);
+    assert_eq!(Mesh::new([-1e305, 0.0], [1.0; 2], [4, 4]).map(|_| ()), out);
+    assert_eq!(Mesh::new([0.0; 2], [1.0, 1e-13], [4, 4]).map(|_| ()), out);
+    assert_eq!(Mesh::new([0.0; 2], [1e-307, 1e-307], [40, 40]).map(|_| ()), out);
+    assert!(Mesh::new([-1e304; 2], [1e304; 2], [4, 4]).is_ok() && Mesh::new([0.0; 2], [1.0, 1e-11], [4, 4]).is_ok());
 }

@@ -71,17 +71,17 @@ impl Variable {
         let q = r / radius;
         // exact where r and R are within a factor of two, so relatively accurate up to the edge
         let t = ((radius - r) / radius * (T::ONE + q)).max(T::ZERO);
-        let w = radius / r;
+        // Those that divide by r are for panels outside, where it is not zero.
         match self {
             Self::EdgePowers => t,
             Self::SquarePowers | Self::Square => q * q,
-            Self::InversePowers | Self::Inverse => w * w,
+            Self::InversePowers | Self::Inverse => (radius / r) * (radius / r),
             Self::RootEdge => t.sqrt(),
             Self::FourthRootEdge => t.sqrt().sqrt(),
             Self::RootOutside => ((r - radius) / radius * (T::ONE + q)).max(T::ZERO).sqrt(),
-            Self::RootInverse => outside(radius, r, w).sqrt(),
-            Self::FourthRootInverse => outside(radius, r, w).sqrt().sqrt(),
-            Self::Reciprocal => w,
+            Self::RootInverse => outside(radius, r).sqrt(),
+            Self::FourthRootInverse => outside(radius, r).sqrt().sqrt(),
+            Self::Reciprocal => radius / r,
             Self::RootReciprocal => ((r - radius) / r).max(T::ZERO).sqrt(),
         }
     }
@@ -184,8 +184,8 @@ impl<T: Real> Panel<T> {
 }
 
 /// 1 - (R/r)^2, accurate at the edge.
-fn outside<T: Real>(radius: T, r: T, w: T) -> T {
-    ((r - radius) / r * (T::ONE + w)).max(T::ZERO)
+fn outside<T: Real>(radius: T, r: T) -> T {
+    ((r - radius) / r * (T::ONE + radius / r)).max(T::ZERO)
 }
 
 impl<T: Real> Part<T> {

@@ -18,12 +18,14 @@ pub(super) struct Plain<T> {
 }
 
 impl<T: Real> Plain<T> {
-    /// None where squares overflow or underflow: the accurate functions serve there.
+    /// None where a square or the quotient of the two might leave the range: the accurate functions serve there.
     pub fn new(shape: Gaussian, dimension: usize, delta: T, x: &[T]) -> Option<Self> {
         let square = x.iter().fold(T::ZERO, |sum, &c| sum + c * c);
-        let least = T::MIN_POSITIVE / T::EPSILON;
+        let (area, least) = (delta * delta, T::MIN_POSITIVE / T::EPSILON);
         let normal = |value: T| value > least && value < T::ONE / least;
-        let fits = normal(delta * delta) && (square == T::ZERO || normal(square));
+        // Far out the quotient would be infinite; where it underflows it is zero beside 1.
+        let near = square * T::ONE.ldexp(20 - T::MAX_EXPONENT) < area;
+        let fits = normal(area) && (square == T::ZERO || normal(square) && near);
         fits.then_some(Self { shape, dimension, delta, square })
     }
 
@@ -44,8 +46,9 @@ impl<T: Real> Plain<T> {
             let area = self.delta * self.delta;
             let half = self.square / area * T::HALF;
             let rest = (-half).expm1();
-            // (1 - E) / (r^2/(2 delta^2)), 1 at r = 0
-            let fall = if half == T::ZERO { T::ONE } else { -rest / half };
+            // (1 - E) / (r^2/(2 delta^2)), 1 at r = 0. The divisor is chosen, not the quotient, which may be computed at r = 0 too.
+            let (numerator, divisor) = if half == T::ZERO { (T::ONE, T::ONE) } else { (-rest, half) };
+            let fall = numerator / divisor;
             let e = T::ONE + rest;
             return fall * (T::ONE + T::TWO * e) / (T::TWO * T::TWO * T::PI * area);
         }

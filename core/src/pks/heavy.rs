@@ -331,11 +331,10 @@ impl<T: Real> Newtonian<T> {
     }
 
     fn factor(&self, square: T) -> T {
-        if self.is_beyond(square) {
-            self.strength / square
-        } else {
-            self.scale * self.inside.at(T::ONE - square / self.edge)
-        }
+        // The divisor is chosen, not the quotient: several at a time both are computed, at r = 0 too.
+        let beyond = self.is_beyond(square);
+        let far = self.strength / if beyond { square } else { self.edge };
+        if beyond { far } else { self.scale * self.inside.at(T::ONE - square / self.edge) }
     }
 }
 

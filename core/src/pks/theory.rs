@@ -9,10 +9,12 @@ use crate::real::Real;
 /// The strength of the logarithm in V of (1.4a) and (1.4b): 1 / (2 pi).
 pub const GAMMA: f64 = 0.5 * core::f64::consts::FRAC_1_PI;
 
-/// The critical mass `8 pi mu / chi`: above it a solution blows up in finite time (1.6), below it never does (1.7).
+/// The critical mass `8 pi mu / chi`: above it a solution blows up in finite time (1.6), below it never does (1.7). Infinite for chi = 0.
 #[must_use]
 pub fn critical_mass<T: Real>(mu: T, chi: T) -> T {
-    T::from_i32(8) * T::PI * mu / chi
+    let finite = chi != T::ZERO;
+    let quotient = T::from_i32(8) * T::PI * mu / if finite { chi } else { T::ONE };
+    if finite { quotient } else { T::INFINITY }
 }
 
 /// The bound `T < 2 pi F(0) / ((chi M - 8 pi mu) M)` on the time of blow-up (1.8); infinite for a subcritical mass.
@@ -21,7 +23,9 @@ pub fn critical_mass<T: Real>(mu: T, chi: T) -> T {
 #[must_use]
 pub fn blow_up_bound<T: Real>(mass: T, mu: T, chi: T, second_moment: T) -> T {
     let excess = chi * mass - T::from_i32(8) * T::PI * mu;
-    if excess > T::ZERO { T::TWO * T::PI * second_moment / (excess * mass) } else { T::INFINITY }
+    let finite = excess > T::ZERO;
+    let quotient = T::TWO * T::PI * second_moment / if finite { excess * mass } else { T::ONE };
+    if finite { quotient } else { T::INFINITY }
 }
 
 /// Number, mass and sum of squared masses of a group of particles: all that its index depends on.
@@ -75,13 +79,16 @@ impl<T: Real> Law<T> {
     /// The index nu of the squared Bessel process that a group's second moment follows, (2.7), in general (4.30):
     /// `N - 2 - gamma chi (M^2 - sum m^2) / (4 mu~)`. A group may collide if nu < 0, and must if nu <= -1.
     ///
-    /// Without noise: -inf if the group attracts itself, else N - 2 (nothing makes it move).
+    /// Without noise: -inf if the group attracts itself, +inf if it repels itself, else N - 2 (nothing makes it move).
     #[inline]
     #[must_use]
     pub fn index(&self, group: &Group<T>) -> T {
         let pull = self.gamma * self.chi * group.pairs;
         if pull == T::ZERO {
             return group.count - T::TWO;
+        }
+        if cfg!(not(feature = "small")) && self.noise == T::ZERO {
+            return (-T::INFINITY).copysign(-pull);
         }
         group.count - T::TWO - pull / (T::from_i32(4) * self.noise)
     }
@@ -240,6 +247,9 @@ mod tests {
         let nu: f64 = law.alpha(&group) / (2.0 * law.beta_squared(&group)) - 1.0;
         assert!((nu - law.index(&group)).abs() < 1e-13);
         assert_eq!(Law::new(1.0, 0.0).index(&group), f64::NEG_INFINITY);
+        assert_eq!(Law::new(-1.0, 0.0).index(&group), f64::INFINITY);
         assert_eq!(Law::new(0.0, 0.0).index(&group), 1.0);
+        assert_eq!(critical_mass(1.0, 0.0), f64::INFINITY);
+        assert_eq!(blow_up_bound(1.0, 1.0, 0.0, 1.0), f64::INFINITY);
     }
 }

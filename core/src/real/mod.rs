@@ -151,11 +151,22 @@ pub trait Real:
             if left & 1 == 1 {
                 result *= base;
             }
-            base *= base;
             left >>= 1;
+            // One square more than needed may overflow.
+            if left > 0 {
+                base *= base;
+            }
         }
         result
     }
+}
+
+/// The Euclidean length of `x`, each component scaled by one power of two, so that squares stay in the range whenever the length does.
+/// An infinite component, and a length beyond the range, give infinity; a NaN gives NaN.
+pub(crate) fn length<T: Real, const D: usize>(x: &[T; D]) -> T {
+    let (_, exponent) = x.iter().fold(T::ZERO, |largest, c| largest.max(c.abs())).frexp();
+    let square = x.iter().map(|c| c.ldexp(-exponent)).fold(T::ZERO, |sum, c| sum + c * c);
+    square.sqrt().ldexp(exponent)
 }
 
 macro_rules! real {
@@ -269,12 +280,14 @@ macro_rules! real {
             }
             #[inline]
             fn frexp(self) -> (Self, i32) {
-                // A number below the normal range is first brought into it, exactly.
-                let (x, least) = if $t::abs(self) < $t::MIN_POSITIVE {
-                    (self * 18_446_744_073_709_551_616.0, $max_exponent + 63)
+                // A number below the normal range is first brought into it, exactly. The factor is chosen, not the product, which
+                // would overflow for other numbers if the compiler computed both.
+                let (factor, least) = if $t::abs(self) < $t::MIN_POSITIVE {
+                    (18_446_744_073_709_551_616.0, $max_exponent + 63)
                 } else {
-                    (self, $max_exponent - 1)
+                    (1.0, $max_exponent - 1)
                 };
+                let x = self * factor;
                 let (bits, all) = (x.to_bits(), 2 * $max_exponent + 1);
                 let exponent = (bits >> ($digits - 1)) & all;
                 if exponent == 0 || exponent == all {
@@ -343,3 +356,27 @@ real!(f32, 4, 24, 127, sqrt_f32, narrow, single::exp, single::log, floorf ceilf 
       erff erfcf tgammaf lgammaf);
 real!(f64, 8, 53, 1023, sqrt_f64, same, libm::exp, libm::log, floor ceil round ldexp expm1 log1p pow sin cos erf erfc tgamma
       lgamma);
+
+#[cfg(test)]
+mod tests {
+    use super::{Real, length};
+
+    #[test]
+    fn lengths_over_the_whole_range() {
+        // Pythagorean: exact at every power of two at which 3 is exact.
+        for exponent in -1074..1021 {
+            let at = |x: f64| Real::ldexp(x, exponent);
+            assert_eq!(length(&[at(3.0), at(-4.0)]), at(5.0), "{exponent}");
+            assert_eq!(length(&[at(2.0), at(6.0), at(-3.0)]), at(7.0), "{exponent}");
+        }
+        for exponent in -149..125 {
+            let at = |x: f32| Real::ldexp(x, exponent);
+            assert_eq!(length(&[at(3.0), at(-4.0)]), at(5.0), "{exponent}");
+        }
+        assert_eq!(length(&[0.0_f64; 3]), 0.0);
+        assert_eq!(length(&[-5e-324_f64]), 5e-324);
+        assert_eq!(length(&[f64::MAX, f64::MAX]), f64::INFINITY);
+        assert_eq!(length(&[f64::NEG_INFINITY, 1.0]), f64::INFINITY);
+        assert!(length(&[f32::NAN, 1.0]).is_nan() && length(&[f32::NAN, f32::INFINITY]).is_nan());
+    }
+}

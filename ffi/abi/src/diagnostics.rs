@@ -106,8 +106,9 @@ unsafe fn overlap<T: Real, const D: usize>(
 /// Writes total mass, sum of |m|, centre of mass (one point; 0 where the total mass is 0) and second moment about it,
 /// sum m |x - centre|^2, of n particles in two dimensions.
 ///
-/// `positions` [n][2], `masses` [n], of any sign. Null outputs are not wanted; the others are overwritten. Compensated sums: a few
-/// roundings whatever n. Values that are not finite give results that are not.
+/// `positions` [n][2], `masses` [n], of any sign. Null outputs are not wanted; the others are overwritten. Compensated sums in double
+/// precision: a few roundings whatever n. A result is infinite only where the true one is beyond the range. Values that are not finite give results
+/// that are not.
 ///
 /// Refused: MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_OVERLAP.
 ///
@@ -221,8 +222,10 @@ pub unsafe extern "C" fn mollis_moments3_eval_f32(
 /// over a bound of the Jacobian's spectral radius; infinity where nothing moves. Ask again when particles have moved by a
 /// good part of delta. Cost: n (n - 1) kernel evaluations.
 ///
-/// Refused, with `step` as it was: MOLLIS_ERR_NOT_FINITE (a position, a mass, or the bound itself, as for a singular kernel and
-/// coincident particles), the codes of an unprepared kernel (see `mollis_kernel2_eval`), MOLLIS_ERR_NULL_POINTER,
+/// Without a mollifier a pair at one place has such a step only if each term of the kernel is a power with p >= 2.
+///
+/// Refused, with `step` as it was: MOLLIS_ERR_NOT_FINITE (a position, a mass, or the bound itself: a pair at one place, or so close
+/// that the kernel's second derivatives are beyond the range), the codes of an unprepared kernel (see `mollis_kernel2_eval`), MOLLIS_ERR_NULL_POINTER,
 /// MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_OVERLAP.
 ///
 /// # Safety
@@ -328,7 +331,8 @@ pub unsafe extern "C" fn mollis_stable_step3_eval_f32(
 /// Writes a time step with which the Runge-Kutta method is stable at every state of this total |mass| in which no two
 /// particles are farther apart than `diameter`, in two dimensions: shorter than `mollis_stable_step2_eval`'s, but good for a whole run.
 ///
-/// Refused, with `step` as it was: MOLLIS_ERR_NOT_FINITE (an argument, or no such step: a singular kernel),
+/// Refused, with `step` as it was: MOLLIS_ERR_NOT_FINITE (an argument, or no such step: a kernel without a mollifier, unless each of its
+/// terms is a power with p >= 2; a host's own kernel is not known to be one),
 /// MOLLIS_ERR_OUT_OF_DOMAIN (a negative argument), the codes of an unprepared kernel, MOLLIS_ERR_NULL_POINTER,
 /// MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_OVERLAP.
 ///

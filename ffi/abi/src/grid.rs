@@ -109,7 +109,8 @@ unsafe fn workspace_bytes<T: Real>(
 
 /// The exact size of the workspace that mollis_grid2_eval needs for this mesh and these options, with this run's executor.
 ///
-/// Refused: MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_NOT_FINITE, MOLLIS_ERR_OUT_OF_DOMAIN (an empty rectangle, fewer than 2 cells),
+/// Refused: MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_NOT_FINITE, MOLLIS_ERR_OUT_OF_DOMAIN (an empty rectangle, fewer than 2 cells, a corner beyond
+/// 2^-13 of the scalar's largest number, a mesh width below its normal range, cells more than 2^40 times as long as wide),
 /// MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_UNKNOWN_VALUE (walls, order), MOLLIS_ERR_KERNEL_PARAMETER (screening), MOLLIS_ERR_UNSUPPORTED (second
 /// moments with screening; order 4 with long or coarse cells), MOLLIS_ERR_OPTIONS_SIZE, MOLLIS_ERR_NOT_INITIALISED.
 #[cfg(feature = "double")]
@@ -245,7 +246,7 @@ unsafe fn eval<T: Real>(
 /// | node_potential    | nodes        | u at the nodes; with order 4 sharpened for interpolation                          |
 /// | node_gradient     | nodes, 2     | its differences                                                                  |
 /// | total             | 3            | total mass and its centre                                                        |
-/// | outside           | 1            | sources outside the mesh; they act through the total mass only                   |
+/// | outside           | 1            | sources outside the mesh (on its border they are inside); they act through the total mass only |
 ///
 /// Each output is overwritten, null is "not wanted"; what no output needs is not computed. The bits do not depend on the order of the
 /// sources, on the executor or on the level. The workspace is scratch, of mollis_grid2_workspace_bytes.

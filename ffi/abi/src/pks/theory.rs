@@ -11,7 +11,7 @@ use crate::status::{mollis_status, status};
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct mollis_pks_prediction {
-    /// 8 pi mu / chi (1.6).
+    /// 8 pi mu / chi (1.6); infinite for chi = 0.
     pub critical_mass: f64,
     /// The bound on the time of blow-up (1.8), infinite for a subcritical mass.
     pub blow_up_bound: f64,

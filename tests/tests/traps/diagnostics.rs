@@ -1,0 +1,109 @@
+//! Moments, stable steps, overlaps, norms: also of nothing, of total mass 0, of zeros.
+
+use std::ptr::null;
+
+use mollis_tests::Aligned;
+use mollis_tests::exceptions::Rows;
+
+use super::*;
+
+macro_rules! check {
+    ($name:ident, $t:ty, $d:literal; $moments:ident() $step:ident() $anywhere:ident() $overlap:ident() $distance:ident()
+     $size:ident() $dual:ident() $norm:ident(); $bytes:ident() $prepare:ident()) => {
+        #[test]
+        fn $name() {
+            const N: usize = 24;
+            let mut rows = Rows::default();
+            let positions = points!(N, $t, $d);
+            let others = points!(N + 5, $t, $d);
+            let same: Vec<$t> = vec![0.25; N];
+            let opposite: Vec<$t> = (0..N).map(|k| if k % 2 == 0 { 0.25 } else { -0.25 }).collect();
+            let some: Vec<$t> = (0..N).map(|k| if k % 3 == 0 { 0.0 } else { 0.25 }).collect();
+            let (x, y) = (positions.as_ptr(), others[5..].as_ptr());
+            let mut out = [0.0 as $t; 3];
+            let [a, b, c] = out.each_mut().map(|out| out as *mut $t);
+            for (kind, masses) in [("all", &same), ("total 0", &opposite), ("with zeros", &some)] {
+                let m = masses.as_ptr();
+                for n in [0, 1, N] {
+                    let mut centre = [0.0 as $t; $d];
+                    rows.row(format!("{}, {kind} {n}", stringify!($moments)), || unsafe {
+                        $moments(n, x, m, a, b, &raw mut centre, c)
+                    });
+                    for densities in [&same, &some] {
+                        rows.row(format!("{}, {kind} {n}", stringify!($overlap)), || unsafe {
+                            $overlap(n, 0.4, m, densities.as_ptr(), a)
+                        });
+                    }
+                    for p in [1.0, 2.0, 3.0, <$t>::INFINITY] {
+                        rows.row(format!("{}, {kind} {n} {p}", stringify!($norm)), || unsafe {
+                            $norm(n, m, 0.1, p, a)
+                        });
+                        rows.row(format!("{}, {n} {p}", stringify!($distance)), || unsafe {
+                            $distance(n, x, y, 0.1, p, a)
+                        });
+                    }
+                    for mollifier in mollifiers_in($d).into_iter().filter(|m| m.order != 6 && m.order != 8) {
+                        let terms = [
+                            mollis_kernel_term {
+                                kind: MOLLIS_KERNEL_NEWTONIAN,
+                                reserved: 0,
+                                coefficient: 1.0,
+                                parameter: [0.0; 2],
+                            },
+                            mollis_kernel_term {
+                                kind: MOLLIS_KERNEL_POWER,
+                                reserved: 0,
+                                coefficient: 1.0,
+                                parameter: [2.0, 0.0],
+                            },
+                        ];
+                        // Without a mollifier only powers have a step anywhere, and at one place.
+                        let terms = if mollifier.kind == MOLLIS_MOLLIFIER_NONE { &terms[1..] } else { &terms[..] };
+                        let mut bytes = 0;
+                        unsafe {
+                            let count = terms.len();
+                            assert_eq!($bytes(terms.as_ptr(), count, null(), mollifier, &raw mut bytes), 0);
+                            let mut block = Aligned::new(bytes);
+                            let kernel = pointer(&mut block);
+                            assert_eq!($prepare(kernel, bytes, terms.as_ptr(), count, null(), mollifier, 0.3), 0);
+                            let what = |f: &str| format!("{f}, {kind} {n}, {}", name(mollifier));
+                            rows.row(what(stringify!($step)), || $step(kernel, bytes, n, m, x, a));
+                            rows.row(what(stringify!($anywhere)), || $anywhere(kernel, bytes, n as $t, 3.0, a));
+                        }
+                    }
+                }
+            }
+            let (points, mut bytes) = ([3_usize; $d], 0);
+            rows.row(stringify!($size), || unsafe { $size(&raw const points, 4, &raw mut bytes) });
+            let mut memory = Aligned::new(bytes);
+            let workspace = pointer(&mut memory);
+            let values: Vec<$t> = (0..27).map(|k| 0.2 * k as $t - 0.7).collect();
+            let zeros = vec![0.0 as $t; 27];
+            for (kind, values) in [("values", &values), ("zeros", &zeros)] {
+                rows.row(format!("{}, {kind}", stringify!($dual)), || unsafe {
+                    $dual(&raw const points, 0.5, 4, values.as_ptr(), a, workspace, bytes)
+                });
+            }
+            rows.finish();
+        }
+    };
+}
+
+check!(line_f64, f64, 1; mollis_moments1_eval() mollis_stable_step1_eval() mollis_stable_step_anywhere1_eval()
+    mollis_overlap1_eval() mollis_distance1_eval() mollis_dual_norm1_workspace_bytes() mollis_dual_norm1_eval() mollis_norm_eval();
+    mollis_kernel1_workspace_bytes() mollis_kernel1_prepare());
+check!(plane_f64, f64, 2; mollis_moments2_eval() mollis_stable_step2_eval() mollis_stable_step_anywhere2_eval()
+    mollis_overlap2_eval() mollis_distance2_eval() mollis_dual_norm2_workspace_bytes() mollis_dual_norm2_eval() mollis_norm_eval();
+    mollis_kernel2_workspace_bytes() mollis_kernel2_prepare());
+check!(space_f64, f64, 3; mollis_moments3_eval() mollis_stable_step3_eval() mollis_stable_step_anywhere3_eval()
+    mollis_overlap3_eval() mollis_distance3_eval() mollis_dual_norm3_workspace_bytes() mollis_dual_norm3_eval() mollis_norm_eval();
+    mollis_kernel3_workspace_bytes() mollis_kernel3_prepare());
+check!(line_f32, f32, 1; mollis_moments1_eval_f32() mollis_stable_step1_eval_f32() mollis_stable_step_anywhere1_eval_f32()
+    mollis_overlap1_eval_f32() mollis_distance1_eval_f32() mollis_dual_norm1_workspace_bytes_f32()
+    mollis_dual_norm1_eval_f32() mollis_norm_eval_f32(); mollis_kernel1_workspace_bytes_f32() mollis_kernel1_prepare_f32());
+check!(plane_f32, f32, 2; mollis_moments2_eval_f32() mollis_stable_step2_eval_f32() mollis_stable_step_anywhere2_eval_f32()
+    mollis_overlap2_eval_f32() mollis_distance2_eval_f32() mollis_dual_norm2_workspace_bytes_f32()
+    mollis_dual_norm2_eval_f32() mollis_norm_eval_f32(); mollis_kernel2_workspace_bytes_f32() mollis_kernel2_prepare_f32());
+check!(space_f32, f32, 3; mollis_moments3_eval_f32() mollis_stable_step3_eval_f32() mollis_stable_step_anywhere3_eval_f32()
+    mollis_overlap3_eval_f32() mollis_distance3_eval_f32() mollis_dual_norm3_workspace_bytes_f32()
+    mollis_dual_norm3_eval_f32() mollis_norm_eval_f32(); mollis_kernel3_workspace_bytes_f32() mollis_kernel3_prepare_f32());

@@ -1,0 +1,96 @@
+//! Kernels: preparing them, and their values at distances, r = 0 among them.
+
+use std::ptr::null;
+
+use mollis_tests::Aligned;
+use mollis_tests::exceptions::Rows;
+
+use super::*;
+
+/// |x|^1.5 / 1.5 in any dimension: the Laplacian is that of the plane, which the flags don't mind.
+unsafe extern "C" fn own(_: *mut c_void, r: f64, out: *mut f64) -> mollis_status {
+    let root = r.sqrt();
+    unsafe { out.cast::<[f64; 3]>().write([r * root / 1.5, 1.0 / root, 1.5 / root]) };
+    0
+}
+
+fn term(kind: i32, coefficient: f64, parameter: f64) -> mollis_kernel_term {
+    mollis_kernel_term { kind, reserved: 0, coefficient, parameter: [parameter, 0.0] }
+}
+
+/// Sums of terms that exist in this dimension; fewer in single precision, as preparing is done in double anyway.
+fn sums(dimension: usize, few: bool) -> Vec<Vec<mollis_kernel_term>> {
+    let newtonian = term(MOLLIS_KERNEL_NEWTONIAN, -1.0, 0.0);
+    let power = |p: f64| term(MOLLIS_KERNEL_POWER, 1.0, p);
+    let exponential = |c: f64, l: f64| term(MOLLIS_KERNEL_EXPONENTIAL, c, l);
+    let mut all = vec![
+        vec![newtonian],
+        vec![power(0.0)],
+        vec![power(1.5)],
+        vec![power(2.0)],
+        vec![exponential(1.0, 0.7)],
+        vec![term(MOLLIS_KERNEL_SCREENED, 1.0, 2.0)],
+    ];
+    if !few {
+        all.extend([
+            vec![power(1.0)],
+            vec![power(2.5)],
+            vec![power(3.0)],
+            vec![power(4.0), newtonian],
+            vec![power(8.0)],
+            vec![exponential(1.0, 1.0), exponential(-2.0, 0.4)],
+            vec![term(MOLLIS_KERNEL_SCREENED, 1.0, 20.0)],
+        ]);
+        all.extend([-0.5, -1.5].iter().filter(|&&p| p > 1.0 - dimension as f64).map(|&p| vec![power(p)]));
+    }
+    all
+}
+
+macro_rules! check {
+    ($name:ident, $t:ty, $d:literal, $few:literal; $bytes:ident() $prepare:ident() $eval:ident()) => {
+        #[test]
+        fn $name() {
+            let mut rows = Rows::default();
+            let r = [0.0 as $t, 1e-12, 1e-3, 0.1, 0.29, 0.3, 0.31, 0.6, 2.0, 13.0, 100.0];
+            let host = mollis_radial_kernel {
+                context: std::ptr::null_mut(),
+                evaluate: Some(own),
+                coefficient: 1.0,
+                reach: 5.0,
+            };
+            let mut kernels: Vec<_> = sums($d, $few).into_iter().map(|terms| (terms, None)).collect();
+            kernels.push((vec![], Some(host)));
+            for mollifier in mollifiers_in($d).into_iter().filter(|m| m.order != 6 && m.order != 8) {
+                for (terms, host) in &kernels {
+                    let own: *const mollis_radial_kernel = host.as_ref().map_or(null(), |host| host);
+                    let what =
+                        |function: &str| format!("{function}, {}, {terms:?} {}", name(mollifier), host.is_some());
+                    let mut bytes = 0;
+                    rows.row(what(stringify!($bytes)), || unsafe {
+                        $bytes(terms.as_ptr(), terms.len(), own, mollifier, &raw mut bytes)
+                    });
+                    let mut block = Aligned::new(bytes);
+                    let kernel = pointer(&mut block);
+                    rows.row(what(stringify!($prepare)), || unsafe {
+                        $prepare(kernel, bytes, terms.as_ptr(), terms.len(), own, mollifier, 0.3)
+                    });
+                    let mut out = [[0.0 as $t; 11]; 3];
+                    let [u, g, l] = out.each_mut().map(|out| out.as_mut_ptr());
+                    for (k, r) in r.iter().enumerate() {
+                        rows.row(format!("{}, r = {r}", what(stringify!($eval))), || unsafe {
+                            $eval(kernel, bytes, 1, r, u.add(k), g.add(k), l.add(k))
+                        });
+                    }
+                }
+            }
+            rows.finish();
+        }
+    };
+}
+
+check!(line_f64, f64, 1, false; mollis_kernel1_workspace_bytes() mollis_kernel1_prepare() mollis_kernel1_eval());
+check!(plane_f64, f64, 2, false; mollis_kernel2_workspace_bytes() mollis_kernel2_prepare() mollis_kernel2_eval());
+check!(space_f64, f64, 3, false; mollis_kernel3_workspace_bytes() mollis_kernel3_prepare() mollis_kernel3_eval());
+check!(line_f32, f32, 1, true; mollis_kernel1_workspace_bytes_f32() mollis_kernel1_prepare_f32() mollis_kernel1_eval_f32());
+check!(plane_f32, f32, 2, true; mollis_kernel2_workspace_bytes_f32() mollis_kernel2_prepare_f32() mollis_kernel2_eval_f32());
+check!(space_f32, f32, 3, true; mollis_kernel3_workspace_bytes_f32() mollis_kernel3_prepare_f32() mollis_kernel3_eval_f32());

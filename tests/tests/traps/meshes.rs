@@ -1,0 +1,98 @@
+//! Mesh fields: all walls, both orders, with and without screening, of particles inside, on the border and outside, of masses that add up to 0.
+
+use std::ptr::null;
+
+use mollis_tests::Aligned;
+use mollis_tests::exceptions::Rows;
+
+use super::*;
+
+/// Every choice of options that is offered.
+pub fn options() -> Vec<mollis_grid2_options> {
+    let mut defaults = std::mem::MaybeUninit::<mollis_grid2_options>::uninit();
+    let defaults = unsafe {
+        assert_eq!(mollis_grid2_options_init(defaults.as_mut_ptr(), size_of::<mollis_grid2_options>()), 0);
+        defaults.assume_init()
+    };
+    let mut all = Vec::new();
+    for walls in [MOLLIS_WALLS_FREE, MOLLIS_WALLS_NO_FLUX, MOLLIS_WALLS_FREE_QUADRUPOLE] {
+        for screening in [0.0, 1.5] {
+            for order in [2, 4] {
+                if walls != MOLLIS_WALLS_FREE_QUADRUPOLE || screening == 0.0 {
+                    all.push(mollis_grid2_options { walls, screening, order, ..defaults });
+                }
+            }
+        }
+    }
+    all
+}
+
+macro_rules! check {
+    ($name:ident, $t:ty; $bytes:ident() $eval:ident()) => {
+        #[test]
+        fn $name() {
+            const N: usize = 30;
+            let mut rows = Rows::default();
+            let mut x = points!(N, $t, 2);
+            x[4] = [1.0, 1.0];
+            x[5] = [-1.0, 0.3];
+            x[6] = [2.5, -7.0];
+            x[7] = [0.5, -1.0000001];
+            let same: Vec<$t> = vec![0.25; N];
+            let opposite: Vec<$t> = (0..N).map(|k| if k % 2 == 0 { 0.25 } else { -0.25 }).collect();
+            let zeros = vec![0.0 as $t; N];
+            // By powers of two, by a radix of its own, by Bluestein's way.
+            for cells in [[2, 2], [16, 16], [15, 14], [37, 41]] {
+                let mesh = mollis_mesh2 { lower: [-1.0; 2], upper: [1.0; 2], cells };
+                let nodes = (cells[0] + 1) * (cells[1] + 1);
+                for options in options() {
+                    let what = |function: &str, kind: &str| {
+                        let mollis_grid2_options { walls, screening, order, .. } = options;
+                        format!("{function}, {cells:?}, walls {walls}, screening {screening}, order {order}, {kind}")
+                    };
+                    // Cells that are coarse for the screening are refused.
+                    if options.order == 4 && cells[0] == 2 {
+                        continue;
+                    }
+                    let mut bytes = 0;
+                    rows.row(what(stringify!($bytes), ""), || unsafe {
+                        $bytes(&raw const mesh, &raw const options, null(), &raw mut bytes)
+                    });
+                    let mut memory = Aligned::new(bytes);
+                    let workspace = pointer(&mut memory);
+                    for (kind, m) in [("masses", &same), ("total 0", &opposite), ("zeros", &zeros)] {
+                        for n in [0, 1, N] {
+                            let (mut gradient, mut total, mut outside) = ([[0.0 as $t; 2]; N], [0.0 as $t; 3], 0);
+                            let (mut mass, mut u) = (vec![0.0 as $t; nodes], vec![0.0 as $t; nodes]);
+                            let mut du = vec![[0.0 as $t; 2]; nodes];
+                            rows.row(what(stringify!($eval), &format!("{kind} {n}")), || unsafe {
+                                $eval(
+                                    &raw const mesh,
+                                    &raw const options,
+                                    n,
+                                    x.as_ptr(),
+                                    m.as_ptr(),
+                                    N,
+                                    x.as_ptr(),
+                                    gradient.as_mut_ptr(),
+                                    mass.as_mut_ptr(),
+                                    u.as_mut_ptr(),
+                                    du.as_mut_ptr(),
+                                    &raw mut total,
+                                    &raw mut outside,
+                                    workspace,
+                                    bytes,
+                                    null(),
+                                )
+                            });
+                        }
+                    }
+                }
+            }
+            rows.finish();
+        }
+    };
+}
+
+check!(double, f64; mollis_grid2_workspace_bytes() mollis_grid2_eval());
+check!(single, f32; mollis_grid2_workspace_bytes_f32() mollis_grid2_eval_f32());
