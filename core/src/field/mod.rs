@@ -22,7 +22,6 @@ use crate::kernel::Kernel;
 use crate::mollifier::{Blob, Mollifier};
 use crate::parallel::{Executor, Serial};
 use crate::real::Real;
-use pairs::{Called, Newtonian, Tabulated};
 
 /// What a sum asks of its kernel.
 pub trait Interaction<T: Real, const D: usize>: Sync {
@@ -211,7 +210,7 @@ pub fn evaluate<T: Real, const D: usize>(
     workspace: &mut [u8],
     run: &mut Run<'_>,
 ) -> Result<()> {
-    checked::<T, D, true>(plan, kernel, sources, targets, outputs, workspace, run)
+    checked(true, plan, kernel, sources, targets, outputs, workspace, run)
 }
 
 /// As [`evaluate`], for solvers that want gradients and Laplacians by default options. Without the feature `methods` every sum is one over
@@ -228,7 +227,7 @@ pub(crate) fn flow<T: Real, const D: usize>(
     if outputs.potential.is_some() {
         return Err(Error::Unsupported);
     }
-    checked::<T, D, false>(plan, kernel, sources, targets, outputs, workspace, run)
+    checked(false, plan, kernel, sources, targets, outputs, workspace, run)
 }
 
 /// The gradient of the sum over sources that are the targets too, for solvers that have checked everything but the positions.
@@ -247,7 +246,7 @@ pub(crate) fn drift<T: Real, const D: usize>(
     }
     let outputs = Outputs { gradient: Some(gradient), ..Outputs::default() };
     let call = pairs::Call { options: &Options::DEFAULT, sources, targets: sources.positions, outputs };
-    over_pairs::<T, D, false>(kernel, call, workspace, run)
+    pairs::evaluate(kernel, call, false, workspace, run)
 }
 
 /// Bytes that [`drift`] needs.
@@ -258,8 +257,10 @@ pub(crate) fn drift_bytes<T: Real, const D: usize>(n: usize) -> Result<usize> {
     pairs::workspace_bytes::<T, D>(n)
 }
 
-/// [`evaluate`], with potentials only if `P`.
-fn checked<T: Real, const D: usize, const P: bool>(
+/// [`evaluate`], with potentials only if they are asked for.
+#[expect(clippy::too_many_arguments, reason = "the front door's arguments")]
+fn checked<T: Real, const D: usize>(
+    potentials: bool,
     plan: &Plan,
     kernel: &dyn Interaction<T, D>,
     sources: Sources<'_, T, D>,
@@ -293,29 +294,7 @@ fn checked<T: Real, const D: usize, const P: bool>(
         return skips::evaluate(plan, kernel, sources, targets, outputs, workspace, run);
     }
     let call = pairs::Call { options: plan.options(), sources, targets, outputs };
-    over_pairs::<T, D, P>(kernel, call, workspace, run)
-}
-
-/// The sum over all pairs, by what is known of the kernel.
-fn over_pairs<T: Real, const D: usize, const P: bool>(
-    kernel: &dyn Interaction<T, D>,
-    call: pairs::Call<'_, T, D>,
-    workspace: &mut [u8],
-    run: &mut Run<'_>,
-) -> Result<()> {
-    let others = cfg!(feature = "kernels");
-    let table = || kernel.sum().filter(|_| others).and_then(Kernel::table).map(|table| Tabulated { table, kernel });
-    match kernel.newtonian() {
-        Some((coefficient, blob)) => {
-            let table = if matches!(blob.mollifier(), Mollifier::Gaussian { .. }) { table() } else { None };
-            pairs::evaluate::<T, D, _, P>(&Newtonian { blob, coefficient, table }, call, workspace, run)
-        }
-        None if !others => Err(Error::Unsupported),
-        None => match table() {
-            Some(table) => pairs::evaluate::<T, D, _, P>(&table, call, workspace, run),
-            None => pairs::evaluate::<T, D, _, P>(&Called(kernel), call, workspace, run),
-        },
-    }
+    pairs::evaluate(kernel, call, potentials, workspace, run)
 }
 
 /// Whether all numbers are finite.

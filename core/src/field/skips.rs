@@ -1,7 +1,7 @@
 //! Sums that need no pair, or only near ones: which of them serves a kernel, and the way to it.
 
 use super::{Interaction, Method, Options, Outputs, Plan, Reason, Run, Sources, Wanted};
-use super::{moments, neighbours, over_pairs, pairs, sorted};
+use super::{moments, neighbours, pairs, sorted};
 use crate::error::{Error, Result};
 use crate::kernel::{Far, Kernel};
 use crate::mollifier::Mollifier;
@@ -174,7 +174,7 @@ fn split<T: Real, const D: usize>(
         laplacian: outputs.laplacian.as_deref_mut(),
     };
     let call = pairs::Call { options: plan.options(), sources, targets, outputs: pairs };
-    over_pairs::<T, D, true>(&rest, call, of_pairs, run)?;
+    pairs::evaluate(&rest, call, true, of_pairs, run)?;
     let add = |to: Option<&mut [T]>, from: &[T]| {
         to.unwrap_or_default().iter_mut().zip(from).for_each(|(to, &from)| *to += from);
     };

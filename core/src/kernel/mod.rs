@@ -33,7 +33,7 @@ pub use block::Supplied;
 pub(crate) use far::{Far, Near, POWERS};
 pub use law::{Law, MAX_TERMS, RadialKernel, Term};
 pub(crate) use profile::sphere;
-pub(crate) use table::{Table, terms as table_terms};
+pub(crate) use table::{Head as TableHead, Table, terms as table_terms};
 
 use crate::error::Result;
 #[cfg(feature = "kernels")]

@@ -143,6 +143,15 @@ pub trait Real:
     /// The number with these bits.
     fn from_bits(bits: u64) -> Self;
 
+    /// The numbers, if they are f32.
+    fn singles(numbers: &[Self]) -> Option<&[f32]>;
+    /// The numbers, if they are f64.
+    fn doubles(numbers: &[Self]) -> Option<&[f64]>;
+    /// The numbers, if they are f32.
+    fn singles_mut(numbers: &mut [Self]) -> Option<&mut [f32]>;
+    /// The numbers, if they are f64.
+    fn doubles_mut(numbers: &mut [Self]) -> Option<&mut [f64]>;
+
     /// `self` to a small non-negative power, by repeated squaring.
     #[inline(always)]
     fn powi(self, n: u32) -> Self {
@@ -169,8 +178,36 @@ pub(crate) fn length<T: Real, const D: usize>(x: &[T; D]) -> T {
     square.sqrt().ldexp(exponent)
 }
 
+/// Slices under the names of their types.
+macro_rules! names {
+    (f32) => {
+        names!(singles singles_mut f32, doubles doubles_mut f64);
+    };
+    (f64) => {
+        names!(doubles doubles_mut f64, singles singles_mut f32);
+    };
+    ($own:ident $own_mut:ident $t:ty, $other:ident $other_mut:ident $u:ty) => {
+        #[inline(always)]
+        fn $own(numbers: &[Self]) -> Option<&[$t]> {
+            Some(numbers)
+        }
+        #[inline(always)]
+        fn $own_mut(numbers: &mut [Self]) -> Option<&mut [$t]> {
+            Some(numbers)
+        }
+        #[inline(always)]
+        fn $other(_: &[Self]) -> Option<&[$u]> {
+            None
+        }
+        #[inline(always)]
+        fn $other_mut(_: &mut [Self]) -> Option<&mut [$u]> {
+            None
+        }
+    };
+}
+
 macro_rules! real {
-    ($t:ident, $bytes:literal, $digits:literal, $max_exponent:literal, $sqrt:path, $narrow:ident,
+    ($t:tt, $bytes:literal, $digits:literal, $max_exponent:literal, $sqrt:path, $narrow:ident,
      $exp:path, $log:path,
      $floor:ident $ceil:ident $round:ident $ldexp:ident $expm1:ident $log1p:ident
      $pow:ident $sin:ident $cos:ident $erf:ident $erfc:ident $gamma:ident $log_gamma:ident) => {
@@ -189,6 +226,7 @@ macro_rules! real {
             const MAX_EXPONENT: i32 = $max_exponent;
             const BYTES: u32 = $bytes;
 
+            names!($t);
             #[inline(always)]
             fn from_f64(x: f64) -> Self {
                 x as $t

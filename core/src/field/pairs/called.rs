@@ -1,28 +1,29 @@
 //! A kernel that is known by its functions alone: they are called for every pair.
 
+use super::instances::Radial;
 use super::exact::{norm, product};
 use super::lanes::{Group, Noted, Want, distances};
 use super::output::{Contribution, Scales};
 use super::packed::{Units, least_square_exponent, power_of_two};
 use super::{Block, PairKernel};
-use crate::field::{Counters, Interaction, Wanted};
+use crate::field::{Counters, Wanted};
 use crate::isa::{Isa, MAX_LANES};
 use crate::real::Real;
 
 /// A kernel that is called. c is that of its own functions plus 8: 3 for r, 5 for products and sums.
-pub(in crate::field) struct Called<'a, T: Real, const D: usize>(pub &'a dyn Interaction<T, D>);
+pub(in crate::field) struct Called<'a, T>(pub &'a dyn Radial<T>);
 
 /// The kernel in units.
-pub(in crate::field) struct Prepared<'a, T: Real, const D: usize> {
-    kernel: &'a dyn Interaction<T, D>,
+pub(in crate::field) struct Prepared<'a, T> {
+    kernel: &'a dyn Radial<T>,
     /// A true length is one in units times 2^this.
     exponent: i32,
     /// Pairs with r^2 below this, in units, are left out.
     least: T,
 }
 
-impl<'a, T: Real, const D: usize> PairKernel<T, D> for Called<'a, T, D> {
-    type Prepared = Prepared<'a, T, D>;
+impl<'a, T: Real, const D: usize> PairKernel<T, D> for Called<'a, T> {
+    type Prepared = Prepared<'a, T>;
     type Lanes<V: Copy> = V;
 
     const TOGETHER: bool = true;
@@ -108,7 +109,7 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Called<'a, T, D> {
 
 /// One pair, from its distance without overflow or underflow.
 pub(super) fn pair<T: Real, const D: usize>(
-    kernel: &dyn Interaction<T, D>,
+    kernel: &dyn Radial<T>,
     x: &[T; D],
     mass: T,
     want: Want,

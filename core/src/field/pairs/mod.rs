@@ -34,16 +34,15 @@
 
 mod called;
 mod exact;
+mod instances;
 mod lanes;
 mod newtonian;
 mod output;
 mod packed;
 mod tabulated;
 
-pub(in crate::field) use called::Called;
-pub(in crate::field) use newtonian::Newtonian;
+pub(super) use instances::evaluate;
 pub(in crate::field) use packed::{Units, power_of_two_pair};
-pub(in crate::field) use tabulated::Tabulated;
 
 use core::sync::atomic::{AtomicUsize, Ordering};
 
@@ -141,8 +140,9 @@ pub(in crate::field) fn workspace_bytes<T: Real, const D: usize>(n_sources: usiz
     Measure::of(|space| Packed::<T, D>::lay(space, n_sources).map(|_| ()))
 }
 
-/// Overwrites the outputs with the sums of `kernel`; the potential only if `P`.
-pub(in crate::field) fn evaluate<T: Real, const D: usize, K: PairKernel<T, D>, const P: bool>(
+/// Overwrites the outputs with the sums of a kernel; the potential only if `potentials`.
+fn sums<T: Real, const D: usize, K: PairKernel<T, D>>(
+    potentials: bool,
     kernel: &K,
     call: Call<'_, T, D>,
     workspace: &mut [u8],
@@ -175,7 +175,7 @@ pub(in crate::field) fn evaluate<T: Real, const D: usize, K: PairKernel<T, D>, c
             }
             let targets = targets.get(task.saturating_mul(TASK)..).unwrap_or(&[]);
             let targets = targets.get(..TASK).unwrap_or(targets);
-            let both = P && K::TOGETHER && wanted.potential;
+            let both = potentials && K::TOGETHER && wanted.potential;
             let others = Outputs { potential: None, gradient, laplacian };
             if both {
                 Pass::<T, D, K, true> { shared: &shared, targets, outputs: Outputs { potential, ..others }, counted: true }.run(level);
@@ -184,7 +184,7 @@ pub(in crate::field) fn evaluate<T: Real, const D: usize, K: PairKernel<T, D>, c
             if wanted.gradient || wanted.laplacian {
                 Pass::<T, D, K, false> { shared: &shared, targets, outputs: others, counted: true }.run(level);
             }
-            if P && wanted.potential {
+            if potentials && wanted.potential {
                 let outputs = Outputs { potential, ..Outputs::default() };
                 let counted = !(wanted.gradient || wanted.laplacian);
                 Pass::<T, D, K, true> { shared: &shared, targets, outputs, counted }.run(level);

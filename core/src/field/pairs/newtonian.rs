@@ -41,7 +41,7 @@ pub(in crate::field) struct Newtonian<'a, T: Real, const D: usize> {
     pub blob: &'a Blob<T, D>,
     pub coefficient: T,
     /// Where the mollifier is Gaussian: its field near the source, times the coefficient.
-    pub table: Option<Tabulated<'a, T, D>>,
+    pub table: Option<Tabulated<'a, T>>,
 }
 
 /// The kernel in units: what the lanes know of it.

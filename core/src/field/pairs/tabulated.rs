@@ -15,21 +15,22 @@
 //! length l. The row itself is good to 2^-47 (f64) and 2^-21 (f32) of the kernel's scale ([`Table::error`]): c = 64 in f64, 16 in f32.
 
 use super::called;
+use super::instances::Radial;
 use super::lanes::{Group, Noted, Want, distances};
 use super::output::{Contribution, Scales};
 use super::packed::{Units, farthest};
 use super::{Block, PairKernel};
-use crate::field::{Counters, Interaction};
+use crate::field::Counters;
 use crate::isa::{Isa, ROW, Rows};
 use crate::kernel::{Table, table_terms};
 use crate::real::Real;
 
 /// A kernel with its table.
 #[derive(Clone, Copy)]
-pub(in crate::field) struct Tabulated<'a, T: Real, const D: usize> {
+pub(in crate::field) struct Tabulated<'a, T> {
     pub table: Table<'a, T>,
     /// The kernel itself, for distances that the table does not hold.
-    pub kernel: &'a dyn Interaction<T, D>,
+    pub kernel: &'a dyn Radial<T>,
 }
 
 /// The table in the call's units.
@@ -114,7 +115,7 @@ impl<V: Copy> Lanes<V> {
     }
 }
 
-impl<'a, T: Real, const D: usize> PairKernel<T, D> for Tabulated<'a, T, D> {
+impl<'a, T: Real, const D: usize> PairKernel<T, D> for Tabulated<'a, T> {
     type Prepared = Prepared<'a, T>;
     type Lanes<V: Copy> = Lanes<V>;
 

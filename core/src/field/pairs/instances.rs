@@ -1,0 +1,150 @@
+//! The front door of the engine, and its instances.
+//!
+//! Generic code is compiled in the crate that uses it, which for the engine takes a minute. So the scalar and the dimension become values here, in a
+//! call of plain slices, and the functions that turn them into types again have none: they are compiled with this crate, once.
+
+use super::called::Called;
+use super::newtonian::Newtonian;
+use super::tabulated::Tabulated;
+use super::{Call, sums};
+use crate::error::{Error, Result};
+use crate::field::{Interaction, Options, Outputs, Run, Sources, Wanted};
+use crate::isa::Rows;
+use crate::kernel::{Kernel, Table, TableHead};
+use crate::mollifier::{Blob, Mollifier};
+use crate::real::Real;
+
+/// A kernel as a function of the distance alone.
+pub(in crate::field) trait Radial<T>: Sync {
+    /// [`Interaction::pair`].
+    fn pair(&self, r: T, wanted: Wanted) -> [T; 3];
+    /// [`Interaction::is_singular`].
+    fn is_singular(&self) -> bool;
+}
+
+/// An [`Interaction`] whose scalar may have another name.
+struct Seen<'a, T: Real, const D: usize>(&'a dyn Interaction<T, D>);
+
+macro_rules! seen {
+    ($t:ty, $to:ident, $from:ident) => {
+        impl<T: Real, const D: usize> Radial<$t> for Seen<'_, T, D> {
+            fn pair(&self, r: $t, wanted: Wanted) -> [$t; 3] {
+                self.0.pair(T::$from(r), wanted).map(|value| value.to_f64() as $t)
+            }
+            fn is_singular(&self) -> bool {
+                self.0.is_singular()
+            }
+        }
+    };
+}
+seen!(f32, to_f64, from_f32);
+seen!(f64, to_f64, from_f64);
+
+/// A call without its types.
+struct Plain<'a, T> {
+    dimension: usize,
+    potentials: bool,
+    /// Coefficient, mollifier and delta of a Newtonian kernel.
+    newtonian: Option<(T, Mollifier, T)>,
+    table: Option<(&'a [T], TableHead)>,
+    kernel: &'a dyn Radial<T>,
+    options: &'a Options,
+    positions: &'a [T],
+    masses: &'a [T],
+    targets: &'a [T],
+    potential: Option<&'a mut [T]>,
+    gradient: Option<&'a mut [T]>,
+    laplacian: Option<&'a mut [T]>,
+}
+
+/// Overwrites the outputs with the sum over all pairs; the potential only if `potentials`, and by tables only if `tables`.
+pub(in crate::field) fn evaluate<T: Real, const D: usize>(
+    kernel: &dyn Interaction<T, D>,
+    call: Call<'_, T, D>,
+    potentials: bool,
+    workspace: &mut [u8],
+    run: &mut Run<'_>,
+) -> Result<()> {
+    let others = cfg!(feature = "kernels");
+    let newtonian = kernel.newtonian().map(|(coefficient, blob)| (coefficient, blob.mollifier(), blob.delta()));
+    if newtonian.is_none() && !others {
+        return Err(Error::Unsupported);
+    }
+    let table = kernel.sum().filter(|_| others).and_then(Kernel::table);
+    let seen = Seen(kernel);
+    let Call { options, sources, targets, outputs } = call;
+    let (positions, targets) = (sources.positions.as_flattened(), targets.as_flattened());
+    let Outputs { potential, gradient, laplacian } = outputs;
+    let gradient = gradient.map(|g| g.as_flattened_mut());
+    macro_rules! named {
+        ($t:ty, $of:ident, $of_mut:ident, $sums:ident) => {
+            if let (Some(positions), Some(masses), Some(targets)) =
+                (T::$of(positions), T::$of(sources.masses), T::$of(targets))
+            {
+                let named = |x: T| x.to_f64() as $t;
+                let call = Plain {
+                    dimension: D,
+                    potentials,
+                    newtonian: newtonian.map(|(coefficient, mollifier, delta)| (named(coefficient), mollifier, named(delta))),
+                    table: table.and_then(|table| Some((T::$of(table.rows.as_flattened())?, table.head))),
+                    kernel: &seen,
+                    options,
+                    positions,
+                    masses,
+                    targets,
+                    potential: potential.and_then(T::$of_mut),
+                    gradient: gradient.and_then(T::$of_mut),
+                    laplacian: laplacian.and_then(T::$of_mut),
+                };
+                return $sums(call, workspace, run);
+            }
+        };
+    }
+    named!(f32, singles, singles_mut, in_single);
+    named!(f64, doubles, doubles_mut, in_double);
+    Err(Error::Unsupported)
+}
+
+#[inline(never)]
+fn in_single(call: Plain<'_, f32>, workspace: &mut [u8], run: &mut Run<'_>) -> Result<()> {
+    by_dimension(call, workspace, run)
+}
+
+#[inline(never)]
+fn in_double(call: Plain<'_, f64>, workspace: &mut [u8], run: &mut Run<'_>) -> Result<()> {
+    by_dimension(call, workspace, run)
+}
+
+#[inline(always)]
+fn by_dimension<T: Real>(call: Plain<'_, T>, workspace: &mut [u8], run: &mut Run<'_>) -> Result<()> {
+    match call.dimension {
+        1 => of_kernel::<T, 1>(call, workspace, run),
+        2 => of_kernel::<T, 2>(call, workspace, run),
+        _ => of_kernel::<T, 3>(call, workspace, run),
+    }
+}
+
+/// The sum, by what is known of the kernel.
+fn of_kernel<T: Real, const D: usize>(call: Plain<'_, T>, workspace: &mut [u8], run: &mut Run<'_>) -> Result<()> {
+    let Plain { potentials, newtonian, table, kernel, options, positions, masses, targets, .. } = call;
+    let outputs = Outputs {
+        potential: call.potential,
+        gradient: call.gradient.map(|g| g.as_chunks_mut::<D>().0),
+        laplacian: call.laplacian,
+    };
+    let sources = Sources { positions: positions.as_chunks::<D>().0, masses };
+    let call = Call { options, sources, targets: targets.as_chunks::<D>().0, outputs };
+    let table = table.and_then(|(numbers, head)| {
+        let rows: &Rows<T> = numbers.as_chunks().0.try_into().ok()?;
+        Some(Tabulated { table: Table { rows, head }, kernel })
+    });
+    match (newtonian, table) {
+        (Some((coefficient, mollifier, delta)), table) => {
+            let blob = Blob::<T, D>::new(mollifier, delta)?;
+            sums(potentials, &Newtonian { blob: &blob, coefficient, table }, call, workspace, run)
+        }
+        (None, Some(table)) if cfg!(feature = "kernels") => sums(potentials, &table, call, workspace, run),
+        (None, None) if cfg!(feature = "kernels") => sums(potentials, &Called(kernel), call, workspace, run),
+        _ => Err(Error::Unsupported),
+    }
+}

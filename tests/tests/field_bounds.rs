@@ -1,0 +1,319 @@
+//! The error bound of sums for every kernel and method, the range of their arguments, and what outputs do to each other.
+
+use mollis_core::Real;
+use mollis_core::field::{self, Accumulation, Counters, Method, Options, Outputs, Run, Sources, Wanted};
+use mollis_core::isa::Level;
+use mollis_core::kernel::{Kernel, Law, Term};
+use mollis_core::mollifier::Mollifier;
+use mollis_tests::{Aligned, Split};
+
+const ALL: Wanted = Wanted { potential: true, gradient: true, laplacian: true };
+const COMPACT: Mollifier = Mollifier::Compact { order: 2, exponent: 4 };
+
+/// One call's results.
+struct Sums<T, const D: usize> {
+    potential: Vec<T>,
+    gradient: Vec<[T; D]>,
+    laplacian: Vec<T>,
+    counters: Counters,
+}
+
+fn term(law: Law, coefficient: f64) -> Term {
+    Term { law, coefficient }
+}
+
+fn power(exponent: f64) -> Law {
+    Law::Power { exponent }
+}
+
+/// Prepares the kernel and passes it on.
+fn with_kernel<T: Real, const D: usize, R>(
+    terms: &[Term],
+    (mollifier, delta): (Mollifier, f64),
+    then: impl FnOnce(&Kernel<'_, T, D>) -> R,
+) -> R {
+    let mut block = Aligned::new(Kernel::<T, D>::workspace_bytes(terms, mollifier).unwrap());
+    then(&Kernel::<T, D>::prepare(block.bytes(), terms, mollifier, T::from_f64(delta)).unwrap())
+}
+
+fn sums_of<T: Real, const D: usize>(
+    kernel: &Kernel<'_, T, D>,
+    (positions, masses, targets): (&[[T; D]], &[T], &[[T; D]]),
+    wanted: Wanted,
+    options: &Options,
+    level: Level,
+) -> Sums<T, D> {
+    let n = targets.len();
+    let plan = field::plan(kernel, positions.len(), n, wanted, options).unwrap();
+    let mut memory = Aligned::new(plan.workspace_bytes(1).unwrap());
+    let mut sums = Sums {
+        potential: vec![T::NAN; n],
+        gradient: vec![[T::NAN; D]; n],
+        laplacian: vec![T::NAN; n],
+        counters: Counters::default(),
+    };
+    let outputs = Outputs {
+        potential: wanted.potential.then_some(&mut sums.potential[..]),
+        gradient: wanted.gradient.then_some(&mut sums.gradient[..]),
+        laplacian: wanted.laplacian.then_some(&mut sums.laplacian[..]),
+    };
+    let mut run = Run { level, counters: Some(&mut sums.counters), ..Run::default() };
+    let sources = Sources { positions, masses };
+    field::evaluate(&plan, kernel, sources, targets, outputs, memory.bytes(), &mut run).unwrap();
+    sums
+}
+
+fn cloud<T: Real, const D: usize>(n: usize, seed: u64) -> (Vec<[T; D]>, Vec<T>) {
+    let mut split = Split(seed);
+    let mut number = || T::from_f64(f64::from((2.0 * split.uniform() - 1.0) as f32));
+    let positions = (0..n).map(|_| std::array::from_fn(|_| number())).collect();
+    (positions, (0..n).map(|_| number()).collect())
+}
+
+/// (c + 256 + n / 256) u S of equal sources in one place, whose sum rounds the same way every time: plain addition loses n u / 2.
+#[test]
+fn a_million_equal_sources_stay_within_the_bound() {
+    fn check<T: Real, const D: usize>(terms: &[Term], shape: (Mollifier, f64), c: f64, options: &Options, wanted: Wanted) {
+        let n = 1_000_000;
+        let mass = T::from_f64(0.1);
+        let (positions, masses) = (vec![[T::ZERO; D]; n], vec![mass; n]);
+        let targets = [[T::from_f64(0.0625); D]];
+        with_kernel::<T, D, _>(terms, shape, |kernel| {
+            let got = sums_of(kernel, (&positions, &masses, &targets), wanted, options, Level::best());
+            let r = (D as f64).sqrt() * 0.0625;
+            let [value, factor, laplacian] =
+                with_kernel::<f64, D, _>(terms, (shape.0, T::from_f64(shape.1).to_f64()), |kernel| kernel.at(r));
+            let total = n as f64 * mass.to_f64();
+            let u = T::EPSILON.to_f64() / 2.0;
+            let blocked = options.accumulation == Accumulation::Blocked;
+            let bound = if blocked { c + 256.0 + n as f64 / 256.0 } else { c + 12.0 + n as f64 / 4.0 * u } * u;
+            let mut check = |name: &str, got: T, want: f64, scale: f64| {
+                let error = (got.to_f64() - total * want).abs() / (total * scale.abs().max(want.abs()));
+                assert!(error <= bound, "{D}D {terms:?} {shape:?} {name}: {} of the bound", error / bound);
+            };
+            if wanted.potential {
+                check("potential", got.potential[0], value, value);
+            }
+            if wanted.gradient {
+                check("gradient", got.gradient[0][0], factor * 0.0625, factor * 0.0625);
+            }
+            if wanted.laplacian {
+                let centre = with_kernel::<f64, D, _>(terms, shape, |kernel| kernel.laplacian(0.0));
+                check("laplacian", got.laplacian[0], laplacian, centre);
+            }
+        });
+    }
+    let plain = Options::default();
+    let direct = Options { method: Some(Method::Direct), ..plain };
+    let compensated = Options { accumulation: Accumulation::Compensated, ..direct };
+    let laplacian = Wanted { laplacian: true, ..Wanted::default() };
+    let newtonian = [term(Law::Newtonian, 1.0)];
+    // Neighbours; then tables of Gaussian mollifiers and powers, whose c is 64.
+    check::<f32, 2>(&newtonian, (COMPACT, 0.5), 16.0, &plain, laplacian);
+    check::<f32, 1>(&newtonian, (COMPACT, 0.5), 16.0, &plain, ALL);
+    check::<f32, 2>(&newtonian, (Mollifier::Gaussian { order: 4 }, 0.25), 64.0, &plain, ALL);
+    check::<f32, 2>(&[term(power(1.5), 1.0)], (COMPACT, 0.05), 64.0, &plain, ALL);
+    check::<f32, 2>(&[term(power(-0.5), 1.0)], (Mollifier::None, 0.0), 64.0, &plain, ALL);
+    check::<f32, 3>(&[term(Law::Exponential { length: 0.5 }, 1.0)], (COMPACT, 0.05), 64.0, &plain, ALL);
+    for terms in [&newtonian[..], &[term(power(1.5), 1.0)], &[term(Law::Screened { k: 2.0 }, 1.0)]] {
+        check::<f32, 2>(terms, (COMPACT, 0.05), 64.0, &compensated, ALL);
+        check::<f64, 2>(terms, (COMPACT, 0.05), 64.0, &compensated, ALL);
+    }
+}
+
+/// Single pairs of every law at random distances: c u of the kernel's scale, which for sums of terms is the sum of theirs.
+#[test]
+fn single_pairs_are_within_c_u_of_the_scale() {
+    fn check<T: Real, const D: usize>() {
+        let laws = [
+            vec![term(Law::Exponential { length: 0.3 }, 1.0), term(Law::Exponential { length: 0.4 }, -1.0)],
+            vec![term(power(0.0), 1.0)],
+            vec![term(power(1.5), -0.7)],
+            vec![term(Law::Screened { k: 3.0 }, 1.0)],
+            vec![term(Law::Newtonian, 1.0), term(power(3.0), 0.5)],
+        ];
+        let shapes = [(Mollifier::None, 0.0), (COMPACT, 0.25), (Mollifier::Compact { order: 4, exponent: 6 }, 0.25)];
+        let mut split = Split(D as u64);
+        for terms in &laws {
+            for shape in shapes {
+                let scales = |r: f64| {
+                    let mut sum = [0.0; 3];
+                    for &one in terms {
+                        let at = |r: f64| with_kernel::<f64, D, _>(&[one], shape, |kernel| kernel.at(r));
+                        let (here, there) = (at(r), if shape.1 > 0.0 { at(shape.1) } else { [0.0; 3] });
+                        let centre = if shape.1 > 0.0 { at(0.0) } else { [0.0; 3] };
+                        for k in 0..3 {
+                            sum[k] += here[k].abs().max(there[k].abs()).max(centre[k].abs());
+                        }
+                        // A logarithm is that of a rounded number; a Laplacian is the sum of two terms that cancel.
+                        sum[0] += if one.law == power(0.0) || one.law == Law::Newtonian { 1.0 } else { 0.0 };
+                        sum[2] += 2.0 * D as f64 * here[1].abs();
+                    }
+                    sum
+                };
+                with_kernel::<T, D, _>(terms, shape, |kernel| {
+                    for _ in 0..40 {
+                        let r = T::from_f64(2.0 * split.uniform());
+                        let mut x = [T::ZERO; D];
+                        x[0] = r;
+                        let wanted = Options { method: Some(Method::Direct), ..Options::default() };
+                        for level in Level::available() {
+                            let got = sums_of(kernel, (&[[T::ZERO; D]], &[T::ONE], &[x]), ALL, &wanted, level);
+                            let r = r.to_f64();
+                            let want = with_kernel::<f64, D, _>(terms, shape, |kernel| kernel.at(r));
+                            let bound = 128.0 * T::EPSILON.to_f64() / 2.0;
+                            let scales = scales(r);
+                            let got = [got.potential[0], got.gradient[0][0], got.laplacian[0]].map(T::to_f64);
+                            let want = [want[0], want[1] * r, want[2]];
+                            for (k, scale) in [scales[0], scales[1] * r, scales[2]].into_iter().enumerate() {
+                                let error = (got[k] - want[k]).abs() / scale;
+                                assert!(
+                                    error <= bound,
+                                    "{D}D {terms:?} {shape:?} r {r} {k} {}: {} of the bound",
+                                    level.name(),
+                                    error / bound
+                                );
+                            }
+                        }
+                    }
+                });
+            }
+        }
+    }
+    check::<f64, 1>();
+    check::<f64, 2>();
+    check::<f64, 3>();
+    check::<f32, 2>();
+}
+
+/// A true result in range is computed, whatever the scene's units.
+#[test]
+fn results_in_range_are_computed() {
+    fn one<T: Real, const D: usize>(
+        terms: &[Term],
+        shape: (Mollifier, f64),
+        (r, mass): (f64, f64),
+        options: &Options,
+    ) -> [f64; 3] {
+        let mut x = [T::ZERO; D];
+        x[0] = T::from_f64(r);
+        with_kernel::<T, D, _>(terms, shape, |kernel| {
+            let got = sums_of(kernel, (&[[T::ZERO; D]], &[T::from_f64(mass)], &[x]), ALL, options, Level::best());
+            [got.potential[0], got.gradient[0][0], got.laplacian[0]].map(T::to_f64)
+        })
+    }
+    let near = |got: f64, want: f64, eps: f64| (got - want).abs() <= 100.0 * eps * want.abs();
+    let (single, double) = (f64::from(f32::EPSILON), f64::EPSILON);
+    let none = (Mollifier::None, 0.0);
+    let auto = Options::default();
+    let direct = Options { method: Some(Method::Direct), ..auto };
+    for options in [&auto, &direct] {
+        // |x|^8 / 8 in f32: the gradient of 1e-5 at 1e5 is 1e30, of 1 at 1e-4 is 1e-28.
+        assert!(near(one::<f32, 2>(&[term(power(8.0), 1.0)], none, (1e5, 1e-5), options)[1], 1e30, 20.0 * single));
+        assert!(near(one::<f32, 2>(&[term(power(8.0), 1.0)], none, (1e-4, 1.0), options)[1], 1e-28, 20.0 * single));
+        // |x|^3 / 3: the potential of 1e-10 at 1e15, whose cube is beyond f32.
+        assert!(near(one::<f32, 2>(&[term(power(3.0), 1.0)], none, (1e15, 1e-10), options)[0], 1e35 / 3.0, 20.0 * single));
+        assert!(near(one::<f32, 1>(&[term(power(3.0), 1.0)], none, (1e15, 1e-10), options)[0], 1e35 / 3.0, 20.0 * single));
+        // |x|^2 / 2 at 1e-200: the gradient is x, the Laplacian the dimension.
+        let [_, g, l] = one::<f64, 2>(&[term(power(2.0), 1.0)], (COMPACT, 1.0), (1e-200, 1.0), options);
+        assert!(near(g, 1e-200, double) && near(l, 2.0, double));
+        // Powers of coordinates that overflow, in results that don't: |x|^4 / 4 of mass 1e-200 at 1e100.
+        assert!(near(one::<f64, 2>(&[term(power(4.0), 1.0)], none, (1e100, 1e-200), options)[0], 0.25e200, double));
+        assert!(near(one::<f64, 1>(&[term(power(3.0), 1.0)], none, (1e120, 1e-100), options)[0], 1e260 / 3.0, double));
+        let both = [term(power(4.0), 1.0), term(Law::Newtonian, 1.0)];
+        assert!(near(one::<f64, 2>(&both, none, (1e100, 1e-200), options)[0], 0.25e200, double));
+    }
+    // Distances whose squares leave the range, either way.
+    for r in [2e19, 1e25, 1e-22, 1e-24, 1e-30] {
+        let got = one::<f32, 2>(&[term(power(-0.5), 1.0)], none, (r, 1.0), &auto)[0];
+        assert!(near(got, -2.0 / f64::from(r as f32).sqrt(), single), "{r} {got}");
+    }
+    for r in [1e-158, 1e-170, 1e160] {
+        let got = one::<f64, 2>(&[term(power(-0.5), 1.0)], none, (r, 1.0), &auto)[0];
+        assert!(near(got, -2.0 / r.sqrt(), double), "{r} {got}");
+    }
+    // One dimension, by one sort and by pairs: the same, where the mollifier is tiny and the mass large.
+    let scene = |options: &Options| {
+        let x: Vec<[f32; 1]> = (0..60).map(|k| [k as f32 * 2e-32]).collect();
+        let masses = vec![1e9_f32; 60];
+        with_kernel::<f32, 1, _>(&[term(Law::Newtonian, 1.0)], (COMPACT, 1e-30), |kernel| {
+            sums_of(kernel, (&x, &masses, &x), Wanted { laplacian: false, ..ALL }, options, Level::best()).gradient
+        })
+    };
+    for (sorted, paired) in scene(&auto).iter().zip(scene(&direct)) {
+        assert!(sorted[0].is_finite() && (sorted[0] - paired[0]).abs() <= 60e9 * 100.0 * f32::EPSILON);
+    }
+}
+
+/// Stars of 2e30 kg beside bodies of 1 kg, in f32: each class of masses in its own units, no pair by the slow path, and what the light ones give to
+/// the star, where it gives nothing to itself, is there.
+#[test]
+fn masses_of_any_ratio_take_the_fast_path() {
+    let (positions, _) = cloud::<f32, 2>(600, 3);
+    let masses: Vec<f32> = (0..600).map(|k| if k % 3 == 0 { 2e30 } else { 1.0 + k as f32 }).collect();
+    for level in Level::available() {
+        let kernel = Kernel::<f32, 2>::newtonian(1.0, Mollifier::None, 0.0).unwrap();
+        let got = sums_of(&kernel, (&positions, &masses, &positions), ALL, &Options::default(), level);
+        assert_eq!(got.counters.scaled_pairs, 600, "{}: a target on its source alone", level.name());
+        for (x, g) in positions.iter().zip(&got.gradient) {
+            let (mut want, mut scale) = ([0.0; 2], 0.0);
+            for (y, &m) in positions.iter().zip(&masses).filter(|(y, _)| *y != x) {
+                let d = [f64::from(x[0]) - f64::from(y[0]), f64::from(x[1]) - f64::from(y[1])];
+                let factor = f64::from(m) / (2.0 * std::f64::consts::PI * (d[0] * d[0] + d[1] * d[1]));
+                want = [want[0] + factor * d[0], want[1] + factor * d[1]];
+                scale += (factor * d[0]).abs().max((factor * d[1]).abs());
+            }
+            for k in 0..2 {
+                assert!((f64::from(g[k]) - want[k]).abs() <= 300.0 * f64::from(f32::EPSILON) * scale);
+            }
+        }
+    }
+    // One star and light bodies: the star's own gradient is theirs.
+    let masses: Vec<f32> = (0..600).map(|k| if k == 0 { 2e38 } else { 1e-3 }).collect();
+    let kernel = Kernel::<f32, 2>::newtonian(1.0, Mollifier::None, 0.0).unwrap();
+    let got = sums_of(&kernel, (&positions, &masses, &positions[..1]), ALL, &Options::default(), Level::best());
+    let alone = sums_of(&kernel, (&positions[1..], &masses[1..], &positions[..1]), ALL, &Options::default(), Level::best());
+    for k in 0..2 {
+        let (got, want) = (got.gradient[0][k], alone.gradient[0][k]);
+        assert!(want != 0.0 && (got - want).abs() <= 1e-4 * want.abs(), "{got} {want}");
+    }
+}
+
+#[test]
+fn outputs_do_not_change_each_others_bits() {
+    fn check<T: Real, const D: usize>(terms: &[Term], shape: (Mollifier, f64)) {
+        let (positions, masses) = cloud::<T, D>(300, 7);
+        let options = Options { method: Some(Method::Direct), ..Options::default() };
+        with_kernel::<T, D, _>(terms, shape, |kernel| {
+            for level in Level::available() {
+                let run = |wanted| sums_of(kernel, (&positions, &masses, &positions[..70]), wanted, &options, level);
+                let all = run(ALL);
+                for which in 1..7 {
+                    let wanted =
+                        Wanted { potential: which & 1 > 0, gradient: which & 2 > 0, laplacian: which & 4 > 0 };
+                    let some = run(wanted);
+                    let what = format!("{D}D {terms:?} {shape:?} {} {wanted:?}", level.name());
+                    assert!(!wanted.potential || bits(&some.potential) == bits(&all.potential), "{what}");
+                    assert!(!wanted.laplacian || bits(&some.laplacian) == bits(&all.laplacian), "{what}");
+                    let (some, all) = (some.gradient.as_flattened(), all.gradient.as_flattened());
+                    assert!(!wanted.gradient || bits(some) == bits(all), "{what}");
+                }
+            }
+        });
+    }
+    fn bits<T: Real>(numbers: &[T]) -> Vec<u64> {
+        numbers.iter().map(|x| x.bits()).collect()
+    }
+    let newtonian = [term(Law::Newtonian, -1.0)];
+    for shape in [(Mollifier::None, 0.0), (COMPACT, 0.3), (COMPACT, 4.0), (Mollifier::Compact { order: 4, exponent: 3 }, 1.0)] {
+        check::<f64, 1>(&newtonian, shape);
+        check::<f64, 2>(&newtonian, shape);
+        check::<f64, 3>(&newtonian, shape);
+        check::<f32, 2>(&newtonian, shape);
+        check::<f32, 3>(&newtonian, shape);
+        check::<f64, 2>(&[term(power(-0.5), 1.0), term(Law::Screened { k: 2.0 }, -1.0)], shape);
+        check::<f32, 3>(&[term(Law::Exponential { length: 0.7 }, 1.0)], shape);
+    }
+    check::<f64, 2>(&newtonian, (Mollifier::Gaussian { order: 4 }, 0.1));
+    check::<f32, 1>(&newtonian, (Mollifier::Gaussian { order: 6 }, 0.1));
+}
