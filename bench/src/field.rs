@@ -266,8 +266,11 @@ impl Field {
             field::evaluate(&plan, &kernel, sources, targets, outputs, workspace, &mut run)
         };
         once(Some(&mut counters))?;
-        let mut peer =
-            if self.no_peer || self.kernel != KernelName::Law(Law::Newtonian) { None } else { Peer::new(&scene, n_targets, wanted.gradient, wanted.potential) };
+        let mut peer = if self.no_peer || self.kernel != KernelName::Law(Law::Newtonian) {
+            None
+        } else {
+            Peer::new(&scene, n_targets, wanted.gradient, wanted.potential)
+        };
         let pairs = self.n as f64 * n_targets as f64;
         let clock = if self.threads > 1 { wall_time } else { cpu_time };
         let (mut ours, mut theirs, mut ratios) = (Vec::new(), Vec::new(), Vec::new());

@@ -29,6 +29,9 @@ impl<T: Real, const D: usize> Interaction<T, D> for Kernel<'_, T, D> {
     fn pair(&self, r: T, wanted: Wanted) -> [T; 3] {
         if ASKED { Kernel::pair(self, r, wanted.into()) } else { [T::NAN; 3] }
     }
+    fn pair_wide(&self, r: f64, wanted: Wanted) -> [f64; 3] {
+        if ASKED { Kernel::pair_wide(self, r, wanted.into()) } else { [f64::NAN; 3] }
+    }
     fn is_singular(&self) -> bool {
         Kernel::is_singular(self)
     }

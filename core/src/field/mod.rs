@@ -47,6 +47,10 @@ pub trait Interaction<T: Real, const D: usize>: Sync {
             if wanted.laplacian { self.laplacian(r) } else { T::ZERO },
         ]
     }
+    /// [`Interaction::pair`] in double precision, for kernels whose values leave the range of single precision.
+    fn pair_wide(&self, r: f64, wanted: Wanted) -> [f64; 3] {
+        self.pair(T::from_f64(r), wanted).map(T::to_f64)
+    }
     /// Whether the kernel has no mollifier, so that coincident pairs contribute nothing.
     fn is_singular(&self) -> bool;
 }

@@ -408,11 +408,7 @@ fn near_one_by_one<T: Real, const D: usize>(
             let offset = x - y;
             let [value, factor, laplacian] = kernel.pair(offset.abs().ldexp(-position), wanted.into());
             let slope = factor.ldexp(-largest - 2 * position);
-            [
-                u + m * value.ldexp(-largest),
-                du + m * slope * offset,
-                ddu + m * laplacian.ldexp(-largest - 2 * position),
-            ]
+            [u + m * value.ldexp(-largest), du + m * slope * offset, ddu + m * laplacian.ldexp(-largest - 2 * position)]
         });
         totals.iter_mut().zip(sums).for_each(|(total, sum)| *total += sum);
     }

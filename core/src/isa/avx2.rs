@@ -3,8 +3,8 @@
 use core::arch::x86_64::*;
 
 use super::Level;
-use super::rows::{PANEL_BITS, ROW, ROWS, Rows};
 use super::lanes::{Isa, Job, MAX_LANES, paired_quotients, seeded_over_cube, seeded_root};
+use super::rows::{PANEL_BITS, ROW, ROWS, Rows};
 
 /// Proof that the processor has AVX2 and FMA, and that the system saves their registers.
 #[derive(Clone, Copy, Debug)]

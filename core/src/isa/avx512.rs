@@ -3,8 +3,8 @@
 use core::arch::x86_64::*;
 
 use super::Level;
-use super::rows::{PANEL_BITS, ROW, ROWS, Rows};
 use super::lanes::{Isa, Job, MAX_LANES, paired_quotients, seeded_over_cube, seeded_root};
+use super::rows::{PANEL_BITS, ROW, ROWS, Rows};
 
 /// Proof that the processor has AVX-512 F, DQ, BW, VL, and that the system saves their registers.
 #[derive(Clone, Copy, Debug)]
@@ -280,7 +280,8 @@ impl Isa<f32> for Avx512 {
                     let second = _mm512_insertf32x4::<1>(first, part(b));
                     _mm512_insertf32x4::<3>(_mm512_insertf32x4::<2>(second, part(c)), part(d))
                 };
-                let (p, q, r, s) = (all(r0, r4, r8, r12), all(r1, r5, r9, r13), all(r2, r6, r10, r14), all(r3, r7, r11, r15));
+                let (p, q, r, s) =
+                    (all(r0, r4, r8, r12), all(r1, r5, r9, r13), all(r2, r6, r10, r14), all(r3, r7, r11, r15));
                 let (pq_low, rs_low) = (_mm512_unpacklo_ps(p, q), _mm512_unpacklo_ps(r, s));
                 let (pq_high, rs_high) = (_mm512_unpackhi_ps(p, q), _mm512_unpackhi_ps(r, s));
                 *four = [

@@ -24,8 +24,8 @@ mod widest;
 
 pub use lanes::{BlockJob, Isa, Job, MAX_LANES};
 pub use level::Level;
-pub use rows::{OCTAVES, PANEL_BITS, ROW, ROWS, Rows};
 pub(crate) use log::{log, log_numerator};
+pub use rows::{OCTAVES, PANEL_BITS, ROW, ROWS, Rows};
 pub(crate) use widest::{Plain, widest};
 
 use crate::real::Real;

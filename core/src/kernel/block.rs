@@ -251,8 +251,7 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
         let (start, rest) = records.split_first_chunk_mut::<START>().ok_or(Error::WorkspaceTooSmall)?;
         let (mut newtonian, mut used, mut error) = (0.0, 0_usize, 0.0);
         if cfg!(feature = "kernels") {
-            let (term_records, rest) =
-                rest.split_at_mut_checked(MAX_TERMS * TERM).ok_or(Error::WorkspaceTooSmall)?;
+            let (term_records, rest) = rest.split_at_mut_checked(MAX_TERMS * TERM).ok_or(Error::WorkspaceTooSmall)?;
             let (part_records, table_record) =
                 rest.split_at_mut_checked(MAX_TERMS * RECORD).ok_or(Error::WorkspaceTooSmall)?;
             for (term, slot) in terms.iter().zip(term_records.as_chunks_mut::<TERM>().0) {

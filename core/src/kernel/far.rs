@@ -123,7 +123,8 @@ impl<T: Real> Near<T> {
     /// The polynomials of lengths in units, less the power of two that [`Far::in_units`] returned.
     pub(crate) fn in_units(&self, position: i32, largest: i32) -> Self {
         let mut scaled = *self;
-        let shifts = [0, 2, 2].map(|times: i32| position.saturating_mul(times).saturating_add(largest).saturating_neg());
+        let shifts =
+            [0, 2, 2].map(|times: i32| position.saturating_mul(times).saturating_add(largest).saturating_neg());
         for ((edge, square), shift) in scaled.edge.iter_mut().zip(&mut scaled.square).zip(shifts) {
             edge.iter_mut().chain(square).for_each(|c| *c = c.ldexp(shift));
         }

@@ -185,16 +185,29 @@ impl<T: Real, const D: usize> Kernel<'_, T, D> {
     #[must_use]
     #[inline]
     pub fn others(&self, r: T) -> [T; 3] {
-        let Some(others) = self.others.first().filter(|others| others.used > 0) else { return [T::ZERO; 3] };
-        if r == T::ZERO && self.is_singular() {
-            return [T::ZERO; 3];
+        self.others_wide(r.to_f64()).map(T::from_f64)
+    }
+
+    /// [`Kernel::others`] in double precision.
+    fn others_wide(&self, r: f64) -> [f64; 3] {
+        let Some(others) = self.others.first().filter(|others| others.used > 0) else { return [0.0; 3] };
+        if r == 0.0 && self.is_singular() {
+            return [0.0; 3];
         }
-        let mut sum = [0.0; 3];
-        for part in others.parts() {
-            let [u, g, l] = part.at::<D>(others.series, r.to_f64());
-            sum = [sum[0] + u, sum[1] + g, sum[2] + l];
+        others.parts().iter().fold([0.0; 3], |sum, part| {
+            let [u, g, l] = part.at::<D>(others.series, r);
+            [sum[0] + u, sum[1] + g, sum[2] + l]
+        })
+    }
+
+    /// [`Kernel::pair`] in double precision.
+    pub(crate) fn pair_wide(&self, r: f64, wanted: [bool; 3]) -> [f64; 3] {
+        let [u, g, l] = self.others_wide(r);
+        if self.newtonian == T::ZERO || (r == 0.0 && self.is_singular()) {
+            return [u, g, l];
         }
-        sum.map(T::from_f64)
+        let [more_u, more_g, more_l] = self.newtonian_pair(T::from_f64(r), wanted).map(T::to_f64);
+        [u + more_u, g + more_g, l + more_l]
     }
 
     /// Value, gradient factor and Laplacian where `wanted` says so (else anything), for sums: the Newtonian part inside a

@@ -183,6 +183,11 @@ fn row<T: Real>(u: f64) -> usize {
     (T::from_f64(u).bits() >> (T::DIGITS - 1 - PANEL_BITS)) as usize % ROWS
 }
 
+/// The larger of |K| and r^2 |K' / r|.
+fn size(r: f64, [value, factor, _]: [f64; 3]) -> f64 {
+    value.abs().max(factor.abs() * r * r)
+}
+
 fn fill<T: Real, const D: usize, const N: usize, const M: usize>(
     rows: &mut Rows<T>,
     domain: &Domain,
@@ -192,10 +197,14 @@ fn fill<T: Real, const D: usize, const N: usize, const M: usize>(
     let interpolations = (&Interpolation::<N>::new(), &Interpolation::<M>::new());
     let octaves = OCTAVES as i32;
     let first_octave = if shift > 0.0 { 0 } else { -octaves };
-    // Values in units of `unit`, and of a power of two near their size close to the source.
-    let [value, factor, _] = sample(if shift > 0.0 { 0.0 } else { 0.125 * unit });
-    let exponent = Real::frexp(value.abs().max(factor.abs() * unit * unit)).1;
-    let scale = 1.0_f64.ldexp(-exponent - 1);
+    // Values in units of `unit`, and of a power of two near their size within a unit.
+    let mut largest = if shift > 0.0 { size(0.0, sample(0.0)) } else { 0.0 };
+    for k in 0..=OCTAVES / 2 {
+        let r = unit * 1.0_f64.ldexp(-(k as i32));
+        largest = largest.max(size(r, sample(r)));
+    }
+    let exponent = Real::frexp(largest).1;
+    let scale = 1.0_f64.ldexp(-exponent);
     let units = [scale, scale * unit * unit, scale * unit * unit];
     let at = |square: f64| {
         let mut values = sample(unit * square.max(0.0).sqrt());
@@ -212,7 +221,7 @@ fn fill<T: Real, const D: usize, const N: usize, const M: usize>(
         gap: [0.0; 2],
         rough: [0.0; 2],
         ends: ends && until <= 1.0_f64.ldexp(first_octave + octaves),
-        exponent: exponent + 1,
+        exponent,
         error: 0.0,
     };
     for octave in first_octave..first_octave + octaves {
@@ -285,10 +294,7 @@ fn errors<const D: usize, const N: usize>(
         }
         let got_laplacian = d * got + 2.0 * square * slope / width;
         let size = (d * largest).max(laplacian.abs());
-        worst = [
-            worst[0].max((got - factor).abs() / largest),
-            worst[1].max((got_laplacian - laplacian).abs() / size),
-        ];
+        worst = [worst[0].max((got - factor).abs() / largest), worst[1].max((got_laplacian - laplacian).abs() / size)];
     }
     worst
 }

@@ -1,7 +1,7 @@
 //! A kernel that is known by its functions alone: they are called for every pair.
 
-use super::instances::Radial;
 use super::exact::{norm, product};
+use super::instances::Radial;
 use super::lanes::{Group, Noted, Want, distances};
 use super::output::{Contribution, Scales};
 use super::packed::{Units, least_square_exponent, power_of_two};
@@ -11,18 +11,20 @@ use crate::isa::{Isa, MAX_LANES};
 use crate::real::Real;
 
 /// A kernel that is called. c is that of its own functions plus 8: 3 for r, 5 for products and sums.
-pub(in crate::field) struct Called<'a, T>(pub &'a dyn Radial<T>);
+pub(in crate::field) struct Called<'a>(pub &'a dyn Radial);
 
 /// The kernel in units.
 pub(in crate::field) struct Prepared<'a, T> {
-    kernel: &'a dyn Radial<T>,
+    kernel: &'a dyn Radial,
     /// A true length is one in units times 2^this.
     exponent: i32,
+    /// Value, gradient factor and Laplacian are divided by 2^this, so that they are in range.
+    sizes: [i32; 3],
     /// Pairs with r^2 below this, in units, are left out.
     least: T,
 }
 
-impl<'a, T: Real, const D: usize> PairKernel<T, D> for Called<'a, T> {
+impl<'a, T: Real, const D: usize> PairKernel<T, D> for Called<'a> {
     type Prepared = Prepared<'a, T>;
     type Lanes<V: Copy> = V;
 
@@ -35,16 +37,17 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Called<'a, T> {
 
     fn prepare(&self, units: Units<T>) -> Self::Prepared {
         let least = power_of_two(-least_square_exponent::<T>());
-        Prepared { kernel: self.0, exponent: -units.position, least }
+        Prepared { kernel: self.0, exponent: -units.position, sizes: self.sizes(-units.position), least }
     }
 
     fn scales(&self, units: Units<T>, class: usize) -> Scales<T> {
         // The kernel answers in true units; masses and the d of a gradient are in units, and d is source minus target.
         let mass = -units.class(class);
+        let [value, factor, laplacian] = self.sizes(-units.position);
         Scales {
-            potential: (T::ONE, mass),
-            gradient: (-T::ONE, mass - units.position),
-            laplacian: (T::ONE, mass),
+            potential: (T::ONE, mass + value),
+            gradient: (-T::ONE, mass + factor - units.position),
+            laplacian: (T::ONE, mass + laplacian),
         }
     }
 
@@ -76,8 +79,13 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Called<'a, T> {
                 let slots = values.iter_mut().zip(&mut factors).zip(&mut laplacians);
                 for (lane, (r2, ((value, factor), laplacian))) in isa.store(r2).into_iter().zip(slots).enumerate() {
                     if valid >> lane & 1 == 1 {
-                        let r = r2.sqrt().ldexp(prepared.exponent);
-                        [*value, *factor, *laplacian] = prepared.kernel.pair(r, wanted);
+                        let r = r2.to_f64().sqrt().ldexp(prepared.exponent);
+                        let numbers = prepared.kernel.pair(r, wanted);
+                        for (to, (number, size)) in
+                            [value, factor, laplacian].into_iter().zip(numbers.into_iter().zip(prepared.sizes))
+                        {
+                            *to = T::from_f64(number.ldexp(-size));
+                        }
                     }
                 }
                 if P {
@@ -107,28 +115,39 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Called<'a, T> {
     }
 }
 
+impl Called<'_> {
+    /// The exponents of value, gradient factor and Laplacian at the largest distance.
+    fn sizes(&self, exponent: i32) -> [i32; 3] {
+        let all = Wanted { potential: true, gradient: true, laplacian: true };
+        let numbers = self.0.pair(1.0_f64.ldexp(exponent), all);
+        numbers.map(|number| if number.is_finite() { number.frexp().1 } else { 0 })
+    }
+}
+
 /// One pair, from its distance without overflow or underflow.
 pub(super) fn pair<T: Real, const D: usize>(
-    kernel: &dyn Radial<T>,
+    kernel: &dyn Radial,
     x: &[T; D],
     mass: T,
     want: Want,
 ) -> Contribution<T, D> {
-    let r = norm(x);
+    let x = x.map(T::to_f64);
+    let r = norm(&x);
     let mut sums = Contribution::ZERO;
-    if r == T::ZERO && kernel.is_singular() {
+    if r == 0.0 && kernel.is_singular() {
         return sums;
     }
     let wanted = Wanted { potential: want.potential, gradient: want.gradient, laplacian: want.laplacian };
     let [value, factor, laplacian] = kernel.pair(r, wanted);
+    let mass = mass.to_f64();
     if want.potential {
-        sums.potential = mass * value;
+        sums.potential = T::from_f64(mass * value);
     }
     if want.gradient {
-        sums.gradient.iter_mut().zip(x).for_each(|(sum, &x)| *sum = product([mass, factor, x]));
+        sums.gradient.iter_mut().zip(x).for_each(|(sum, x)| *sum = T::from_f64(product([mass, factor, x])));
     }
     if want.laplacian {
-        sums.laplacian = mass * laplacian;
+        sums.laplacian = T::from_f64(mass * laplacian);
     }
     sums
 }

@@ -14,31 +14,25 @@ use crate::kernel::{Kernel, Table, TableHead};
 use crate::mollifier::{Blob, Mollifier};
 use crate::real::Real;
 
-/// A kernel as a function of the distance alone.
-pub(in crate::field) trait Radial<T>: Sync {
-    /// [`Interaction::pair`].
-    fn pair(&self, r: T, wanted: Wanted) -> [T; 3];
+/// A kernel as a function of the distance alone, in double precision: a value beyond single precision, times a small mass, may be within.
+pub(in crate::field) trait Radial: Sync {
+    /// [`Interaction::pair_wide`].
+    fn pair(&self, r: f64, wanted: Wanted) -> [f64; 3];
     /// [`Interaction::is_singular`].
     fn is_singular(&self) -> bool;
 }
 
-/// An [`Interaction`] whose scalar may have another name.
+/// An [`Interaction`] without its types.
 struct Seen<'a, T: Real, const D: usize>(&'a dyn Interaction<T, D>);
 
-macro_rules! seen {
-    ($t:ty, $to:ident, $from:ident) => {
-        impl<T: Real, const D: usize> Radial<$t> for Seen<'_, T, D> {
-            fn pair(&self, r: $t, wanted: Wanted) -> [$t; 3] {
-                self.0.pair(T::$from(r), wanted).map(|value| value.to_f64() as $t)
-            }
-            fn is_singular(&self) -> bool {
-                self.0.is_singular()
-            }
-        }
-    };
+impl<T: Real, const D: usize> Radial for Seen<'_, T, D> {
+    fn pair(&self, r: f64, wanted: Wanted) -> [f64; 3] {
+        self.0.pair_wide(r, wanted)
+    }
+    fn is_singular(&self) -> bool {
+        self.0.is_singular()
+    }
 }
-seen!(f32, to_f64, from_f32);
-seen!(f64, to_f64, from_f64);
 
 /// A call without its types.
 struct Plain<'a, T> {
@@ -47,7 +41,7 @@ struct Plain<'a, T> {
     /// Coefficient, mollifier and delta of a Newtonian kernel.
     newtonian: Option<(T, Mollifier, T)>,
     table: Option<(&'a [T], TableHead)>,
-    kernel: &'a dyn Radial<T>,
+    kernel: &'a dyn Radial,
     options: &'a Options,
     positions: &'a [T],
     masses: &'a [T],
@@ -85,7 +79,8 @@ pub(in crate::field) fn evaluate<T: Real, const D: usize>(
                 let call = Plain {
                     dimension: D,
                     potentials,
-                    newtonian: newtonian.map(|(coefficient, mollifier, delta)| (named(coefficient), mollifier, named(delta))),
+                    newtonian: newtonian
+                        .map(|(coefficient, mollifier, delta)| (named(coefficient), mollifier, named(delta))),
                     table: table.and_then(|table| Some((T::$of(table.rows.as_flattened())?, table.head))),
                     kernel: &seen,
                     options,

@@ -124,7 +124,11 @@ impl Noted {
 
 /// Targets in units, one a lane; lanes beyond the last repeat it.
 #[inline(always)]
-pub(in crate::field) fn load<T: Real, I: Isa<T>, const D: usize>(isa: I, units: Units<T>, targets: &[[T; D]]) -> [I::V; D] {
+pub(in crate::field) fn load<T: Real, I: Isa<T>, const D: usize>(
+    isa: I,
+    units: Units<T>,
+    targets: &[[T; D]],
+) -> [I::V; D] {
     let last = targets.last().copied().unwrap_or([T::ZERO; D]);
     let mut lanes = [[T::ZERO; MAX_LANES]; D];
     for l in 0..MAX_LANES {

@@ -161,8 +161,7 @@ fn sums<T: Real, const D: usize, K: PairKernel<T, D>>(
     );
     let tally = Tally::default();
     let prepared = kernel.prepare(units);
-    let shared =
-        Shared { kernel, prepared: &prepared, packed: &packed, units, options, sources, tally: &tally };
+    let shared = Shared { kernel, prepared: &prepared, packed: &packed, units, options, sources, tally: &tally };
     let (level, should_stop) = (run.level, run.should_stop);
     each_piece(
         run.executor,
@@ -178,7 +177,13 @@ fn sums<T: Real, const D: usize, K: PairKernel<T, D>>(
             let both = potentials && K::TOGETHER && wanted.potential;
             let others = Outputs { potential: None, gradient, laplacian };
             if both {
-                Pass::<T, D, K, true> { shared: &shared, targets, outputs: Outputs { potential, ..others }, counted: true }.run(level);
+                Pass::<T, D, K, true> {
+                    shared: &shared,
+                    targets,
+                    outputs: Outputs { potential, ..others },
+                    counted: true,
+                }
+                .run(level);
                 return Ok(());
             }
             if wanted.gradient || wanted.laplacian {

@@ -243,10 +243,13 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Newtonian<'a, T, D> {
                         let ratio = |(a, i): (T, i32), (b, j): (T, i32)| (a / b).ldexp(i - j);
                         let unit = |(_, i): (T, i32), sign: T| (sign / sphere, i);
                         let twice = if D == 2 { T::HALF } else { T::ONE };
-                        Some((prepared, [
-                            ratio(scales.potential, unit(of_units.potential, twice)),
-                            ratio(scales.gradient, unit(of_units.gradient, -T::ONE)),
-                        ]))
+                        Some((
+                            prepared,
+                            [
+                                ratio(scales.potential, unit(of_units.potential, twice)),
+                                ratio(scales.gradient, unit(of_units.gradient, -T::ONE)),
+                            ],
+                        ))
                     });
                 }
                 Mollifier::None => {}

@@ -30,7 +30,7 @@ use crate::real::Real;
 pub(in crate::field) struct Tabulated<'a, T> {
     pub table: Table<'a, T>,
     /// The kernel itself, for distances that the table does not hold.
-    pub kernel: &'a dyn Radial<T>,
+    pub kernel: &'a dyn Radial,
 }
 
 /// The table in the call's units.
