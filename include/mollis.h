@@ -2,8 +2,8 @@
  * mollis: particles that interact through softened ("mollified") potentials.
  *
  * The caller owns all memory. Every function returns a status, MOLLIS_OK or one of MOLLIS_ERR_*, and hands results
- * back through pointers; a call that is refused leaves every output as it was. A null output means "not wanted".
- * Outputs must overlap nothing else of the call. A pointer with a length may be null when the length is 0.
+ * back through pointers; a call that is refused leaves every output as it was, but for what tells why (a report, first_bad).
+ * A null output means "not wanted". Outputs must overlap nothing else of the call. A pointer with a length may be null when the length is 0.
  * Coordinates of n points in D dimensions are an array `double x[n][D]`.
  * Functions with the suffix _f32 compute in float, those without one in double.
  *
@@ -202,8 +202,8 @@
 #define MOLLIS_NONE_BAD UINT64_MAX
 
 /**
- * Free space: the field of all mass at its centre is prescribed on the mesh's border, and acts outside. Closer to the centre than half of the
- * smaller mesh width it is log(r) or -K0(k r) at that distance r, and its gradient falls linearly to 0.
+ * Free space: the field of all mass at its centre is prescribed on the mesh's border, and acts outside. Closer to the centre than half of
+ * the smaller mesh width its potential is that at this distance, and its gradient falls linearly to 0.
  */
 #define MOLLIS_WALLS_FREE 0
 
@@ -213,8 +213,8 @@
 #define MOLLIS_WALLS_NO_FLUX 1
 
 /**
- * Free space, with the second moments of the mass in that field as well: for long or divided mass. Without screening only. Their part is
- * Q2 / r^2, Q2 = |sum m z^2| about the centre: closer than r = sqrt(2 Q2 / |M|), where the expansion means nothing, r is replaced by that.
+ * Free space, with the second moments of the mass in that field as well: for long or divided mass. Without screening only.
+ * Closer to the centre than sqrt(2 |Q| / |M|), Q = sum m (x + i y)^2 about it, where this expansion means nothing, their part grows no more.
  */
 #define MOLLIS_WALLS_FREE_QUADRUPOLE 2
 
