@@ -207,7 +207,7 @@ fn draw(canvas: &mut Canvas, chart: &Chart, origin: [f64; 2], size: [f64; 2]) {
         draw_map(canvas, map, &frame);
     }
     if chart.frame {
-        axes(canvas, chart, &frame);
+        axes(canvas, chart, &frame, origin[0] + size[0]);
     }
     for curve in &chart.curves {
         draw_curve(canvas, curve, &frame);
@@ -222,36 +222,62 @@ fn draw(canvas: &mut Canvas, chart: &Chart, origin: [f64; 2], size: [f64; 2]) {
     legend(canvas, chart, &frame);
 }
 
-fn axes(canvas: &mut Canvas, chart: &Chart, frame: &Frame) {
+/// Width of a letter over the height of its font, on average.
+const LETTER: f64 = 0.53;
+/// Height of the numbers on axes.
+const NUMBERS: f64 = 14.0;
+
+/// The ticks whose labels leave one another room; both ends stay. `place` is along the axis, `extent` a label's length there.
+fn fitting(labels: Vec<(f64, String)>, place: impl Fn(f64) -> f64, extent: impl Fn(&str) -> f64) -> Vec<(f64, String)> {
+    let apart = |a: &(f64, String), b: &(f64, String)| {
+        (place(a.0) - place(b.0)).abs() >= (extent(&a.1) + extent(&b.1)) / 2.0 + 6.0
+    };
+    let Some((last, rest)) = labels.split_last() else { return labels };
+    let mut kept: Vec<(f64, String)> = Vec::with_capacity(labels.len());
+    for label in rest {
+        if kept.last().is_none_or(|before| apart(before, label) && apart(label, last)) {
+            kept.push(label.clone());
+        }
+    }
+    kept.push(last.clone());
+    kept
+}
+
+fn axes(canvas: &mut Canvas, chart: &Chart, frame: &Frame, right: f64) {
     let (low, high) = (frame.low, frame.high);
     let wanted = |pixels: f64, each: f64| ((pixels / each) as usize).clamp(2, 8);
-    let (labels, minor) = chart.x.ticks(wanted(high[0] - low[0], 75.0));
+    let width = |label: &str| LETTER * NUMBERS * label.chars().count() as f64;
     let grid = chart.map.is_none();
-    for (value, label) in &labels {
-        let x = frame.pixel([*value, chart.y.low])[0];
+    let (labels, minor) = chart.x.ticks(wanted(high[0] - low[0], 75.0));
+    let at = |value: f64| frame.pixel([value, chart.y.low])[0];
+    for (value, label) in fitting(labels, at, width) {
+        let x = at(value);
         if grid {
             canvas.line(&[[x, low[1]], [x, high[1]]], FAINT, 0.7, &[]);
         }
         canvas.line(&[[x, high[1]], [x, high[1] + 5.0]], INK, 1.0, &[]);
-        canvas.text([x, high[1] + 16.0], label, 14.0, Anchor::Middle, false, INK);
+        // The last label stays within the picture.
+        let middle = x.min(right - width(&label) / 2.0);
+        canvas.text([middle, high[1] + 16.0], &label, NUMBERS, Anchor::Middle, false, INK);
     }
     for value in minor {
-        let x = frame.pixel([value, chart.y.low])[0];
+        let x = at(value);
         canvas.line(&[[x, high[1]], [x, high[1] + 3.0]], INK, 0.7, &[]);
     }
     let (labels, minor) = chart.y.ticks(wanted(high[1] - low[1], 55.0));
+    let at = |value: f64| frame.pixel([chart.x.low, value])[1];
     let mut widest = 0;
-    for (value, label) in &labels {
-        let y = frame.pixel([chart.x.low, *value])[1];
+    for (value, label) in fitting(labels, at, |_| NUMBERS) {
+        let y = at(value);
         if grid {
             canvas.line(&[[low[0], y], [high[0], y]], FAINT, 0.7, &[]);
         }
         canvas.line(&[[low[0] - 5.0, y], [low[0], y]], INK, 1.0, &[]);
-        canvas.text([low[0] - 9.0, y], label, 14.0, Anchor::End, false, INK);
+        canvas.text([low[0] - 9.0, y], &label, NUMBERS, Anchor::End, false, INK);
         widest = widest.max(label.chars().count());
     }
     for value in minor {
-        let y = frame.pixel([chart.x.low, value])[1];
+        let y = at(value);
         canvas.line(&[[low[0] - 3.0, y], [low[0], y]], INK, 0.7, &[]);
     }
     let middle = [(low[0] + high[0]) / 2.0, (low[1] + high[1]) / 2.0];
@@ -422,8 +448,9 @@ fn draw_map(canvas: &mut Canvas, map: &Map, frame: &Frame) {
         canvas.rect([left, y], [right, y + height / 64.0 + 0.4], shade(f64::from(level) / 63.0));
     }
     let axis = Axis { low: bottom, high: top, log: map.log };
-    for (value, label) in axis.ticks(((height / 60.0) as usize).clamp(2, 6)).0 {
-        let y = frame.high[1] - axis.place(value) * height;
+    let at = |value: f64| frame.high[1] - axis.place(value) * height;
+    for (value, label) in fitting(axis.ticks(((height / 60.0) as usize).clamp(2, 6)).0, at, |_| 13.0) {
+        let y = at(value);
         canvas.line(&[[right, y], [right + 4.0, y]], INK, 1.0, &[]);
         canvas.text([right + 7.0, y], &label, 13.0, Anchor::Start, false, INK);
     }
