@@ -196,8 +196,14 @@ mod tests {
 
     #[test]
     fn vtk_blocks_lie_at_their_offsets() {
-        let path = std::env::temp_dir().join(format!("mollis-{}.vtp", std::process::id()));
-        vtk(&path, &particles()).unwrap();
+        vtk_of(&particles(), &[("density", vec![0.5, 0.25])]);
+        vtk_of(&Particles { densities: Vec::new(), ..particles() }, &[]);
+    }
+
+    /// The blocks that there always are, and these further ones.
+    fn vtk_of(particles: &Particles, further: &[(&str, Vec<f64>)]) {
+        let path = std::env::temp_dir().join(format!("mollis-{}-{}.vtp", std::process::id(), further.len()));
+        vtk(&path, particles).unwrap();
         let bytes = std::fs::read(&path).unwrap();
         std::fs::remove_file(&path).unwrap();
         let start = bytes.windows(14).position(|w| w == b"encoding=\"raw\"").unwrap() + 17;
@@ -209,7 +215,10 @@ mod tests {
             rest[rest.find("offset=\"").unwrap() + 8..].split('"').next().unwrap().parse().unwrap()
         };
         let word = |at: usize| u64::from_le_bytes(bytes[start + at..start + at + 8].try_into().unwrap());
-        for (name, values) in [("mass", vec![1.0, 2.0]), ("points", vec![0.0, 1.0, 0.0, 2.5, -3.0, 0.0])] {
+        assert_eq!(text.contains("density"), !further.is_empty());
+        let always =
+            [("mass", vec![1.0, 2.0]), ("part", vec![0.0, 1.0]), ("points", vec![0.0, 1.0, 0.0, 2.5, -3.0, 0.0])];
+        for (name, values) in always.iter().chain(further) {
             let at = offset(name);
             assert_eq!(word(at), 8 * values.len() as u64, "{name}");
             for (i, value) in values.iter().enumerate() {
@@ -217,6 +226,53 @@ mod tests {
             }
         }
         assert_eq!((word(offset("offsets")), word(offset("offsets") + 8), word(offset("offsets") + 16)), (16, 1, 2));
+    }
+
+    #[test]
+    fn numbers_are_short_and_read_back() {
+        for (value, text) in [
+            (0.0, "0"),
+            (40_000.0, "40000"),
+            (-1e6, "-1000000"),
+            (1e7, "1e7"),
+            (0.25, "0.25"),
+            (1e-5, "1e-5"),
+            (1e-300, "1e-300"),
+            (1.5e300, "1.5e300"),
+            (123_456_789.5, "123456789.5"),
+            (0.012_345, "0.012345"),
+            (f64::NAN, "NaN"),
+            (f64::INFINITY, "inf"),
+        ] {
+            assert_eq!(number(value), text);
+        }
+        let mut bits = 1_u64;
+        for _ in 0..20_000 {
+            bits = bits.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            let value = f64::from_bits(bits);
+            let text = number(value);
+            assert!(text.parse::<f64>().unwrap().to_bits() == bits || value.is_nan(), "{text}");
+            // A sign, seventeen digits, a point and an exponent.
+            assert!(text.len() <= 24, "{text}");
+        }
+    }
+
+    /// What fails leaves neither a part of the new file nor any change of the old one.
+    #[test]
+    fn files_are_written_whole_or_not_at_all() {
+        let folder = std::env::temp_dir().join(format!("mollis-whole-{}", std::process::id()));
+        fs::create_dir_all(&folder).unwrap();
+        let path = folder.join("file");
+        write(&path, |file| Ok(file.write_all(b"old")?)).unwrap();
+        let error = write(&path, |file| {
+            file.write_all(b"new")?;
+            anyhow::bail!("no more")
+        });
+        assert_eq!(format!("{:#}", error.unwrap_err()), format!("{}: no more", path.display()));
+        assert_eq!(fs::read(&path).unwrap(), b"old");
+        assert_eq!(fs::read_dir(&folder).unwrap().count(), 1);
+        fs::remove_dir_all(&folder).unwrap();
+        assert!(format!("{:#}", write(&path, |_| Ok(())).unwrap_err()).starts_with(&path.display().to_string()));
     }
 
     #[test]

@@ -188,8 +188,10 @@ impl Frame {
 
 fn draw(canvas: &mut Canvas, chart: &Chart, origin: [f64; 2], size: [f64; 2]) {
     let bar = if chart.map.is_some() { 92.0 } else { 0.0 };
-    let mut low = [origin[0] + 78.0, origin[1] + if chart.title.is_empty() { 16.0 } else { 38.0 }];
-    let mut high = [origin[0] + size[0] - 22.0 - bar, origin[1] + size[1] - 58.0];
+    let (top, bottom) = (origin[1] + if chart.title.is_empty() { 16.0 } else { 38.0 }, origin[1] + size[1] - 58.0);
+    let longest = chart.y.ticks(wanted(bottom - top, TALL)).0.iter().map(|(_, label)| width(label)).fold(0.0, f64::max);
+    let mut low = [origin[0] + (longest + 38.0).max(78.0), top];
+    let mut high = [origin[0] + size[0] - 22.0 - bar, bottom];
     if chart.equal {
         let spans = [chart.x.high - chart.x.low, chart.y.high - chart.y.low];
         let unit = ((high[0] - low[0]) / spans[0]).min((high[1] - low[1]) / spans[1]);
@@ -227,6 +229,21 @@ const LETTER: f64 = 0.53;
 /// Height of the numbers on axes.
 const NUMBERS: f64 = 14.0;
 
+/// Pixels from one tick to the next, about, along x and along y.
+const WIDE: f64 = 75.0;
+/// See [`WIDE`].
+const TALL: f64 = 55.0;
+
+/// How many ticks an axis of so many pixels has.
+fn wanted(pixels: f64, each: f64) -> usize {
+    ((pixels / each) as usize).clamp(2, 8)
+}
+
+/// About how wide a number at a tick is.
+fn width(label: &str) -> f64 {
+    LETTER * NUMBERS * label.chars().count() as f64
+}
+
 /// The ticks whose labels leave one another room; both ends stay. `place` is along the axis, `extent` a label's length there.
 fn fitting(labels: Vec<(f64, String)>, place: impl Fn(f64) -> f64, extent: impl Fn(&str) -> f64) -> Vec<(f64, String)> {
     let apart = |a: &(f64, String), b: &(f64, String)| {
@@ -245,10 +262,8 @@ fn fitting(labels: Vec<(f64, String)>, place: impl Fn(f64) -> f64, extent: impl 
 
 fn axes(canvas: &mut Canvas, chart: &Chart, frame: &Frame, right: f64) {
     let (low, high) = (frame.low, frame.high);
-    let wanted = |pixels: f64, each: f64| ((pixels / each) as usize).clamp(2, 8);
-    let width = |label: &str| LETTER * NUMBERS * label.chars().count() as f64;
     let grid = chart.map.is_none();
-    let (labels, minor) = chart.x.ticks(wanted(high[0] - low[0], 75.0));
+    let (labels, minor) = chart.x.ticks(wanted(high[0] - low[0], WIDE));
     let at = |value: f64| frame.pixel([value, chart.y.low])[0];
     for (value, label) in fitting(labels, at, width) {
         let x = at(value);
@@ -264,9 +279,9 @@ fn axes(canvas: &mut Canvas, chart: &Chart, frame: &Frame, right: f64) {
         let x = at(value);
         canvas.line(&[[x, high[1]], [x, high[1] + 3.0]], INK, 0.7, &[]);
     }
-    let (labels, minor) = chart.y.ticks(wanted(high[1] - low[1], 55.0));
+    let (labels, minor) = chart.y.ticks(wanted(high[1] - low[1], TALL));
     let at = |value: f64| frame.pixel([chart.x.low, value])[1];
-    let mut widest = 0;
+    let mut widest = 0.0_f64;
     for (value, label) in fitting(labels, at, |_| NUMBERS) {
         let y = at(value);
         if grid {
@@ -274,7 +289,7 @@ fn axes(canvas: &mut Canvas, chart: &Chart, frame: &Frame, right: f64) {
         }
         canvas.line(&[[low[0] - 5.0, y], [low[0], y]], INK, 1.0, &[]);
         canvas.text([low[0] - 9.0, y], &label, NUMBERS, Anchor::End, false, INK);
-        widest = widest.max(label.chars().count());
+        widest = widest.max(width(&label));
     }
     for value in minor {
         let y = at(value);
@@ -282,7 +297,7 @@ fn axes(canvas: &mut Canvas, chart: &Chart, frame: &Frame, right: f64) {
     }
     let middle = [(low[0] + high[0]) / 2.0, (low[1] + high[1]) / 2.0];
     canvas.text([middle[0], high[1] + 40.0], &chart.x_label, 15.0, Anchor::Middle, false, INK);
-    let left = low[0] - 24.0 - 7.6 * widest as f64;
+    let left = low[0] - 26.0 - widest;
     canvas.text([left, middle[1]], &chart.y_label, 15.0, Anchor::Middle, true, INK);
 }
 

@@ -130,8 +130,9 @@ fn masses(snapshot: &Snapshot, axes: &[Axis; 2]) -> Vec<f64> {
     let particles = &snapshot.particles;
     for (position, mass) in particles.positions.chunks_exact(particles.dimension).zip(&particles.masses) {
         let (i, j) = (axes[0].place(position[0]) * nx as f64, axes[1].place(position[1]) * ny as f64);
-        if i >= 0.0 && j >= 0.0 && i < nx as f64 && j < ny as f64 {
-            values[j as usize * nx + i as usize] += mass / area;
+        // The last cells hold the upper border: the region ends at round numbers, where a particle may lie.
+        if i >= 0.0 && j >= 0.0 && i <= nx as f64 && j <= ny as f64 {
+            values[(j as usize).min(ny - 1) * nx + (i as usize).min(nx - 1)] += mass / area;
         }
     }
     values
@@ -204,4 +205,28 @@ pub fn field(picture: &Picture, results: &[&CaseResult<'_>], executor: &dyn Exec
         }
     }
     Ok(panels(&picture.title, &charts))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::initial::Particles;
+
+    /// A map holds the mass of every particle in its region, borders included.
+    #[test]
+    fn a_map_holds_all_mass() {
+        let particles = Particles {
+            dimension: 2,
+            positions: vec![-1.0, -1.0, 1.0, 1.0, 0.3, 1.0, 1.0, -1.0, 1.5, 0.0],
+            masses: vec![1.0, 2.0, 4.0, 8.0, 16.0],
+            ..Particles::default()
+        };
+        let axes = [Axis::fixed([-1.0, 1.0]), Axis::fixed([-1.0, 1.0])];
+        let values = masses(&Snapshot { time: 0.0, particles }, &axes);
+        let [nx, ny] = cells(&axes);
+        // The last particle is outside. Each cell and the sum take a few roundings of 15.
+        let held = values.iter().sum::<f64>() * 4.0 / (nx * ny) as f64;
+        assert!((held - 15.0).abs() < 1e-12, "{held}");
+        assert!(values[0] > 0.0 && values[nx - 1] > 0.0 && values[nx * ny - 1] > 0.0);
+    }
 }

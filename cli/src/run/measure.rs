@@ -273,4 +273,27 @@ mod tests {
         }
         assert_eq!(clusters(&particles), 3);
     }
+
+    /// Points of the grid h Z^2, each with a part.
+    fn on_grid(h: f64, points: &[(f64, f64, u8)]) -> Particles {
+        let positions = points.iter().flat_map(|&(i, j, _)| [i * h, j * h]).collect();
+        let parts = points.iter().map(|point| point.2).collect();
+        Particles { dimension: 2, positions, masses: vec![1.0; points.len()], densities: Vec::new(), parts }
+    }
+
+    #[test]
+    fn runs_are_compared_at_equal_points_of_equal_parts() {
+        // Two parts that overlap in (1, 0) of the coarse grid.
+        let coarse = on_grid(0.2, &[(0.0, 0.0, 0), (1.0, 0.0, 0), (1.0, 0.0, 1), (-1.0, 2.0, 1)]);
+        let fine = on_grid(0.1, &[(2.0, 0.0, 1), (1.0, 0.0, 0), (2.0, 0.0, 0), (-2.0, 4.0, 1), (0.0, 0.0, 0)]);
+        assert_eq!(matches(&coarse, &fine, 0.1).unwrap(), [4, 2, 0, 3]);
+        let missing = on_grid(0.2, &[(3.0, 0.0, 0)]);
+        assert!(matches(&missing, &fine, 0.1).unwrap_err().to_string().contains("does not hold [0.6"));
+        let between = on_grid(0.101, &[(1.0, 0.0, 0)]);
+        assert!(matches(&between, &fine, 0.1).is_err());
+        // Densities that are not carried have no error, rather than one of 0.
+        let history = |end: Particles, h: f64| History { h, start: end.clone(), end, ..History::default() };
+        let errors = errors_against(&history(coarse, 0.2), &history(fine, 0.1), 0.04).unwrap();
+        assert!(errors[0] < 1e-15 && errors[1].is_nan());
+    }
 }

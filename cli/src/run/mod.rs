@@ -171,18 +171,10 @@ pub fn main(args: Args) -> Result<ExitCode> {
 
     let results = gather(&file, &jobs, histories)?;
     let clock = Instant::now();
-    for result in &results {
-        let folder = folder(result.scene);
-        let with_events = result.scene.model == Model::Pks && result.scene.output.events;
-        output::history(&folder, &result.main, &result.scene.output.particles, with_events)?;
-        if !result.study.is_empty() {
-            output::table(
-                &folder.join("convergence.csv"),
-                &STUDY_COLUMNS.map(str::to_owned),
-                &study_rows(&result.study),
-            )?;
-        }
-    }
+    let mut failed: Vec<String> = results
+        .iter()
+        .filter_map(|result| data(result, &folder(result.scene)).err().map(|error| format!("{error:#}")))
+        .collect();
     let data_seconds = clock.elapsed().as_secs_f64();
     let checks: Vec<measure::Check> =
         file.expectations.iter().map(|expectation| measure::check(expectation, &results)).collect();
@@ -192,7 +184,7 @@ pub fn main(args: Args) -> Result<ExitCode> {
         summary(&out, &args, &file, &results, &checks, pictures, &seconds)
     };
     // Before the pictures too: whatever becomes of them, the numbers are kept.
-    write_summary(&[], 0.0)?;
+    let early = write_summary(&[], 0.0);
     let clock = Instant::now();
     let pictures: Vec<Option<String>> = file
         .pictures
@@ -203,18 +195,15 @@ pub fn main(args: Args) -> Result<ExitCode> {
             drawn.err().map(|error| format!("{error:#}"))
         })
         .collect();
-    write_summary(&pictures, clock.elapsed().as_secs_f64())?;
-    if runner.checkpoint.exists() {
-        std::fs::remove_file(&runner.checkpoint)?;
+    let late = early.and_then(|()| write_summary(&pictures, clock.elapsed().as_secs_f64()));
+    failed.extend(late.err().map(|error| format!("{error:#}")));
+    // Data that could not be written can be after `--resume`.
+    if failed.is_empty() && runner.checkpoint.exists() {
+        std::fs::remove_file(&runner.checkpoint).with_context(|| format!("{}", runner.checkpoint.display()))?;
     }
-    // Everything is written: a reader that has gone changes nothing about how the run ended.
-    if !args.quiet
-        && let Err(error) = report(&out, &file, &results, &checks)
-        && !console::is_closed(&error)
-    {
-        return Err(error);
-    }
-    let mut failed = Vec::new();
+    // Everything is written by now: a reader that has gone changes nothing about how the run ended.
+    let told = if args.quiet { Ok(()) } else { report(&out, &file, &results, &checks) };
+    failed.extend(told.err().filter(|error| !console::is_closed(error)).map(|error| format!("{error:#}")));
     let missed: Vec<String> = checks.iter().filter(|check| !check.passed).map(described).collect();
     if !missed.is_empty() {
         failed.push(format!("{} of {} expectations not met:\n{}", missed.len(), checks.len(), missed.join("\n")));
@@ -224,6 +213,17 @@ pub fn main(args: Args) -> Result<ExitCode> {
     }
     ensure!(failed.is_empty(), "{}", failed.join("\n"));
     Ok(ExitCode::SUCCESS)
+}
+
+/// Writes what one case leaves.
+fn data(result: &CaseResult<'_>, folder: &Path) -> Result<()> {
+    let with_events = result.scene.model == Model::Pks && result.scene.output.events;
+    output::history(folder, &result.main, &result.scene.output.particles, with_events)?;
+    if !result.study.is_empty() {
+        let path = folder.join("convergence.csv");
+        output::table(&path, &STUDY_COLUMNS.map(str::to_owned), &study_rows(&result.study))?;
+    }
+    Ok(())
 }
 
 /// Makes the folders that a run writes to and sees that it can: what would fail at the end fails now.

@@ -86,14 +86,23 @@ pub fn main(args: Args) -> Result<ExitCode> {
             })?;
             Ok((m, seconds))
         };
-        let (m, seconds) = measured(FEW)?;
-        let each = if direct {
-            seconds * (n as f64 / m).powi(2)
-        } else {
+        let estimate = || -> Result<f64> {
+            let (m, seconds) = measured(FEW)?;
+            if direct {
+                return Ok(seconds * (n as f64 / m).powi(2));
+            }
             // What a step costs whatever the number of particles, such as a mesh, and what each particle adds.
             let (more, longer) = measured(MORE)?;
             let slope = if more > m { (longer - seconds).max(0.0) / (more - m) } else { seconds / m };
-            seconds + slope * (n as f64 - m)
+            Ok(seconds + slope * (n as f64 - m))
+        };
+        let each = match estimate() {
+            Ok(each) => each,
+            // Fewer particles are heavier ones: their step may be refused where that of all is not.
+            Err(error) => {
+                say!("  cost: not estimated: with fewer particles, {error:#}")?;
+                continue;
+            }
         };
         say!(
             "  cost: about {each:.1e} s a step (from steps of fewer particles), {:.1} s in all",
