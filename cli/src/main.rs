@@ -1,12 +1,14 @@
 //! The `mollis` command: a user of `mollis-core` like any other.
 //!
 //! Every subcommand is a module with `Args` (what clap parses) and `main(Args) -> anyhow::Result<ExitCode>`; this file only
-//! dispatches. An error is printed to standard error and ends with status 1; what clap refuses ends with status 2.
+//! dispatches. An error is printed to standard error and ends with status 1; what clap refuses ends with status 2. Where the
+//! reader of standard output has gone, the command ends quietly with status 141, as a program ends that SIGPIPE stops.
 
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
+mod console;
 mod converge;
 mod initial;
 mod memory;
@@ -16,6 +18,12 @@ mod plot;
 mod run;
 mod scene;
 mod verify;
+
+/// Status of a command whose standard output was closed: 128 and the number of SIGPIPE.
+const CLOSED: u8 = 141;
+
+/// The largest number of threads that can be asked for.
+const THREADS: u64 = 1024;
 
 /// Particles with softened potentials: run a scene, see it move, check it against an oracle.
 #[derive(Parser)]
@@ -45,8 +53,29 @@ enum Command {
     Verify(verify::Args),
 }
 
-fn main() -> ExitCode {
-    let result = match Cli::parse().command {
+/// Reads `--threads`, from `least` on.
+fn threads(text: &str, least: u64) -> Result<usize, String> {
+    match text.parse::<u64>() {
+        Ok(threads) if (least..=THREADS).contains(&threads) => Ok(threads as usize),
+        _ => Err(format!("must be a whole number from {least} to {THREADS}")),
+    }
+}
+
+fn dispatch() -> anyhow::Result<ExitCode> {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) if error.use_stderr() => {
+            // In colours where the terminal has them; where printing fails there is no place left to say so.
+            let _ = error.print();
+            return Ok(ExitCode::from(2));
+        }
+        // The text that `--help` and `--version` ask for.
+        Err(text) => {
+            console::checked(text.print())?;
+            return Ok(ExitCode::SUCCESS);
+        }
+    };
+    match cli.command {
         Command::PksCheck(args) => pks_check::main(args),
         Command::Run(args) => run::main(args),
         Command::Plan(args) => run::plan_main(args),
@@ -55,9 +84,29 @@ fn main() -> ExitCode {
         Command::Conserve(args) => converge::conserve(args),
         Command::Scene(args) => scene::main(args),
         Command::Verify(args) => verify::main(args),
-    };
-    result.unwrap_or_else(|error| {
-        eprintln!("mollis: {error:#}");
+    }
+}
+
+fn main() -> ExitCode {
+    dispatch().unwrap_or_else(|error| {
+        if console::is_closed(&error) {
+            return ExitCode::from(CLOSED);
+        }
+        console::complain!("mollis: {error:#}");
         ExitCode::FAILURE
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn threads_are_few() {
+        assert_eq!((threads("0", 0), threads("1024", 0)), (Ok(0), Ok(1024)));
+        for (text, least) in [("1025", 0), ("100000", 0), ("0", 1), ("-1", 0), ("two", 0), ("18446744073709551616", 0)]
+        {
+            assert!(threads(text, least).unwrap_err().contains("from"), "{text}");
+        }
+    }
 }

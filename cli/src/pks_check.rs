@@ -12,6 +12,8 @@ use clap::{Args as Arguments, ValueEnum};
 use mollis_core::grid::{Equation, Order, Walls};
 use mollis_core::pks::theory;
 
+use crate::console::say;
+
 /// Which experiment.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum Name {
@@ -47,8 +49,8 @@ pub struct Args {
     /// Particles (for `hitting`: pairs); the experiment's own number if 0.
     #[arg(long, default_value_t = 0)]
     particles: usize,
-    /// Threads.
-    #[arg(long, default_value_t = 1)]
+    /// Threads, at most 1024.
+    #[arg(long, default_value_t = 1, value_parser = |text: &str| crate::threads(text, 1))]
     threads: usize,
     /// Decide collisions by the printed increment test.
     #[arg(long)]
@@ -91,7 +93,7 @@ pub fn main(args: Args) -> anyhow::Result<ExitCode> {
         Name::Speed => experiments::speed(&args)?,
         Name::Heavy => heavy::run()?,
     };
-    println!("{}", if passed { "PASS" } else { "FAIL" });
+    say!("{}", if passed { "PASS" } else { "FAIL" })?;
     Ok(if passed { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
@@ -116,7 +118,7 @@ impl Args {
 
     fn seeds(&self, default: u64) -> std::ops::Range<u64> {
         let n = if self.seeds == 0 { default } else { self.seeds };
-        self.first..self.first + n
+        self.first..self.first.saturating_add(n)
     }
 
     fn particles(&self, default: usize) -> usize {

@@ -7,6 +7,7 @@ use mollis_core::mollifier::Mollifier;
 use mollis_core::{Error, Real};
 
 use super::run::{Cloud, kernel_memory, power, term};
+use crate::console::say;
 
 const PSI4: Mollifier = Mollifier::Gaussian { order: 4 };
 
@@ -22,7 +23,7 @@ fn bump<T: Real>(h: f64) -> Result<Cloud<T, 2>> {
 /// in each step, which is what is left to compare: rounding.
 pub fn contraction() -> Result<bool> {
     let terms = [power(1.0, 2.0)];
-    println!("{:>9} {:>12} {:>14} {:>14}", "dt", "|x|/|x_0|", "over e^-t - 1", "over RK4's - 1");
+    say!("{:>9} {:>12} {:>14} {:>14}", "dt", "|x|/|x_0|", "over e^-t - 1", "over RK4's - 1")?;
     let mut good = true;
     for mollifier in [Mollifier::None, PSI4, Mollifier::Compact { order: 2, exponent: 4 }] {
         for steps in [10, 20, 40, 80] {
@@ -40,7 +41,7 @@ pub fn contraction() -> Result<bool> {
                 factor = a / b;
                 worst = worst.max((factor / polynomial - 1.0).abs());
             }
-            println!("{dt:9.4} {factor:12.8} {:14.3e} {worst:14.3e}", factor / (-2.0_f64).exp() - 1.0);
+            say!("{dt:9.4} {factor:12.8} {:14.3e} {worst:14.3e}", factor / (-2.0_f64).exp() - 1.0)?;
             // Some 4 n roundings of forces, 300 particles, 80 steps: below 1e-12.
             good &= worst < 1e-12;
         }
@@ -71,8 +72,8 @@ fn settle(cloud: &mut Cloud<f64, 2>, kernel: &Kernel<'_, f64, 2>, time: f64, lon
 /// The ring of K = |x|^4/4 - |x|^1.5/1.5.
 pub fn ring() -> Result<bool> {
     let radius: f64 = steady::ring_radius(4.0, 1.5)?;
-    println!("radius of the ring in closed form: {radius:.8}");
-    println!("{:>9} {:>9} {:>12} {:>12} {:>12}", "delta", "particles", "mean radius", "off by", "spread");
+    say!("radius of the ring in closed form: {radius:.8}")?;
+    say!("{:>9} {:>9} {:>12} {:>12} {:>12}", "delta", "particles", "mean radius", "off by", "spread")?;
     let terms = [power(1.0, 4.0), power(-1.0, 1.5)];
     let mut last = f64::INFINITY;
     for delta in [0.3, 0.2, 0.1, 0.05, 0.0] {
@@ -87,7 +88,7 @@ pub fn ring() -> Result<bool> {
         let mean: f64 = radii.iter().zip(&cloud.m).map(|(r, m)| r * m).sum();
         let spread = radii.iter().map(|r| (r - mean).abs()).fold(0.0, f64::max);
         last = (mean - radius).abs();
-        println!("{delta:9.3} {:9} {mean:12.8} {:12.3e} {spread:12.3e}", radii.len(), mean - radius);
+        say!("{delta:9.3} {:9} {mean:12.8} {:12.3e} {spread:12.3e}", radii.len(), mean - radius)?;
         if delta == 0.05 && last > 1e-3 {
             return Ok(false);
         }
@@ -116,10 +117,15 @@ fn count_clusters(cloud: &Cloud<f64, 2>, apart: f64) -> (usize, f64) {
 
 /// The ring of K = |x|^7/7 - |x|^1.5/1.5 breaks; large delta leaves three clusters.
 pub fn clusters() -> Result<bool> {
-    println!(
+    say!(
         "{:>9} {:>9} {:>9} {:>12} {:>12} {:>12}",
-        "delta", "particles", "clusters", "diameter", "mean radius", "spread"
-    );
+        "delta",
+        "particles",
+        "clusters",
+        "diameter",
+        "mean radius",
+        "spread"
+    )?;
     let terms = [power(1.0, 7.0), power(-1.0, 1.5)];
     let mut found = Vec::new();
     for delta in [0.0, 0.05, 0.32] {
@@ -134,7 +140,7 @@ pub fn clusters() -> Result<bool> {
         let spread = radii.iter().map(|r| (r - mean).abs()).fold(0.0, f64::max);
         let (clusters, diameter) = count_clusters(&cloud, 0.05);
         found.push(clusters);
-        println!("{delta:9.3} {:9} {clusters:9} {diameter:12.3e} {mean:12.6} {spread:12.3e}", radii.len());
+        say!("{delta:9.3} {:9} {clusters:9} {diameter:12.3e} {mean:12.6} {spread:12.3e}", radii.len())?;
     }
     Ok(found.last() == Some(&3) && found.first().is_some_and(|&n| n > 1))
 }
@@ -145,11 +151,17 @@ pub fn clusters() -> Result<bool> {
 /// steady state: its logarithm integrates the divergence over time, and what the divergence is off by adds up.
 pub fn radial() -> Result<bool> {
     let state = steady::QuarticLogarithmic::<f64>::new();
-    println!("radius {:.6}, second moment {:.8}", state.radius, state.second_moment);
-    println!(
+    say!("radius {:.6}, second moment {:.8}", state.radius, state.second_moment)?;
+    say!(
         "{:>9} {:>9} {:>12} {:>12} {:>14} {:>14} {:>14}",
-        "h", "particles", "radius", "second", "off by", "blobs off", "along it off"
-    );
+        "h",
+        "particles",
+        "radius",
+        "second",
+        "off by",
+        "blobs off",
+        "along it off"
+    )?;
     let terms = [power(1.0, 4.0), term(-1.0, Law::Newtonian)];
     let mut last = (f64::INFINITY, f64::INFINITY);
     let mut good = true;
@@ -174,7 +186,7 @@ pub fn radial() -> Result<bool> {
             sum / mass
         };
         let (blobs, along) = (mean(&cloud.blob_density(PSI4, delta)?), mean(&cloud.rho));
-        println!("{h:9.4} {:9} {outer:12.6} {second:12.8} {off:14.3e} {blobs:14.3e} {along:14.3e}", radii.len());
+        say!("{h:9.4} {:9} {outer:12.6} {second:12.8} {off:14.3e} {blobs:14.3e} {along:14.3e}", radii.len())?;
         // The density converges with order 1.5 in h at least (2 is found), the moment whatever its order.
         good &= off < last.0 && blobs < 0.6 * last.1;
         last = (off, blobs);
@@ -184,10 +196,15 @@ pub fn radial() -> Result<bool> {
 
 /// 1e5 steps in each scalar.
 pub fn conservation() -> Result<bool> {
-    println!(
+    say!(
         "{:>6} {:>9} {:>8} {:>14} {:>22} {:>12}",
-        "scalar", "particles", "steps", "drift/radius", "over u sqrt(steps)", "energy rose"
-    );
+        "scalar",
+        "particles",
+        "steps",
+        "drift/radius",
+        "over u sqrt(steps)",
+        "energy rose"
+    )?;
     let double = drift::<f64>("f64")?;
     let single = drift::<f32>("f32")?;
     Ok(double && single)
@@ -220,12 +237,12 @@ fn drift<T: Real>(name: &str) -> Result<bool> {
     let radius = cloud.radii()?.into_iter().fold(0.0, f64::max);
     let unit = T::EPSILON.to_f64() / 2.0 * (steps as f64).sqrt();
     let constant = apart / radius / unit;
-    println!(
+    say!(
         "{name:>6} {:9} {:8} {:14.3e} {constant:22.3} {:>12}",
         cloud.x.len(),
         report.steps,
         apart / radius,
         if rose { "yes" } else { "no" }
-    );
+    )?;
     Ok(!rose && constant <= DRIFT)
 }

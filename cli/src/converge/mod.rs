@@ -13,6 +13,8 @@ use std::process::ExitCode;
 
 use anyhow::{Result, bail};
 
+use crate::console::say;
+
 /// Arguments of these commands.
 #[derive(clap::Args)]
 pub struct Args {
@@ -63,7 +65,9 @@ pub fn conserve(args: Args) -> Result<ExitCode> {
 
 fn run(args: &Args, studies: &[Study]) -> Result<ExitCode> {
     if args.list {
-        studies.iter().for_each(|(name, about, _)| println!("{name:14} {about}"));
+        for (name, about, _) in studies {
+            say!("{name:14} {about}")?;
+        }
         return Ok(ExitCode::SUCCESS);
     }
     if let Some(unknown) = args.names.iter().find(|name| !studies.iter().any(|study| study.0 == name.as_str())) {
@@ -72,9 +76,9 @@ fn run(args: &Args, studies: &[Study]) -> Result<ExitCode> {
     let mut failed = Vec::new();
     for (name, about, study) in studies {
         if args.names.is_empty() || args.names.iter().any(|wanted| wanted == name) {
-            println!("# {name}: {about}");
+            say!("# {name}: {about}")?;
             let expected = study()?;
-            println!("{}\n", if expected { "as expected" } else { "NOT AS EXPECTED" });
+            say!("{}\n", if expected { "as expected" } else { "NOT AS EXPECTED" })?;
             if !expected {
                 failed.push(*name);
             }
@@ -83,6 +87,6 @@ fn run(args: &Args, studies: &[Study]) -> Result<ExitCode> {
     if failed.is_empty() {
         return Ok(ExitCode::SUCCESS);
     }
-    println!("not as expected: {}", failed.join(", "));
+    say!("not as expected: {}", failed.join(", "))?;
     Ok(ExitCode::FAILURE)
 }

@@ -8,6 +8,7 @@ use mollis_core::mollifier::Mollifier;
 
 use super::cubic;
 use super::run::{Cloud, kernel_memory, power, term};
+use crate::console::say;
 use crate::memory::Memory;
 
 /// Deviation from an independent implementation's numbers above which a study is not as expected.
@@ -53,11 +54,21 @@ fn rate(last: f64, now: f64) -> f64 {
 
 /// Prints a table; whether it is as expected.
 fn table(name: &str, h: &[f64], expected: &Expected<'_>, solve: impl Fn(f64) -> Result<Errors>) -> Result<bool> {
-    println!("{name}");
-    println!(
+    say!("{name}")?;
+    say!(
         "{:>9} {:>9} {:>11} {:>5} {:>7} {:>11} {:>5} {:>7} {:>8} {:>11} {:>5}",
-        "h", "particles", "positions", "rate", "known", "density", "rate", "known", "overlap", "W^-1,2", "rate"
-    );
+        "h",
+        "particles",
+        "positions",
+        "rate",
+        "known",
+        "density",
+        "rate",
+        "known",
+        "overlap",
+        "W^-1,2",
+        "rate"
+    )?;
     let (mut last, mut last_rate, mut good) = (Errors::default(), f64::NAN, true);
     for (k, &h) in h.iter().enumerate() {
         let now = solve(h)?;
@@ -68,7 +79,7 @@ fn table(name: &str, h: &[f64], expected: &Expected<'_>, solve: impl Fn(f64) -> 
         let number = |v: f64| if v > 0.0 { format!("{v:.3e}") } else { String::new() };
         let of_positions = deviation(now.positions, expected.positions);
         let of_density = deviation(now.density, expected.density);
-        println!(
+        say!(
             "{h:9.6} {:9} {:>11} {:>5} {:>7} {:>11} {:>5} {:>7} {:>8} {:>11} {:>5}",
             now.particles,
             number(now.positions),
@@ -80,14 +91,14 @@ fn table(name: &str, h: &[f64], expected: &Expected<'_>, solve: impl Fn(f64) -> 
             now.overlap.map_or(String::new(), |o| format!("{o:.2}")),
             now.dual.map_or(String::new(), |d| format!("{d:.3e}")),
             rates(last.dual.unwrap_or(0.0), now.dual.unwrap_or(0.0)),
-        );
+        )?;
         good &= of_positions.is_none_or(|d| d.abs() <= ALLOWED) && of_density.is_none_or(|d| d.abs() <= ALLOWED);
         last_rate = rate(last.positions, now.positions);
         last = now;
     }
     let fast = last_rate >= expected.rate;
     if !fast {
-        println!("the rate of positions, {last_rate:.2}, is below {:.2}", expected.rate);
+        say!("the rate of positions, {last_rate:.2}, is below {:.2}", expected.rate)?;
     }
     Ok(good && fast)
 }

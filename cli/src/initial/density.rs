@@ -6,6 +6,9 @@ use mollis_core::blob::radial::Bump;
 
 use crate::scene::{Part, Shape};
 
+/// The area of the star: int_0^(2 pi) r(theta)^2 / 2 with r = (sin^2 + 1/2)/4; means of sin^2 and sin^4 are 1/2 and 3/8.
+const STAR: f64 = PI * (3.0 / 8.0 + 1.0 / 2.0 + 1.0 / 4.0) / 16.0;
+
 /// A part's density as a function.
 #[derive(Clone, Debug)]
 pub struct Density {
@@ -24,8 +27,7 @@ impl Density {
             Shape::Polynomial(k) => polynomial(*k, dimension) * volume,
             Shape::Flat => polynomial(0, dimension) * volume,
             Shape::Bump => bump(dimension) * volume,
-            // int_0^(2 pi) r(theta)^2 / 2 with r = (sin^2 + 1/2)/4; means of sin^2 and sin^4 are 1/2 and 3/8.
-            Shape::Star => PI * (3.0 / 8.0 + 1.0 / 2.0 + 1.0 / 4.0) / 16.0,
+            Shape::Star => STAR,
             Shape::Points(..) | Shape::File(..) => 0.0,
         };
         let factor = part.mass.map_or(part.height, |mass| mass / unit);
@@ -41,6 +43,14 @@ impl Density {
     /// The whole mass.
     pub fn integral(&self) -> f64 {
         self.integral
+    }
+
+    /// The volume of the support.
+    pub fn support(&self) -> f64 {
+        match self.shape {
+            Shape::Star => STAR * self.axes.iter().product::<f64>(),
+            _ => polynomial(0, self.axes.len()) * self.axes.iter().product::<f64>(),
+        }
     }
 
     /// The density at a point; `None` outside the (closed) support.

@@ -5,14 +5,14 @@ use mollis_core::pks::theory::{self, Species};
 use mollis_core::random::{Generator, Philox, uniform};
 
 use super::{Density, Particles};
-use crate::scene::{Model, Part, Sampling, Scene, Shape};
+use crate::scene::{Model, Part, Sampling, Scene};
 
 /// Random draws of the initial data have labels from here on, which no particle of a run has.
 const LABELS: u64 = 1 << 63;
 
 /// The points of h Z^d in the support, with masses rho h^d: Craig & Bertozzi, Definition 2.2. The shape's centre need not
-/// be a grid point.
-pub fn grid(density: &Density, h: f64, part: usize, particles: &mut Particles) -> Result<()> {
+/// be a grid point. Returns how many points have no mass and were left out; with `keep` they stay.
+pub fn grid(density: &Density, h: f64, part: usize, keep: bool, particles: &mut Particles) -> Result<usize> {
     let (center, half) = density.bounds();
     let d = center.len();
     let low: Vec<i64> = (0..d).map(|axis| ((center[axis] - half[axis]) / h).floor() as i64).collect();
@@ -22,12 +22,18 @@ pub fn grid(density: &Density, h: f64, part: usize, particles: &mut Particles) -
     let volume = h.powi(d as i32);
     let mut index = vec![0_u64; d];
     let mut point = vec![0.0; d];
+    let mut massless = 0;
     for _ in 0..cells as u64 {
         for axis in 0..d {
             point[axis] = (low[axis] + index[axis] as i64) as f64 * h;
         }
         if let Some(rho) = density.at(&point) {
-            particles.push(&point, rho * volume, rho, part);
+            let mass = rho * volume;
+            if mass > 0.0 || keep {
+                particles.push(&point, mass, Some(rho), part);
+            } else {
+                massless += 1;
+            }
         }
         for axis in 0..d {
             index[axis] += 1;
@@ -37,17 +43,29 @@ pub fn grid(density: &Density, h: f64, part: usize, particles: &mut Particles) -
             index[axis] = 0;
         }
     }
-    Ok(())
+    Ok(massless)
+}
+
+/// About how many particles are sampled: exact for random ones, the support over a cell for a grid.
+pub fn about(scene: &Scene, h: Option<f64>) -> f64 {
+    let supports = || {
+        let sampled = scene.initial.iter().filter(|part| part.shape.is_sampled());
+        sampled.map(|part| Density::new(part, scene.dimension).support())
+    };
+    match scene.sampling {
+        Some(Sampling::Random { count }) if supports().next().is_some() => count as f64,
+        Some(Sampling::Grid { h: own }) => supports().sum::<f64>() / h.unwrap_or(own).powi(scene.dimension as i32),
+        _ => 0.0,
+    }
 }
 
 /// Under random sampling: how many particles each part gets, and its mass.
 pub fn shares(scene: &Scene) -> Result<Vec<(u64, f64)>> {
     let Some(Sampling::Random { count }) = scene.sampling else { return Ok(vec![(0, 0.0); scene.initial.len()]) };
-    let drawn = |shape: &Shape| !matches!(shape, Shape::Points(..) | Shape::File(..));
     let masses: Vec<f64> = scene
         .initial
         .iter()
-        .map(|part| if drawn(&part.shape) { Density::new(part, scene.dimension).integral() } else { 0.0 })
+        .map(|part| if part.shape.is_sampled() { Density::new(part, scene.dimension).integral() } else { 0.0 })
         .collect();
     let weights: Vec<f64> = match species(scene, &masses) {
         Some(all) => all.iter().map(|one| theory::species_share(&all, one)).collect(),
@@ -115,7 +133,7 @@ pub fn random(
             }
             match density.at(&point) {
                 Some(rho) if uniform::<f64>(words[3]) * top < rho => {
-                    particles.push(&point, mass / count as f64, rho, part);
+                    particles.push(&point, mass / count as f64, Some(rho), part);
                     break;
                 }
                 _ => attempt += 1,

@@ -1,41 +1,76 @@
 //! Files that a run leaves: tables, particles, the summary.
 
-use std::fs::File;
+use std::fs::{self, File};
 use std::io::{BufWriter, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 
 use crate::initial::Particles;
 use crate::run::history::{Event, History};
 
+/// Writes a file whole or not at all: under the name `NAME.new` first, which is removed if that fails and takes the place of
+/// an older file if it doesn't, whatever happens in between. An error names the file.
+pub fn write(path: &Path, content: impl FnOnce(&mut BufWriter<File>) -> Result<()>) -> Result<()> {
+    let mut fresh = path.as_os_str().to_owned();
+    fresh.push(".new");
+    let fresh = PathBuf::from(fresh);
+    let attempt = || -> Result<()> {
+        let mut writer = BufWriter::new(File::create(&fresh)?);
+        content(&mut writer)?;
+        // The bytes must be there before the name is.
+        writer.into_inner().map_err(std::io::IntoInnerError::into_error)?.sync_all()?;
+        Ok(fs::rename(&fresh, path)?)
+    };
+    attempt().map_err(|error| {
+        let _ = fs::remove_file(&fresh);
+        error.context(format!("{}", path.display()))
+    })
+}
+
+/// A number that reads back as the same: whole ones below ten million in plain digits, others as they are shortest.
+fn number(value: f64) -> String {
+    // Rust prints as many digits as tell the number from its neighbours.
+    let plain = format!("{value}");
+    let scientific = format!("{value:e}");
+    let whole = value.fract() == 0.0 && value.abs() < 1e7;
+    if whole || plain.len() <= scientific.len() { plain } else { scientific }
+}
+
 /// Writes a table with a header.
 pub fn table(path: &Path, header: &[String], rows: &[Vec<f64>]) -> Result<()> {
-    let mut writer = csv::Writer::from_path(path).with_context(|| format!("{}", path.display()))?;
-    writer.write_record(header)?;
-    for row in rows {
-        // Rust prints the shortest decimal that reads back as the same number.
-        writer.write_record(row.iter().map(|value| format!("{value}")))?;
-    }
-    Ok(writer.flush()?)
+    write(path, |file| {
+        let mut writer = csv::Writer::from_writer(file);
+        writer.write_record(header)?;
+        for row in rows {
+            writer.write_record(row.iter().map(|&value| number(value)))?;
+        }
+        Ok(writer.flush()?)
+    })
 }
 
 /// Writes coalescences: absorbed labels are separated by spaces.
 pub fn events(path: &Path, events: &[Event]) -> Result<()> {
-    let mut writer = csv::Writer::from_path(path).with_context(|| format!("{}", path.display()))?;
-    writer.write_record(["time", "label", "absorbed", "mass", "index"])?;
-    for event in events {
-        let absorbed: Vec<String> = event.absorbed.iter().map(u64::to_string).collect();
-        writer.write_record([
-            format!("{}", event.time),
-            event.label.to_string(),
-            absorbed.join(" "),
-            format!("{}", event.mass),
-            format!("{}", event.index),
-        ])?;
-    }
-    Ok(writer.flush()?)
+    write(path, |file| {
+        let mut writer = csv::Writer::from_writer(file);
+        writer.write_record(["time", "label", "absorbed", "mass", "index"])?;
+        for event in events {
+            let absorbed: Vec<String> = event.absorbed.iter().map(u64::to_string).collect();
+            writer.write_record([
+                number(event.time),
+                event.label.to_string(),
+                absorbed.join(" "),
+                number(event.mass),
+                number(event.index),
+            ])?;
+        }
+        Ok(writer.flush()?)
+    })
 }
+
+/// All that a case may leave.
+pub const FILES: [&str; 6] =
+    ["diagnostics.csv", "events.csv", "convergence.csv", "particles.npy", "particles.vtp", "particles.csv"];
 
 /// Writes particles in the formats asked for, and the tables of a run.
 pub fn history(folder: &Path, history: &History, formats: &[String], with_events: bool) -> Result<()> {
@@ -62,28 +97,34 @@ pub fn history(folder: &Path, history: &History, formats: &[String], with_events
 fn npy(path: &Path, particles: &Particles) -> Result<()> {
     use npyz::WriterBuilder;
     let d = particles.dimension;
-    let file = BufWriter::new(File::create(path).with_context(|| format!("{}", path.display()))?);
-    let mut writer = npyz::WriteOptions::new()
-        .default_dtype()
-        .shape(&[particles.len() as u64, d as u64 + 1])
-        .writer(file)
-        .begin_nd()?;
-    for (position, mass) in particles.positions.chunks_exact(d).zip(&particles.masses) {
-        writer.extend(position.iter().chain([mass]))?;
-    }
-    Ok(writer.finish()?)
+    write(path, |file| {
+        let mut writer = npyz::WriteOptions::new()
+            .default_dtype()
+            .shape(&[particles.len() as u64, d as u64 + 1])
+            .writer(file)
+            .begin_nd()?;
+        for (position, mass) in particles.positions.chunks_exact(d).zip(&particles.masses) {
+            writer.extend(position.iter().chain([mass]))?;
+        }
+        Ok(writer.finish()?)
+    })
 }
 
 fn particles_csv(path: &Path, particles: &Particles) -> Result<()> {
     let d = particles.dimension;
     let mut header: Vec<String> = ["x", "y", "z"][..d].iter().map(|&axis| axis.to_owned()).collect();
-    header.extend(["mass".to_owned(), "density".to_owned()]);
-    let rows: Vec<Vec<f64>> = particles
+    header.push("mass".to_owned());
+    let mut rows: Vec<Vec<f64>> = particles
         .positions
         .chunks_exact(d)
-        .zip(particles.masses.iter().zip(&particles.densities))
-        .map(|(position, (mass, density))| position.iter().chain([mass, density]).copied().collect())
+        .zip(&particles.masses)
+        .map(|(position, mass)| position.iter().chain([mass]).copied().collect())
         .collect();
+    // A density that the run doesn't carry is no column.
+    if !particles.densities.is_empty() {
+        header.push("density".to_owned());
+        rows.iter_mut().zip(&particles.densities).for_each(|(row, &density)| row.push(density));
+    }
     table(path, &header, &rows)
 }
 
@@ -95,12 +136,11 @@ fn vtk(path: &Path, particles: &Particles) -> Result<()> {
         points.extend((0..3).map(|axis| position.get(axis).copied().unwrap_or(0.0)));
     }
     let part: Vec<f64> = particles.parts.iter().map(|&part| f64::from(part)).collect();
-    let blocks: [(&str, &[f64], usize); 4] = [
-        ("mass", &particles.masses, 1),
-        ("density", &particles.densities, 1),
-        ("part", &part, 1),
-        ("points", &points, 3),
-    ];
+    let mut blocks: Vec<(&str, &[f64], usize)> = vec![("mass", &particles.masses, 1)];
+    if !particles.densities.is_empty() {
+        blocks.push(("density", &particles.densities, 1));
+    }
+    blocks.extend([("part", &part[..], 1), ("points", &points[..], 3)]);
     let mut offset = 0;
     let mut arrays = Vec::new();
     for (name, values, components) in &blocks {
@@ -111,32 +151,33 @@ fn vtk(path: &Path, particles: &Particles) -> Result<()> {
     }
     let verts = offset;
     let ends = verts + 8 + 8 * n;
-    let mut file = BufWriter::new(File::create(path).with_context(|| format!("{}", path.display()))?);
-    write!(
-        file,
-        "<?xml version=\"1.0\"?>\n\
+    let place = arrays.pop().unwrap_or_default();
+    let of_points = arrays.join("\n");
+    write(path, |file| {
+        write!(
+            file,
+            "<?xml version=\"1.0\"?>\n\
          <VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n\
          <PolyData><Piece NumberOfPoints=\"{n}\" NumberOfVerts=\"{n}\" NumberOfLines=\"0\" NumberOfStrips=\"0\" NumberOfPolys=\"0\">\n\
-         <PointData Scalars=\"mass\">\n{}\n{}\n{}\n</PointData>\n<Points>\n{}\n</Points>\n\
+         <PointData Scalars=\"mass\">\n{of_points}\n</PointData>\n<Points>\n{place}\n</Points>\n\
          <Verts>\n<DataArray type=\"Int64\" Name=\"connectivity\" format=\"appended\" offset=\"{verts}\"/>\n\
          <DataArray type=\"Int64\" Name=\"offsets\" format=\"appended\" offset=\"{ends}\"/>\n</Verts>\n\
-         </Piece></PolyData>\n<AppendedData encoding=\"raw\">\n_",
-        arrays[0], arrays[1], arrays[2], arrays[3]
-    )?;
-    for (_, values, _) in &blocks {
-        file.write_all(&(8 * values.len() as u64).to_le_bytes())?;
-        for value in *values {
-            file.write_all(&value.to_le_bytes())?;
+         </Piece></PolyData>\n<AppendedData encoding=\"raw\">\n_"
+        )?;
+        for (_, values, _) in &blocks {
+            file.write_all(&(8 * values.len() as u64).to_le_bytes())?;
+            for value in *values {
+                file.write_all(&value.to_le_bytes())?;
+            }
         }
-    }
-    for first in [0, 1] {
-        file.write_all(&(8 * n as u64).to_le_bytes())?;
-        for index in 0..n as u64 {
-            file.write_all(&(index + first).to_le_bytes())?;
+        for first in [0, 1] {
+            file.write_all(&(8 * n as u64).to_le_bytes())?;
+            for index in 0..n as u64 {
+                file.write_all(&(index + first).to_le_bytes())?;
+            }
         }
-    }
-    writeln!(file, "\n</AppendedData>\n</VTKFile>")?;
-    Ok(file.flush()?)
+        Ok(writeln!(file, "\n</AppendedData>\n</VTKFile>")?)
+    })
 }
 
 #[cfg(test)]
@@ -155,8 +196,14 @@ mod tests {
 
     #[test]
     fn vtk_blocks_lie_at_their_offsets() {
-        let path = std::env::temp_dir().join(format!("mollis-{}.vtp", std::process::id()));
-        vtk(&path, &particles()).unwrap();
+        vtk_of(&particles(), &[("density", vec![0.5, 0.25])]);
+        vtk_of(&Particles { densities: Vec::new(), ..particles() }, &[]);
+    }
+
+    /// The blocks that there always are, and these further ones.
+    fn vtk_of(particles: &Particles, further: &[(&str, Vec<f64>)]) {
+        let path = std::env::temp_dir().join(format!("mollis-{}-{}.vtp", std::process::id(), further.len()));
+        vtk(&path, particles).unwrap();
         let bytes = std::fs::read(&path).unwrap();
         std::fs::remove_file(&path).unwrap();
         let start = bytes.windows(14).position(|w| w == b"encoding=\"raw\"").unwrap() + 17;
@@ -168,7 +215,10 @@ mod tests {
             rest[rest.find("offset=\"").unwrap() + 8..].split('"').next().unwrap().parse().unwrap()
         };
         let word = |at: usize| u64::from_le_bytes(bytes[start + at..start + at + 8].try_into().unwrap());
-        for (name, values) in [("mass", vec![1.0, 2.0]), ("points", vec![0.0, 1.0, 0.0, 2.5, -3.0, 0.0])] {
+        assert_eq!(text.contains("density"), !further.is_empty());
+        let always =
+            [("mass", vec![1.0, 2.0]), ("part", vec![0.0, 1.0]), ("points", vec![0.0, 1.0, 0.0, 2.5, -3.0, 0.0])];
+        for (name, values) in always.iter().chain(further) {
             let at = offset(name);
             assert_eq!(word(at), 8 * values.len() as u64, "{name}");
             for (i, value) in values.iter().enumerate() {
@@ -176,6 +226,53 @@ mod tests {
             }
         }
         assert_eq!((word(offset("offsets")), word(offset("offsets") + 8), word(offset("offsets") + 16)), (16, 1, 2));
+    }
+
+    #[test]
+    fn numbers_are_short_and_read_back() {
+        for (value, text) in [
+            (0.0, "0"),
+            (40_000.0, "40000"),
+            (-1e6, "-1000000"),
+            (1e7, "1e7"),
+            (0.25, "0.25"),
+            (1e-5, "1e-5"),
+            (1e-300, "1e-300"),
+            (1.5e300, "1.5e300"),
+            (123_456_789.5, "123456789.5"),
+            (0.012_345, "0.012345"),
+            (f64::NAN, "NaN"),
+            (f64::INFINITY, "inf"),
+        ] {
+            assert_eq!(number(value), text);
+        }
+        let mut bits = 1_u64;
+        for _ in 0..20_000 {
+            bits = bits.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            let value = f64::from_bits(bits);
+            let text = number(value);
+            assert!(text.parse::<f64>().unwrap().to_bits() == bits || value.is_nan(), "{text}");
+            // A sign, seventeen digits, a point and an exponent.
+            assert!(text.len() <= 24, "{text}");
+        }
+    }
+
+    /// What fails leaves neither a part of the new file nor any change of the old one.
+    #[test]
+    fn files_are_written_whole_or_not_at_all() {
+        let folder = std::env::temp_dir().join(format!("mollis-whole-{}", std::process::id()));
+        fs::create_dir_all(&folder).unwrap();
+        let path = folder.join("file");
+        write(&path, |file| Ok(file.write_all(b"old")?)).unwrap();
+        let error = write(&path, |file| {
+            file.write_all(b"new")?;
+            anyhow::bail!("no more")
+        });
+        assert_eq!(format!("{:#}", error.unwrap_err()), format!("{}: no more", path.display()));
+        assert_eq!(fs::read(&path).unwrap(), b"old");
+        assert_eq!(fs::read_dir(&folder).unwrap().count(), 1);
+        fs::remove_dir_all(&folder).unwrap();
+        assert!(format!("{:#}", write(&path, |_| Ok(())).unwrap_err()).starts_with(&path.display().to_string()));
     }
 
     #[test]

@@ -11,6 +11,7 @@ use mollis_core::random::Philox;
 
 use super::system::{Bump, Opposite, System};
 use super::{Args, interval, slope};
+use crate::console::say;
 
 /// The options that the arguments choose.
 fn options(args: &Args, chi: f64, noise: f64) -> Options<f64> {
@@ -45,10 +46,10 @@ pub fn transfer(args: &Args) -> anyhow::Result<bool> {
     let n = args.particles(40_000);
     let mass = 48.0 * PI;
     let mut results: [Vec<f64>; 4] = Default::default();
-    println!("5.2.1: {n} particles, 270 x 270 on [-15, 15]^2, dt 0.001, {}", choice(args));
-    println!(
+    say!("5.2.1: {n} particles, 270 x 270 on [-15, 15]^2, dt 0.001, {}", choice(args))?;
+    say!(
         "seed | slope on [0, 0.02] (-20) | slope on [0.06, 0.1] (-12), alpha (2.4) of these particles | heavy / 8 pi (4) | particles | seconds"
-    );
+    )?;
     for seed in args.seeds(8) {
         let start = Instant::now();
         let options = options(args, 1.0, theory::noise(mass, 1.0, n));
@@ -72,13 +73,13 @@ pub fn transfer(args: &Args) -> anyhow::Result<bool> {
                 collapse = Some(system.counters.time);
             }
             if args.verbose {
-                println!(
+                say!(
                     "  t {:.3} Y {:.4} n {} heavy {:.3}",
                     system.counters.time,
                     system.second_moment(),
                     system.count(),
                     system.heaviest() / (8.0 * PI)
-                );
+                )?;
             }
         }
         let values = [
@@ -87,7 +88,7 @@ pub fn transfer(args: &Args) -> anyhow::Result<bool> {
             system.heaviest() / (8.0 * PI),
             system.count() as f64,
         ];
-        println!(
+        say!(
             "{seed} | {:.2} | {:.2}, {:.2} | {:.4} | {} | {:.1} (collapse at {:.3})",
             values[0],
             values[1],
@@ -96,7 +97,7 @@ pub fn transfer(args: &Args) -> anyhow::Result<bool> {
             values[3],
             start.elapsed().as_secs_f64(),
             collapse.unwrap_or(f64::NAN)
-        );
+        )?;
         results.iter_mut().zip(values).for_each(|(list, v)| list.push(v));
     }
     let mut passed = true;
@@ -104,7 +105,7 @@ pub fn transfer(args: &Args) -> anyhow::Result<bool> {
         [("before", &results[0], -20.0, 0.6), ("after", &results[1], -12.0, 0.6), ("heavy", &results[2], 4.0, 0.08)]
     {
         let (mean, half) = interval(values);
-        println!("{name}: {mean:.3} +- {half:.3} (95%), theory {want} +- {allowed}");
+        say!("{name}: {mean:.3} +- {half:.3} (95%), theory {want} +- {allowed}")?;
         passed &= (mean - want).abs() <= allowed;
     }
     Ok(passed)
@@ -115,7 +116,7 @@ pub fn singularities(args: &Args) -> anyhow::Result<bool> {
     let n = args.particles(400_000);
     let mass = 64.0 * PI;
     let dt = if args.dt == 0.0 { 2e-3 } else { args.dt };
-    println!("5.2.2: {n} particles, 270 x 270 on [-15, 15]^2, dt {dt}, {}", choice(args));
+    say!("5.2.2: {n} particles, 270 x 270 on [-15, 15]^2, dt {dt}, {}", choice(args))?;
     let mut slopes = Vec::new();
     for seed in args.seeds(8) {
         let start = Instant::now();
@@ -136,7 +137,7 @@ pub fn singularities(args: &Args) -> anyhow::Result<bool> {
             heavy.sort_by(|a, b| b.total_cmp(a));
             let two = heavy.iter().take(2).sum::<f64>() / mass;
             if args.verbose {
-                println!(
+                say!(
                     "  t {:.3} Y {:.4} n {} two hold {:.4}: {:.4} {:.4}",
                     system.counters.time,
                     system.second_moment(),
@@ -144,10 +145,10 @@ pub fn singularities(args: &Args) -> anyhow::Result<bool> {
                     two,
                     heavy[0] / (8.0 * PI),
                     heavy.get(1).unwrap_or(&0.0) / (8.0 * PI)
-                );
+                )?;
             }
             if heavy[0] > 0.9 * mass {
-                println!("seed {seed}: merged at t = {:.3}", system.counters.time);
+                say!("seed {seed}: merged at t = {:.3}", system.counters.time)?;
                 break;
             }
             if two >= 0.99 {
@@ -157,22 +158,22 @@ pub fn singularities(args: &Args) -> anyhow::Result<bool> {
             }
         }
         let Some((time, count, two)) = begun else {
-            println!("seed {seed}: two particles never held 99% of the mass");
+            say!("seed {seed}: two particles never held 99% of the mass")?;
             return Ok(false);
         };
         let value = slope(&line);
-        println!(
+        say!(
             "seed {seed}: from t = {time:.3} ({count} particles, two hold {:.2}%) over {} steps: slope {value:.3} (theory {:.2}; alpha (2.4) of these particles {:.3}), {:.0} s",
             100.0 * two,
             line.len(),
             theory::second_moment_rate(mass, 1.0, 1.0, &[0.3 * mass, 0.7 * mass]),
             mean(&drift, 0.0, 2.0),
             start.elapsed().as_secs_f64()
-        );
+        )?;
         slopes.push(value);
     }
     let (mean, half) = interval(&slopes);
-    println!("slope {mean:.3} +- {half:.3} (95%), theory -13.44");
+    say!("slope {mean:.3} +- {half:.3} (95%), theory -13.44")?;
     Ok((mean + 13.44).abs() <= half)
 }
 
@@ -195,11 +196,11 @@ pub fn species(args: &Args) -> anyhow::Result<bool> {
     // 1.4 for these, and the rate itself is the difference of two nine times as large: each run has a twin with the opposite noise,
     // whose martingale part is the opposite to first order.
     let (dt, steps) = (2e-6, if args.steps == 0 { 250 } else { args.steps });
-    println!(
+    say!(
         "5.3: {n} particles, 320 x 320 on [-1.5, 1.5]^2, {:?}, {steps} steps of {dt}, {}; total rate (4.28) {want:.3}",
         args.walls(),
         choice(args)
-    );
+    )?;
     let mut passed = true;
     for (name, one, two) in cases {
         let bumps = [
@@ -231,7 +232,7 @@ pub fn species(args: &Args) -> anyhow::Result<bool> {
                 let of_run = lines.each_ref().map(|line| slope(line));
                 let off = [0, 1, 2].map(|k| residual(&lines[k], of_run[k]));
                 of_pair.iter_mut().zip(of_run).for_each(|(sum, rate)| *sum += 0.5 * rate);
-                println!(
+                say!(
                     "{name} seed {seed}{}: rates {:.2} {:.2} total {:.3} (at the start by the mesh's field, without noise, {first_rate:.3}); 1 - R^2 {:.1e} {:.1e} {:.1e}; {} particles, heaviest {:.4}, {:.1} sub-steps a particle and step, {:.0} s",
                     if opposite { ", opposite noise" } else { "" },
                     of_run[0],
@@ -244,17 +245,17 @@ pub fn species(args: &Args) -> anyhow::Result<bool> {
                     system.heaviest(),
                     system.report.substeps as f64 / (n as f64 * f64::from(steps + 1)),
                     start.elapsed().as_secs_f64()
-                );
+                )?;
                 passed &= off[0] < 1e-2 && off[1] < 1e-2;
             }
             rates.iter_mut().zip(of_pair).for_each(|(list, rate)| list.push(rate));
         }
         let [(one, _), (two, _), (all, half)] = rates.map(|r| interval(&r));
         passed &= one > 0.0 && two < 0.0 && (all / want - 1.0).abs() < 0.02;
-        println!(
+        say!(
             "{name}: components {one:+.2} {two:+.2}, total {all:.3} +- {half:.3} (95%) = {:+.2}% off",
             100.0 * (all / want - 1.0)
-        );
+        )?;
     }
     Ok(passed)
 }
@@ -274,11 +275,11 @@ pub fn subcritical(args: &Args) -> anyhow::Result<bool> {
     let n = args.particles(40_000);
     let mass = 4.0 * PI;
     let want = theory::second_moment_rate(mass, 1.0, 1.0, &[]);
-    println!("subcritical: {n} particles, M = 4 pi, 1000 steps of 0.001, slope 4 mu - chi M / (2 pi) = {want:.3}");
+    say!("subcritical: {n} particles, M = 4 pi, 1000 steps of 0.001, slope 4 mu - chi M / (2 pi) = {want:.3}")?;
     let mut passed = true;
     for hard in [false, true] {
         let args = Args { hard, ..args.clone() };
-        println!("{}", choice(&args));
+        say!("{}", choice(&args))?;
         let (mut slopes, mut excess) = (Vec::new(), Vec::new());
         let mut heaviest: f64 = 0.0;
         for seed in args.seeds(8) {
@@ -297,23 +298,23 @@ pub fn subcritical(args: &Args) -> anyhow::Result<bool> {
                 own.push((system.counters.time, from + 1e-3 * alpha));
             }
             excess.push(slope(&line) - slope(&own));
-            println!(
+            say!(
                 "seed {seed}: slope {:.3}, by alpha (2.4) of these particles {:.3}, heaviest {:.2e} of the critical mass, {} particles",
                 slope(&line),
                 slope(&own),
                 system.heaviest() / (8.0 * PI),
                 system.count()
-            );
+            )?;
             slopes.push(slope(&line));
             heaviest = heaviest.max(system.heaviest());
         }
         let (off, width) = interval(&excess);
-        println!("slope less that of alpha (2.4): {off:.4} +- {width:.4} (95%)");
+        say!("slope less that of alpha (2.4): {off:.4} +- {width:.4} (95%)")?;
         let (mean, half) = interval(&slopes);
-        println!(
+        say!(
             "slope {mean:.4} +- {half:.4} (95%), theory {want:.4}; heaviest {:.2e} of 8 pi mu / chi",
             heaviest / (8.0 * PI)
-        );
+        )?;
         passed &= heaviest < 0.01 * 8.0 * PI && (!hard || (mean - want).abs() <= half);
     }
     Ok(passed)
@@ -352,7 +353,7 @@ pub fn stress(args: &Args) -> anyhow::Result<bool> {
         let total: f64 = system.masses[..system.count()].iter().sum();
         let finite = system.positions[..system.count()].iter().flatten().all(|x| x.is_finite());
         let replayed = replay(&initial, &system);
-        println!(
+        say!(
             "chi {chi:e} dt {dt:e}: {} of {steps} steps{}, {} particles left, mass off by {:.1e}, replay {}, {:.1} s",
             system.counters.step,
             if refused > 0 { ", then refused with a status" } else { "" },
@@ -360,7 +361,7 @@ pub fn stress(args: &Args) -> anyhow::Result<bool> {
             total / mass - 1.0,
             if replayed { "bitwise" } else { "DIFFERS" },
             start.elapsed().as_secs_f64()
-        );
+        )?;
         passed &= finite && replayed && (total / mass - 1.0).abs() < 1e-12;
     }
     Ok(passed)
@@ -406,11 +407,11 @@ pub fn speed(args: &Args) -> anyhow::Result<bool> {
             best = best.min(start.elapsed().as_secs_f64());
             ensure!(system.report.substeps - before < 2 * n as u64, "more than one sub-step a particle");
         }
-        println!(
+        say!(
             "{name} cluster search: {:.1} ns a particle and step ({} particles left)",
             1e9 * best / n as f64,
             system.count()
-        );
+        )?;
     }
     Ok(true)
 }

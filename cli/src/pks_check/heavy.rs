@@ -8,6 +8,7 @@ use mollis_core::random::Philox;
 
 use super::slope;
 use super::system::{Bump, Split, System};
+use crate::console::say;
 
 /// How the attraction is found.
 #[derive(Clone, Copy, Debug)]
@@ -44,12 +45,9 @@ fn system(way: Way, mesh: Mesh<f64>, particles: &[([f64; 2], f64)]) -> anyhow::R
 fn field() -> anyhow::Result<bool> {
     let mesh = Mesh::new([-1.0; 2], [1.0; 2], [64; 2])?;
     let [h, _] = mesh.spacing();
-    println!(
-        "root mean square error of a light particle's speed, relative, over the distance in mesh widths (64 x 64)"
-    );
-    print!("{:14}", "");
-    DISTANCES.iter().for_each(|r| print!("{r:9}"));
-    println!();
+    say!("root mean square error of a light particle's speed, relative, over the distance in mesh widths (64 x 64)")?;
+    let header: String = DISTANCES.iter().map(|r| format!("{r:9}")).collect();
+    say!("{:14}{header}", "")?;
     let mut passed = true;
     for way in WAYS {
         let mut squares = [0.0_f64; DISTANCES.len()];
@@ -75,9 +73,8 @@ fn field() -> anyhow::Result<bool> {
             }
         }
         let errors = squares.map(|sum| (sum / (40.0 * 24.0)).sqrt());
-        print!("{:14}", format!("{way:?}"));
-        errors.iter().for_each(|e| print!("{e:9.1e}"));
-        println!();
+        let row: String = errors.iter().map(|e| format!("{e:9.1e}")).collect();
+        say!("{:14}{row}", format!("{way:?}"))?;
         if let Way::Pairs = way {
             passed &= errors.iter().all(|&e| e < 1e-5);
         }
@@ -88,9 +85,9 @@ fn field() -> anyhow::Result<bool> {
 /// Two particles with the masses of Section 5.2.2, six apart in four directions, until they are 0.6 apart: the slope of the second moment.
 fn meeting() -> anyhow::Result<bool> {
     let mass = 64.0 * PI;
-    println!(
+    say!(
         "slope of the second moment of two heavy particles, theory -13.44; 270 x 270 on [-15, 15]^2, four directions"
-    );
+    )?;
     let mut passed = true;
     for dt in [2e-3, 5e-4] {
         for way in WAYS {
@@ -109,7 +106,7 @@ fn meeting() -> anyhow::Result<bool> {
             }
             let (least, most) =
                 slopes.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &s| (a.min(s), b.max(s)));
-            println!("dt {dt}, {way:?}: {least:.4} to {most:.4}");
+            say!("dt {dt}, {way:?}: {least:.4} to {most:.4}")?;
             if let Way::Pairs = way {
                 passed &= (least + 13.44).abs().max((most + 13.44).abs()) < 5e-3;
             }

@@ -1,6 +1,7 @@
 //! Two particles: the time of their collision against the exact law `tau = M Y_0 / (4 mu~ U)`, U ~ Gamma(|nu|, 1).
 
 use super::Args;
+use crate::console::say;
 use crate::memory::Memory;
 use mollis_core::euler_maruyama::Control;
 use mollis_core::field::{self, Interaction, Run};
@@ -111,9 +112,9 @@ fn p_value(x: f64) -> f64 {
 /// nu = -1/2, -3/2, -4, both laws.
 pub fn run(args: &Args) -> anyhow::Result<bool> {
     let n = args.particles(20_000);
-    println!(
+    say!(
         "{n} pairs each, 64 sub-steps a step, dt = max(Y / 20, s) with Y_0 = 1/4, beta = 1; times beyond the 90% point count as later"
-    );
+    )?;
     let mut passed = true;
     // A pair that comes within Y ~ dt and escapes again does so with a chance ~ dt^|nu|, which one step does not resolve: soft collisions
     // need the smaller step.
@@ -128,12 +129,12 @@ pub fn run(args: &Args) -> anyhow::Result<bool> {
             let times = times(nu, law, n, args.first << 32, horizon, smallest)?;
             let (late, early) = kolmogorov(nu, &times, horizon);
             let k = late.max(early);
-            println!(
+            say!(
                 "nu {nu:4}, s = {smallest}, {law:?}: sqrt(n) D = {k:.3} (late {late:.3}, early {early:.3}), D = {:.4}, p = {:.2e} ({} collided before t = {horizon:.3})",
                 k / (n as f64).sqrt(),
                 p_value(k),
                 times.tau.len()
-            );
+            )?;
             passed &= (p_value(k) > 1e-3) == (law == CollisionLaw::Exact);
         }
     }

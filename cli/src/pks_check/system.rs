@@ -28,7 +28,10 @@ impl Executor for Threads {
         std::thread::scope(|scope| {
             for worker in 1..self.0.min(tasks) {
                 let work = &work;
-                scope.spawn(move || work(worker));
+                // A thread that can't be started leaves its tasks to the others.
+                if std::thread::Builder::new().spawn_scoped(scope, move || work(worker)).is_err() {
+                    break;
+                }
             }
             work(0);
         });

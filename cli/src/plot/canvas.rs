@@ -3,14 +3,17 @@
 //! PNG is drawn three times too large and averaged, which smooths every edge. The font comes with the program, so that
 //! pictures look the same on a machine that has none.
 
+use std::io::Write;
 use std::path::Path;
 use std::sync::Once;
 
-use anyhow::{Context, Result, anyhow};
+use anyhow::{Result, anyhow};
 use plotters::backend::{BitMapBackend, SVGBackend};
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{FontStyle, FontTransform, IntoFont, RGBColor, TextStyle, register_font};
 use plotters_backend::{BackendColor, BackendStyle, DrawingBackend};
+
+use crate::output;
 
 /// Red, green, blue.
 pub type Color = [u8; 3];
@@ -107,10 +110,9 @@ impl Canvas {
 
     /// Writes `stem.png` and `stem.svg`.
     pub fn write(&self, stem: &Path) -> Result<()> {
-        let png = stem.with_extension("png");
-        std::fs::write(&png, self.png()?).with_context(|| format!("{}", png.display()))?;
-        let svg = stem.with_extension("svg");
-        std::fs::write(&svg, self.svg()?).with_context(|| format!("{}", svg.display()))
+        let (png, svg) = (self.png()?, self.svg()?);
+        output::write(&stem.with_extension("png"), |file| Ok(file.write_all(&png)?))?;
+        output::write(&stem.with_extension("svg"), |file| Ok(file.write_all(svg.as_bytes())?))
     }
 
     fn png(&self) -> Result<Vec<u8>> {

@@ -188,8 +188,10 @@ impl Frame {
 
 fn draw(canvas: &mut Canvas, chart: &Chart, origin: [f64; 2], size: [f64; 2]) {
     let bar = if chart.map.is_some() { 92.0 } else { 0.0 };
-    let mut low = [origin[0] + 78.0, origin[1] + if chart.title.is_empty() { 16.0 } else { 38.0 }];
-    let mut high = [origin[0] + size[0] - 22.0 - bar, origin[1] + size[1] - 58.0];
+    let (top, bottom) = (origin[1] + if chart.title.is_empty() { 16.0 } else { 38.0 }, origin[1] + size[1] - 58.0);
+    let longest = chart.y.ticks(wanted(bottom - top, TALL)).0.iter().map(|(_, label)| width(label)).fold(0.0, f64::max);
+    let mut low = [origin[0] + (longest + 38.0).max(78.0), top];
+    let mut high = [origin[0] + size[0] - 22.0 - bar, bottom];
     if chart.equal {
         let spans = [chart.x.high - chart.x.low, chart.y.high - chart.y.low];
         let unit = ((high[0] - low[0]) / spans[0]).min((high[1] - low[1]) / spans[1]);
@@ -207,7 +209,7 @@ fn draw(canvas: &mut Canvas, chart: &Chart, origin: [f64; 2], size: [f64; 2]) {
         draw_map(canvas, map, &frame);
     }
     if chart.frame {
-        axes(canvas, chart, &frame);
+        axes(canvas, chart, &frame, origin[0] + size[0]);
     }
     for curve in &chart.curves {
         draw_curve(canvas, curve, &frame);
@@ -222,41 +224,80 @@ fn draw(canvas: &mut Canvas, chart: &Chart, origin: [f64; 2], size: [f64; 2]) {
     legend(canvas, chart, &frame);
 }
 
-fn axes(canvas: &mut Canvas, chart: &Chart, frame: &Frame) {
+/// Width of a letter over the height of its font, on average.
+const LETTER: f64 = 0.53;
+/// Height of the numbers on axes.
+const NUMBERS: f64 = 14.0;
+
+/// Pixels from one tick to the next, about, along x and along y.
+const WIDE: f64 = 75.0;
+/// See [`WIDE`].
+const TALL: f64 = 55.0;
+
+/// How many ticks an axis of so many pixels has.
+fn wanted(pixels: f64, each: f64) -> usize {
+    ((pixels / each) as usize).clamp(2, 8)
+}
+
+/// About how wide a number at a tick is.
+fn width(label: &str) -> f64 {
+    LETTER * NUMBERS * label.chars().count() as f64
+}
+
+/// The ticks whose labels leave one another room; both ends stay. `place` is along the axis, `extent` a label's length there.
+fn fitting(labels: Vec<(f64, String)>, place: impl Fn(f64) -> f64, extent: impl Fn(&str) -> f64) -> Vec<(f64, String)> {
+    let apart = |a: &(f64, String), b: &(f64, String)| {
+        (place(a.0) - place(b.0)).abs() >= (extent(&a.1) + extent(&b.1)) / 2.0 + 6.0
+    };
+    let Some((last, rest)) = labels.split_last() else { return labels };
+    let mut kept: Vec<(f64, String)> = Vec::with_capacity(labels.len());
+    for label in rest {
+        if kept.last().is_none_or(|before| apart(before, label) && apart(label, last)) {
+            kept.push(label.clone());
+        }
+    }
+    kept.push(last.clone());
+    kept
+}
+
+fn axes(canvas: &mut Canvas, chart: &Chart, frame: &Frame, right: f64) {
     let (low, high) = (frame.low, frame.high);
-    let wanted = |pixels: f64, each: f64| ((pixels / each) as usize).clamp(2, 8);
-    let (labels, minor) = chart.x.ticks(wanted(high[0] - low[0], 75.0));
     let grid = chart.map.is_none();
-    for (value, label) in &labels {
-        let x = frame.pixel([*value, chart.y.low])[0];
+    let (labels, minor) = chart.x.ticks(wanted(high[0] - low[0], WIDE));
+    let at = |value: f64| frame.pixel([value, chart.y.low])[0];
+    for (value, label) in fitting(labels, at, width) {
+        let x = at(value);
         if grid {
             canvas.line(&[[x, low[1]], [x, high[1]]], FAINT, 0.7, &[]);
         }
         canvas.line(&[[x, high[1]], [x, high[1] + 5.0]], INK, 1.0, &[]);
-        canvas.text([x, high[1] + 16.0], label, 14.0, Anchor::Middle, false, INK);
+        // The last label stays within the picture.
+        let middle = x.min(right - width(&label) / 2.0);
+        canvas.text([middle, high[1] + 16.0], &label, NUMBERS, Anchor::Middle, false, INK);
     }
     for value in minor {
-        let x = frame.pixel([value, chart.y.low])[0];
+        let x = at(value);
         canvas.line(&[[x, high[1]], [x, high[1] + 3.0]], INK, 0.7, &[]);
     }
-    let (labels, minor) = chart.y.ticks(wanted(high[1] - low[1], 55.0));
-    let mut widest = 0;
-    for (value, label) in &labels {
-        let y = frame.pixel([chart.x.low, *value])[1];
+    let (labels, minor) = chart.y.ticks(wanted(high[1] - low[1], TALL));
+    let at = |value: f64| frame.pixel([chart.x.low, value])[1];
+    let mut widest = 0.0_f64;
+    for (value, label) in fitting(labels, at, |_| NUMBERS) {
+        let y = at(value);
         if grid {
             canvas.line(&[[low[0], y], [high[0], y]], FAINT, 0.7, &[]);
         }
         canvas.line(&[[low[0] - 5.0, y], [low[0], y]], INK, 1.0, &[]);
-        canvas.text([low[0] - 9.0, y], label, 14.0, Anchor::End, false, INK);
-        widest = widest.max(label.chars().count());
+        canvas.text([low[0] - 9.0, y], &label, NUMBERS, Anchor::End, false, INK);
+        widest = widest.max(width(&label));
     }
     for value in minor {
-        let y = frame.pixel([chart.x.low, value])[1];
+        let y = at(value);
         canvas.line(&[[low[0] - 3.0, y], [low[0], y]], INK, 0.7, &[]);
     }
     let middle = [(low[0] + high[0]) / 2.0, (low[1] + high[1]) / 2.0];
     canvas.text([middle[0], high[1] + 40.0], &chart.x_label, 15.0, Anchor::Middle, false, INK);
-    let left = low[0] - 24.0 - 7.6 * widest as f64;
+    let left = low[0] - 26.0 - widest;
     canvas.text([left, middle[1]], &chart.y_label, 15.0, Anchor::Middle, true, INK);
 }
 
@@ -422,8 +463,9 @@ fn draw_map(canvas: &mut Canvas, map: &Map, frame: &Frame) {
         canvas.rect([left, y], [right, y + height / 64.0 + 0.4], shade(f64::from(level) / 63.0));
     }
     let axis = Axis { low: bottom, high: top, log: map.log };
-    for (value, label) in axis.ticks(((height / 60.0) as usize).clamp(2, 6)).0 {
-        let y = frame.high[1] - axis.place(value) * height;
+    let at = |value: f64| frame.high[1] - axis.place(value) * height;
+    for (value, label) in fitting(axis.ticks(((height / 60.0) as usize).clamp(2, 6)).0, at, |_| 13.0) {
+        let y = at(value);
         canvas.line(&[[right, y], [right + 4.0, y]], INK, 1.0, &[]);
         canvas.text([right + 7.0, y], &label, 13.0, Anchor::Start, false, INK);
     }

@@ -139,9 +139,7 @@ fn oblique_axes(chart: &mut Chart, reach: f64, [first, last]: [f64; 2], place: &
         let t = first + (last - first) * f64::from(k) / 4.0;
         let [x, y] = place(t, &corner);
         chart.curves.push(Curve { width: 1.0, ..Curve::line("", vec![[x - 0.03 * reach, y], [x, y]], GREY) });
-        if k > 0 {
-            chart.notes.push(([x - 0.16 * reach, y], format!("t = {}", super::shown(t))));
-        }
+        chart.notes.push(([x - 0.16 * reach, y], format!("t = {}", super::shown(t))));
     }
     let below = |x: &[f64]| {
         let [a, b] = place(first, x);
@@ -178,6 +176,7 @@ pub fn density(picture: &Picture, results: &[&CaseResult<'_>]) -> Result<Canvas>
                 ..Curve::line(&format!("t = {}, exact", super::shown(t)), points, lighter(color))
             });
         }
+        ensure!(!snapshot.particles.densities.is_empty(), "the run carries no density");
         let mut points: Vec<[f64; 2]> =
             snapshot.particles.positions.iter().zip(&snapshot.particles.densities).map(|(&x, &rho)| [x, rho]).collect();
         points.sort_by(|a, b| a[0].total_cmp(&b[0]));
@@ -208,6 +207,7 @@ fn over_time(picture: &Picture, results: &[&CaseResult<'_>], column: &str, label
     let mut ranges = Vec::new();
     for (case, result) in results.iter().enumerate() {
         let points = result.main.column(column).with_context(|| format!("the run has no column {column}"))?;
+        ensure!(!points.is_empty(), "the run has no rows");
         let color = COLORS[case % COLORS.len()];
         let several = results.len() > 1;
         let name = if several { result.scene.name.clone() } else { "computed".to_owned() };
@@ -286,6 +286,10 @@ pub fn convergence(picture: &Picture, results: &[&CaseResult<'_>]) -> Result<Can
     }
     // Lines for comparison start at the coarsest error of the first curve that is left to take one.
     let computed = chart.curves.clone();
+    ensure!(
+        !computed.is_empty(),
+        "every error is zero or not a number: there is nothing to draw on a logarithmic axis"
+    );
     for (index, &rate) in picture.rates.iter().enumerate() {
         let base = &computed[index.min(computed.len() - 1)].points;
         let [h, error] = base[0];

@@ -1,7 +1,7 @@
 //! Pictures of the plane: density maps, particles, the field of the chemical.
 
 use anyhow::{Context, Result, ensure};
-use mollis_core::field::{self, Options, Outputs, Run, Sources, Wanted};
+use mollis_core::field::Sources;
 use mollis_core::grid::{Equation, Grid};
 use mollis_core::parallel::Executor;
 
@@ -10,8 +10,8 @@ use super::canvas::Canvas;
 use super::chart::{COLORS, Chart, Curve, Map, sheet};
 use crate::memory::Memory;
 use crate::run::CaseResult;
+use crate::run::blob_density;
 use crate::run::history::Snapshot;
-use crate::run::unit_kernel;
 use crate::scene::{Model, Picture};
 
 /// Pixels of a map along its longer side.
@@ -24,11 +24,12 @@ pub fn chosen<'a>(picture: &Picture, result: &'a CaseResult<'_>) -> Result<Vec<&
     if picture.times.is_empty() {
         return Ok(all.iter().collect());
     }
-    let nearest = |time: &f64| {
-        let found = all.iter().find(|snapshot| (snapshot.time - time).abs() < 1e-9 + 0.5 * result.scene.dt);
+    let step = |time: f64| result.scene.step_at(time);
+    let of = |time: &f64| {
+        let found = all.iter().find(|snapshot| step(snapshot.time).is_some_and(|at| step(*time) == Some(at)));
         found.with_context(|| format!("there is no snapshot at time {time}"))
     };
-    picture.times.iter().map(nearest).collect()
+    picture.times.iter().map(of).collect()
 }
 
 /// A square region around all particles of the snapshots, or the picture's own.
@@ -43,7 +44,7 @@ fn region(picture: &Picture, snapshots: &[&Snapshot]) -> [Axis; 2] {
     let half = axes.iter().map(|axis| (axis.high - axis.low) / 2.0).fold(0.0, f64::max);
     for axis in &mut axes {
         let middle = (axis.low + axis.high) / 2.0;
-        (axis.low, axis.high) = (middle - half, middle + half);
+        *axis = Axis { low: middle - half, high: middle + half, log: false }.rounded();
     }
     [picture.x.map_or(axes[0], Axis::fixed), picture.y.map_or(axes[1], Axis::fixed)]
 }
@@ -115,19 +116,10 @@ fn centres(axes: &[Axis; 2]) -> Vec<[f64; 2]> {
 /// sum_j m_j psi_delta(x - x_j): the Laplacian of the mollified Newtonian potential.
 fn blobs(result: &CaseResult<'_>, snapshot: &Snapshot, axes: &[Axis; 2], executor: &dyn Executor) -> Result<Vec<f64>> {
     ensure!(result.scene.dimension == 2, "maps are drawn in two dimensions");
-    let targets = centres(axes);
+    let h = (result.main.h > 0.0).then_some(result.main.h);
     let positions = snapshot.particles.positions.as_chunks::<2>().0;
-    let mut values = vec![0.0; targets.len()];
-    unit_kernel(result.scene, (result.main.h > 0.0).then_some(result.main.h), |kernel| {
-        let wanted = Wanted { laplacian: true, ..Wanted::default() };
-        let plan = field::plan(kernel, positions.len(), targets.len(), wanted, &Options::default())?;
-        let mut memory = Memory::new(plan.workspace_bytes(executor.workers())?);
-        let sources = Sources { positions, masses: &snapshot.particles.masses };
-        let outputs = Outputs { laplacian: Some(&mut values), ..Outputs::default() };
-        let mut run = Run { executor, ..Run::default() };
-        Ok(field::evaluate(&plan, kernel, sources, &targets, outputs, memory.slice(), &mut run)?)
-    })?;
-    Ok(values)
+    let sources = Sources { positions, masses: &snapshot.particles.masses };
+    blob_density(result.scene, h, sources, &centres(axes), executor)
 }
 
 /// Mass per area in each cell.
@@ -138,8 +130,9 @@ fn masses(snapshot: &Snapshot, axes: &[Axis; 2]) -> Vec<f64> {
     let particles = &snapshot.particles;
     for (position, mass) in particles.positions.chunks_exact(particles.dimension).zip(&particles.masses) {
         let (i, j) = (axes[0].place(position[0]) * nx as f64, axes[1].place(position[1]) * ny as f64);
-        if i >= 0.0 && j >= 0.0 && i < nx as f64 && j < ny as f64 {
-            values[j as usize * nx + i as usize] += mass / area;
+        // The last cells hold the upper border: the region ends at round numbers, where a particle may lie.
+        if i >= 0.0 && j >= 0.0 && i <= nx as f64 && j <= ny as f64 {
+            values[(j as usize).min(ny - 1) * nx + (i as usize).min(nx - 1)] += mass / area;
         }
     }
     values
@@ -149,6 +142,7 @@ fn masses(snapshot: &Snapshot, axes: &[Axis; 2]) -> Vec<f64> {
 pub fn particles(picture: &Picture, results: &[&CaseResult<'_>]) -> Result<Canvas> {
     let mut charts = Vec::new();
     for result in results {
+        ensure!(result.scene.dimension > 1, "particles are drawn in two dimensions");
         let snapshots = chosen(picture, result)?;
         let axes = region(picture, &snapshots);
         for snapshot in &snapshots {
@@ -211,4 +205,28 @@ pub fn field(picture: &Picture, results: &[&CaseResult<'_>], executor: &dyn Exec
         }
     }
     Ok(panels(&picture.title, &charts))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::initial::Particles;
+
+    /// A map holds the mass of every particle in its region, borders included.
+    #[test]
+    fn a_map_holds_all_mass() {
+        let particles = Particles {
+            dimension: 2,
+            positions: vec![-1.0, -1.0, 1.0, 1.0, 0.3, 1.0, 1.0, -1.0, 1.5, 0.0],
+            masses: vec![1.0, 2.0, 4.0, 8.0, 16.0],
+            ..Particles::default()
+        };
+        let axes = [Axis::fixed([-1.0, 1.0]), Axis::fixed([-1.0, 1.0])];
+        let values = masses(&Snapshot { time: 0.0, particles }, &axes);
+        let [nx, ny] = cells(&axes);
+        // The last particle is outside. Each cell and the sum take a few roundings of 15.
+        let held = values.iter().sum::<f64>() * 4.0 / (nx * ny) as f64;
+        assert!((held - 15.0).abs() < 1e-12, "{held}");
+        assert!(values[0] > 0.0 && values[nx - 1] > 0.0 && values[nx * ny - 1] > 0.0);
+    }
 }

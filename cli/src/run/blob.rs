@@ -1,16 +1,17 @@
 //! The aggregation equation: blob method and particle method.
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use mollis_core::blob::{self, Advance, Report, State, Trajectories, Wanted};
 use mollis_core::field::{self, Interaction, Options, Outputs, Run, Sources};
 use mollis_core::isa::Level;
 
 use super::host::{Pool, stopped};
+use super::kernel;
 use super::simulation::{Simulation, choose};
 use super::store::{Reader, Writer};
 use crate::initial::{Particles, exact::Exact};
 use crate::memory::Memory;
-use crate::scene::{Law, Model, Scene};
+use crate::scene::{Model, Scene};
 
 /// A run of the blob or the particle method.
 pub struct Flow<'a, const D: usize> {
@@ -22,6 +23,8 @@ pub struct Flow<'a, const D: usize> {
     memory: Memory,
     positions: Vec<[f64; D]>,
     density: Option<Vec<f64>>,
+    /// Particles whose first density is the sum of the blobs there.
+    summed: usize,
     start: Particles,
     followed: Vec<usize>,
     exact: Option<Exact>,
@@ -41,9 +44,8 @@ impl<'a, const D: usize> Flow<'a, D> {
         pool: &'a Pool,
     ) -> Result<Self> {
         let n = start.len();
-        // Without a mollifier a Newtonian density is that of point masses, which no trajectory feels.
-        let point_masses = scene.model == Model::Particle && scene.kernel.iter().any(|term| term.law == Law::Newtonian);
-        let carried = scene.output.density && !point_masses;
+        let carried = scene.lacks_density().is_none();
+        let (density, summed) = if carried { density::<D>(scene, &start, h, pool)? } else { (Vec::new(), 0) };
         let wanted = Wanted { density: carried, ..Wanted::default() };
         let options = options(scene);
         let plan = blob::plan(kernel, n, 0, wanted, &options).context("plan")?;
@@ -62,9 +64,10 @@ impl<'a, const D: usize> Flow<'a, D> {
             energy,
             memory: Memory::new(bytes),
             positions: start.positions.as_chunks::<D>().0.to_vec(),
-            density: carried.then(|| start.densities.clone()),
+            density: carried.then_some(density),
+            summed,
             followed: choose(n, scene.output.trajectories),
-            exact: Exact::of(scene).filter(|_| h.is_some()),
+            exact: scene.exact(),
             start,
             cell: h.map_or(0.0, |h| h.powi(D as i32)),
             delta: scene.mollifier.map(|softening| softening.delta(h)),
@@ -107,6 +110,21 @@ impl<'a, const D: usize> Flow<'a, D> {
     }
 }
 
+/// Densities at the start: as the data give them, elsewhere the sum of the blobs. Also the number of the latter.
+fn density<const D: usize>(scene: &Scene, start: &Particles, h: Option<f64>, pool: &Pool) -> Result<(Vec<f64>, usize)> {
+    let mut density = start.densities.clone();
+    let missing: Vec<usize> = (0..density.len()).filter(|&index| density[index].is_nan()).collect();
+    if !missing.is_empty() {
+        ensure!(scene.model == Model::Blob, "without a mollifier there is no sum of blobs");
+        let positions = start.positions.as_chunks::<D>().0;
+        let targets: Vec<[f64; D]> = missing.iter().map(|&index| positions[index]).collect();
+        let sources = Sources { positions, masses: &start.masses };
+        let sums = kernel::density(scene, h, sources, &targets, pool)?;
+        missing.iter().zip(sums).for_each(|(&index, sum)| density[index] = sum);
+    }
+    Ok((density, missing.len()))
+}
+
 fn options(scene: &Scene) -> Options {
     Options {
         tolerance: if scene.direct { 0.0 } else { scene.tolerance },
@@ -121,22 +139,7 @@ fn run(pool: &Pool) -> Run<'_> {
 
 impl<const D: usize> Simulation for Flow<'_, D> {
     fn columns(&self) -> Vec<String> {
-        let mut columns = vec!["time".to_owned()];
-        columns.extend(["x", "y", "z"][..D].iter().map(|axis| format!("centre_{axis}")));
-        columns.push("second_moment".to_owned());
-        if self.energy.is_some() {
-            columns.push("energy".to_owned());
-        }
-        if self.density.is_some() {
-            columns.extend(["density_maximum".to_owned(), "overlap".to_owned()]);
-        }
-        if self.exact.is_some() {
-            columns.push("error_positions".to_owned());
-            if self.density.is_some() {
-                columns.push("error_density".to_owned());
-            }
-        }
-        columns
+        self.scene.columns()
     }
 
     fn step(&mut self) -> Result<()> {
@@ -185,7 +188,7 @@ impl<const D: usize> Simulation for Flow<'_, D> {
     fn particles(&self) -> Particles {
         let mut particles = self.start.clone();
         particles.positions = self.positions.as_flattened().to_vec();
-        particles.densities = self.density.clone().unwrap_or_else(|| vec![0.0; self.positions.len()]);
+        particles.densities = self.density.clone().unwrap_or_default();
         particles
     }
 
@@ -193,15 +196,21 @@ impl<const D: usize> Simulation for Flow<'_, D> {
         self.followed.iter().flat_map(|&index| self.positions[index]).collect()
     }
 
-    fn plan(&self) -> Vec<String> {
-        let field = self.plan.field();
+    fn plan(&self, particles: usize) -> Result<Vec<String>> {
+        let wanted = Wanted { density: self.density.is_some(), ..Wanted::default() };
+        let plan = blob::plan(self.kernel, particles, 0, wanted, &options(self.scene)).context("plan")?;
+        let field = plan.field();
         let mut lines = vec![format!("velocity: {:?} sum, because {:?}", field.method(), field.reason())];
         let massless = self.start.masses.iter().filter(|mass| **mass == 0.0).count();
-        if massless > 0 {
+        if massless > 0 && particles == self.start.len() {
             lines.push(format!("skipped: {massless} sources without mass"));
         }
-        if self.density.is_none() {
-            lines.push("skipped: density along trajectories (output.density is not set)".to_owned());
+        if let Some(reason) = self.scene.lacks_density() {
+            lines.push(format!("skipped: density along trajectories ({reason})"));
+        }
+        if self.summed > 0 {
+            let all = if self.summed < self.start.len() { self.summed.to_string() } else { "all".to_owned() };
+            lines.push(format!("density at the start: the sum of the blobs, at {all} particles"));
         }
         if self.energy.is_none() {
             lines.push("skipped: energy (output.energy is not set)".to_owned());
@@ -209,7 +218,7 @@ impl<const D: usize> Simulation for Flow<'_, D> {
         if self.exact.is_none() {
             lines.push("skipped: errors (no exact solution of this scene is known)".to_owned());
         }
-        lines
+        Ok(lines)
     }
 
     fn save(&self, writer: &mut Writer) {

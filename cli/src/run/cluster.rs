@@ -86,7 +86,7 @@ fn square(x: [f64; 2]) -> f64 {
 
 impl Simulation for Cluster<'_> {
     fn columns(&self) -> Vec<String> {
-        ["time", "second_moment", "plain", "corrected", "error_plain", "error_corrected"].map(str::to_owned).to_vec()
+        self.scene.columns()
     }
 
     fn step(&mut self) -> Result<()> {
@@ -157,7 +157,7 @@ impl Simulation for Cluster<'_> {
             dimension: 2,
             positions: self.positions.as_flattened().to_vec(),
             masses: self.masses.to_vec(),
-            densities: vec![0.0; 3],
+            densities: Vec::new(),
             parts: vec![0; 3],
         }
     }
@@ -166,11 +166,11 @@ impl Simulation for Cluster<'_> {
         self.positions.as_flattened().to_vec()
     }
 
-    fn plan(&self) -> Vec<String> {
-        vec![
+    fn plan(&self, _particles: usize) -> Result<Vec<String>> {
+        Ok(vec![
             "drift: all pairs; adaptive Euler-Maruyama".to_owned(),
             "skipped: coalescence (the run stands still at the collision)".to_owned(),
-        ]
+        ])
     }
 
     fn save(&self, writer: &mut Writer) {

@@ -1,9 +1,10 @@
 //! From a scene's terms to a prepared kernel.
 
 use anyhow::{Context, Result};
-use mollis_core::field::Interaction;
+use mollis_core::field::{self, Interaction, Options, Outputs, Run, Sources, Wanted};
 use mollis_core::kernel::{Kernel, Law as CoreLaw, Term as CoreTerm};
 use mollis_core::mollifier::Mollifier;
+use mollis_core::parallel::Executor;
 
 use crate::memory::Memory;
 use crate::scene::{Law, Scene, Softening};
@@ -44,9 +45,23 @@ pub fn with<const D: usize, R>(
     then(&kernel)
 }
 
-/// The attractive Newtonian kernel with a scene's mollifier, whose Laplacian is the mollifier itself.
-pub fn unit<R>(scene: &Scene, h: Option<f64>, then: impl FnOnce(&dyn Interaction<f64, 2>) -> Result<R>) -> Result<R> {
+/// The density at `targets` as the sum of a scene's blobs, sum_j m_j psi_delta(x - x_j): the Laplacian of the attractive
+/// Newtonian kernel with the scene's mollifier is the mollifier itself.
+pub fn density<const D: usize>(
+    scene: &Scene,
+    h: Option<f64>,
+    sources: Sources<'_, f64, D>,
+    targets: &[[f64; D]],
+    executor: &dyn Executor,
+) -> Result<Vec<f64>> {
     let delta = scene.mollifier.map_or(1.0, |softening| softening.delta(h));
-    let kernel = Kernel::<f64, 2>::newtonian(1.0, mollifier(scene.mollifier.as_ref()), delta).context("mollifier")?;
-    then(&kernel)
+    let kernel = Kernel::<f64, D>::newtonian(1.0, mollifier(scene.mollifier.as_ref()), delta).context("mollifier")?;
+    let wanted = Wanted { laplacian: true, ..Wanted::default() };
+    let plan = field::plan(&kernel, sources.positions.len(), targets.len(), wanted, &Options::default())?;
+    let mut memory = Memory::new(plan.workspace_bytes(executor.workers())?);
+    let mut values = vec![0.0; targets.len()];
+    let outputs = Outputs { laplacian: Some(&mut values), ..Outputs::default() };
+    let mut run = Run { executor, ..Run::default() };
+    field::evaluate(&plan, &kernel, sources, targets, outputs, memory.slice(), &mut run)?;
+    Ok(values)
 }

@@ -1,11 +1,13 @@
 //! Numbers that a scene expects of its run.
 
+use std::collections::HashMap;
+
 use anyhow::{Context, Result, bail, ensure};
 
 use super::CaseResult;
 use super::history::History;
 use crate::initial::Particles;
-use crate::scene::Expectation;
+use crate::scene::{Expectation, SLACK};
 
 /// What came of an expectation.
 #[derive(Clone, Debug)]
@@ -16,22 +18,29 @@ pub struct Check {
     pub value: f64,
     /// Whether it is within the bounds.
     pub passed: bool,
+    /// Why there is no number, if there is none.
+    pub error: Option<String>,
 }
 
-/// Measures one expectation.
-pub fn check(expectation: &Expectation, results: &[CaseResult<'_>]) -> Result<Check> {
+/// Measures one expectation. What can't be measured is not met, and costs no other number.
+pub fn check(expectation: &Expectation, results: &[CaseResult<'_>]) -> Check {
     let name = expectation.case.as_deref();
-    let result =
-        results.iter().find(|result| name.is_none_or(|name| result.scene.name == name)).context("no such case")?;
-    let value = measure(expectation, result).with_context(|| format!("expect {:?}", expectation.quantity))?;
+    let result = results.iter().find(|result| name.is_none_or(|name| result.scene.name == name));
+    let measured = result.context("no such case").and_then(|result| measure(expectation, result));
+    let (value, error) = match measured {
+        Ok(value) => (value, None),
+        Err(error) => (f64::NAN, Some(format!("{error:#}"))),
+    };
     // Not a number is never within bounds.
     let passed = value >= expectation.least && value <= expectation.most;
-    Ok(Check { expectation: expectation.clone(), value, passed })
+    Check { expectation: expectation.clone(), value, passed, error }
 }
 
 fn measure(expectation: &Expectation, result: &CaseResult<'_>) -> Result<f64> {
     let history = &result.main;
     let interval = [expectation.from.unwrap_or(f64::NEG_INFINITY), expectation.to.unwrap_or(f64::INFINITY)];
+    let slack = SLACK * result.scene.dt;
+    let within = |points: &[[f64; 2]]| within(points, interval, slack);
     let column = |name: &str| history.column(name).with_context(|| format!("the run has no column {name}"));
     let at = |name: &str| -> Result<f64> {
         let points = column(name)?;
@@ -48,15 +57,15 @@ fn measure(expectation: &Expectation, result: &CaseResult<'_>) -> Result<f64> {
         "error_density" => errors(result, 1, expectation.at)?,
         "rate_positions" => rate(result, 0, expectation.at, interval)?,
         "rate_density" => rate(result, 1, expectation.at, interval)?,
-        "slope" => fit(&within(&column("second_moment")?, interval))?.slope,
-        "slope_error" => fit(&within(&column("second_moment")?, interval))?.error,
+        "slope" => fit(&within(&column("second_moment")?))?.slope,
+        "slope_error" => fit(&within(&column("second_moment")?))?.error,
         "decay_rate" => {
             let logs = |points: Vec<[f64; 2]>| points.into_iter().map(|[t, y]| [t, y.ln()]).collect::<Vec<_>>();
-            fit(&logs(within(&column("second_moment")?, interval)))?.slope
+            fit(&logs(within(&column("second_moment")?)))?.slope
         }
-        "part_slope" => fit(&within(&column(&part_column)?, interval))?.slope,
+        "part_slope" => fit(&within(&column(&part_column)?))?.slope,
         "part_nonlinearity" => {
-            let points = within(&column(&part_column)?, interval);
+            let points = within(&column(&part_column)?);
             let line = fit(&points)?;
             let deviation = points.iter().map(|[t, y]| (y - line.at(*t)).abs()).fold(0.0, f64::max);
             let (first, last) = (points[0][0], points[points.len() - 1][0]);
@@ -97,6 +106,7 @@ fn errors(result: &CaseResult<'_>, which: usize, h: Option<f64>) -> Result<f64> 
     match found {
         Some(point) => Ok(point.errors[which]),
         None => {
+            ensure!(result.study.is_empty(), "the study has no such h");
             let name = ["error_positions", "error_density"][which];
             let column =
                 result.main.column(name).with_context(|| format!("the run has no column {name} and no study"))?;
@@ -123,8 +133,8 @@ fn rate(result: &CaseResult<'_>, which: usize, h: Option<f64>, interval: [f64; 2
     Ok(fit(&logs)?.slope)
 }
 
-fn within(points: &[[f64; 2]], [from, to]: [f64; 2]) -> Vec<[f64; 2]> {
-    points.iter().copied().filter(|point| point[0] >= from - 1e-9 && point[0] <= to + 1e-9).collect()
+fn within(points: &[[f64; 2]], [from, to]: [f64; 2], slack: f64) -> Vec<[f64; 2]> {
+    points.iter().copied().filter(|point| point[0] >= from - slack && point[0] <= to + slack).collect()
 }
 
 /// A straight line by least squares.
@@ -205,23 +215,40 @@ fn clusters(particles: &Particles) -> usize {
     (0..points.len()).filter(|&i| group[i] == i).count()
 }
 
-/// Errors of a run against a finer one that holds its starting points, in h times the sum over the coarse run's particles.
+/// Where the particles of a run begin among those of a run on a finer grid of spacing `h`, which must hold them.
+pub fn matches(start: &Particles, reference: &Particles, h: f64) -> Result<Vec<usize>> {
+    let d = start.dimension;
+    // Parts may overlap: a point of the grid is then several particles.
+    let key =
+        |(x, part): (&[f64], &u8)| -> (Vec<i64>, u8) { (x.iter().map(|x| (x / h).round() as i64).collect(), *part) };
+    let points = |particles: &'_ Particles| -> Vec<(Vec<i64>, u8)> {
+        particles.positions.chunks_exact(d).zip(&particles.parts).map(key).collect()
+    };
+    let known: HashMap<_, usize> = points(reference).into_iter().enumerate().map(|(index, key)| (key, index)).collect();
+    let find = |(index, key): (usize, (Vec<i64>, u8))| -> Result<usize> {
+        let x = &start.positions[index * d..(index + 1) * d];
+        let other = *known.get(&key).with_context(|| format!("study.reference: its grid does not hold {x:?}"))?;
+        let same = &reference.positions[other * d..(other + 1) * d];
+        let close = x.iter().zip(same).all(|(a, b)| (a - b).abs() <= 1e-6 * h);
+        ensure!(close, "study.reference: its grid does not hold {x:?}");
+        Ok(other)
+    };
+    points(start).into_iter().enumerate().map(find).collect()
+}
+
+/// Errors of a run against a finer one that holds its starting points, in h times the sum over the coarse run's particles; not
+/// a number for densities that are not carried.
 pub fn errors_against(run: &History, reference: &History, cell: f64) -> Result<[f64; 2]> {
     let d = run.start.dimension;
-    let key = |x: &[f64]| -> Vec<i64> { x.iter().map(|x| (x / reference.h).round() as i64).collect() };
-    let known: std::collections::HashMap<Vec<i64>, usize> =
-        reference.start.positions.chunks_exact(d).enumerate().map(|(index, x)| (key(x), index)).collect();
     let mut sums = [0.0; 2];
-    for (index, start) in run.start.positions.chunks_exact(d).enumerate() {
-        let found = known.get(&key(start)).copied();
-        let other = found.context("study.reference must divide every study.h")?;
-        let same = &reference.start.positions[other * d..(other + 1) * d];
-        let close = start.iter().zip(same).all(|(a, b)| (a - b).abs() < 1e-9);
-        ensure!(close, "study.reference must divide every study.h");
+    for (index, other) in matches(&run.start, &reference.start, reference.h)?.into_iter().enumerate() {
         let (x, y) =
             (&run.end.positions[index * d..(index + 1) * d], &reference.end.positions[other * d..(other + 1) * d]);
         sums[0] += x.iter().zip(y).map(|(x, y)| (x - y) * (x - y)).sum::<f64>().sqrt() * cell;
-        sums[1] += (run.end.densities[index] - reference.end.densities[other]).abs() * cell;
+        sums[1] += match (run.end.densities.get(index), reference.end.densities.get(other)) {
+            (Some(own), Some(finer)) => (own - finer).abs() * cell,
+            _ => f64::NAN,
+        };
     }
     Ok(sums)
 }
@@ -245,5 +272,28 @@ mod tests {
             particles.masses.push(1.0);
         }
         assert_eq!(clusters(&particles), 3);
+    }
+
+    /// Points of the grid h Z^2, each with a part.
+    fn on_grid(h: f64, points: &[(f64, f64, u8)]) -> Particles {
+        let positions = points.iter().flat_map(|&(i, j, _)| [i * h, j * h]).collect();
+        let parts = points.iter().map(|point| point.2).collect();
+        Particles { dimension: 2, positions, masses: vec![1.0; points.len()], densities: Vec::new(), parts }
+    }
+
+    #[test]
+    fn runs_are_compared_at_equal_points_of_equal_parts() {
+        // Two parts that overlap in (1, 0) of the coarse grid.
+        let coarse = on_grid(0.2, &[(0.0, 0.0, 0), (1.0, 0.0, 0), (1.0, 0.0, 1), (-1.0, 2.0, 1)]);
+        let fine = on_grid(0.1, &[(2.0, 0.0, 1), (1.0, 0.0, 0), (2.0, 0.0, 0), (-2.0, 4.0, 1), (0.0, 0.0, 0)]);
+        assert_eq!(matches(&coarse, &fine, 0.1).unwrap(), [4, 2, 0, 3]);
+        let missing = on_grid(0.2, &[(3.0, 0.0, 0)]);
+        assert!(matches(&missing, &fine, 0.1).unwrap_err().to_string().contains("does not hold [0.6"));
+        let between = on_grid(0.101, &[(1.0, 0.0, 0)]);
+        assert!(matches(&between, &fine, 0.1).is_err());
+        // Densities that are not carried have no error, rather than one of 0.
+        let history = |end: Particles, h: f64| History { h, start: end.clone(), end, ..History::default() };
+        let errors = errors_against(&history(coarse, 0.2), &history(fine, 0.1), 0.04).unwrap();
+        assert!(errors[0] < 1e-15 && errors[1].is_nan());
     }
 }

@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result, bail, ensure};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
+use crate::console::{self, complain, say};
 use crate::initial::{self, Particles};
 use crate::scene::{self, Model, Sampling, Scene, SceneFile};
 use crate::{output, plot};
@@ -26,7 +27,7 @@ mod profile;
 mod simulation;
 mod store;
 
-pub use kernel::unit as unit_kernel;
+pub use kernel::density as blob_density;
 pub use plan::{Args as PlanArgs, main as plan_main};
 
 use history::History;
@@ -42,8 +43,8 @@ pub struct Args {
     /// Where data and pictures go; otherwise `out/NAME`.
     #[arg(long)]
     out: Option<PathBuf>,
-    /// Threads; 0 takes as many as the machine has. Results don't depend on it.
-    #[arg(long, default_value_t = 0)]
+    /// Threads, at most 1024; 0 takes as many as the machine has. Results don't depend on it.
+    #[arg(long, default_value_t = 0, value_parser = |text: &str| crate::threads(text, 0))]
     threads: usize,
     /// In place of the scene's own seed.
     #[arg(long)]
@@ -57,9 +58,17 @@ pub struct Args {
     /// Go on from the checkpoint in the output folder; start anew if there is none.
     #[arg(long)]
     resume: bool,
-    /// Seconds between checkpoints.
-    #[arg(long, default_value_t = 30.0)]
-    checkpoint_every: f64,
+    /// Seconds between checkpoints; `inf` for none but the one that Ctrl-C leaves.
+    #[arg(long, default_value = "30", value_parser = interval)]
+    checkpoint_every: Duration,
+}
+
+/// Reads `--checkpoint-every`. What a `Duration` can't hold is as good as infinite.
+fn interval(text: &str) -> Result<Duration, String> {
+    match text.parse::<f64>() {
+        Ok(seconds) if seconds > 0.0 => Ok(Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX)),
+        _ => Err("must be a number of seconds above 0".to_owned()),
+    }
 }
 
 /// One case of a scene after its run.
@@ -136,66 +145,114 @@ pub fn main(args: Args) -> Result<ExitCode> {
     if let Some(seed) = args.seed {
         file.cases.iter_mut().for_each(|case| case.seed = seed);
     }
-    ensure!(args.checkpoint_every > 0.0, "--checkpoint-every must be above 0");
     let stem = args.scene.file_stem().map_or_else(|| "scene".into(), |stem| stem.to_string_lossy().into_owned());
     let out = args.out.clone().unwrap_or_else(|| Path::new("out").join(&stem));
-    std::fs::create_dir_all(&out).with_context(|| format!("{}", out.display()))?;
+    let folder = |scene: &Scene| if file.cases.len() == 1 { out.clone() } else { out.join(&scene.folder) };
+    prepare(&out, &file, &folder)?;
     let pool = Pool::new(args.threads)?;
     host::listen()?;
 
     let jobs = jobs(&file);
     let runner = Runner {
         folder: args.scene.parent().unwrap_or(Path::new("")),
-        checkpoint: out.join("checkpoint.mollis"),
+        checkpoint: out.join(scene::CHECKPOINT),
         key: store::checksum(format!("{} {} {:?}", file.text, args.quick, args.seed).as_bytes()),
         pool: &pool,
-        interval: Duration::from_secs_f64(args.checkpoint_every),
+        interval: args.checkpoint_every,
     };
+    runner.check(&jobs)?;
     let bar = bar(&jobs, args.quiet);
     let Some(histories) = runner.all(&jobs, args.resume, &bar)? else {
         bar.abandon();
-        eprintln!("mollis: stopped; go on with: mollis run {} --out {} --resume", args.scene.display(), out.display());
+        complain!("mollis: stopped; go on with: mollis run {} --out {} --resume", args.scene.display(), out.display());
         return Ok(ExitCode::from(130));
     };
     bar.finish_and_clear();
 
     let results = gather(&file, &jobs, histories)?;
     let clock = Instant::now();
-    for result in &results {
-        let folder = if results.len() == 1 { out.clone() } else { out.join(slug(&result.scene.name)) };
-        let with_events = result.scene.model == Model::Pks && result.scene.output.events;
-        output::history(&folder, &result.main, &result.scene.output.particles, with_events)?;
-        if !result.study.is_empty() {
-            output::table(
-                &folder.join("convergence.csv"),
-                &STUDY_COLUMNS.map(str::to_owned),
-                &study_rows(&result.study),
-            )?;
-        }
-    }
+    let mut failed: Vec<String> = results
+        .iter()
+        .filter_map(|result| data(result, &folder(result.scene)).err().map(|error| format!("{error:#}")))
+        .collect();
     let data_seconds = clock.elapsed().as_secs_f64();
-    let clock = Instant::now();
-    for picture in &file.pictures {
-        plot::picture(picture, &results, &pool)
-            .with_context(|| format!("picture {:?}", picture.name))?
-            .write(&out.join(&picture.name))?;
-    }
-    let picture_seconds = clock.elapsed().as_secs_f64();
     let checks: Vec<measure::Check> =
-        file.expectations.iter().map(|expectation| measure::check(expectation, &results)).collect::<Result<_>>()?;
-    let seconds = [("data", data_seconds), ("pictures", picture_seconds), ("whole", wall.elapsed().as_secs_f64())];
-    summary(&out, &args, &file, &results, &checks, &seconds)?;
-    if runner.checkpoint.exists() {
-        std::fs::remove_file(&runner.checkpoint)?;
+        file.expectations.iter().map(|expectation| measure::check(expectation, &results)).collect();
+    let write_summary = |pictures: &[Option<String>], picture_seconds: f64| {
+        let whole = wall.elapsed().as_secs_f64();
+        let seconds = [("data", data_seconds), ("pictures", picture_seconds), ("whole", whole)];
+        summary(&out, &args, &file, &results, &checks, pictures, &seconds)
+    };
+    // Before the pictures too: whatever becomes of them, the numbers are kept.
+    let early = write_summary(&[], 0.0);
+    let clock = Instant::now();
+    let pictures: Vec<Option<String>> = file
+        .pictures
+        .iter()
+        .map(|picture| {
+            let drawn =
+                plot::picture(picture, &results, &pool).and_then(|canvas| canvas.write(&out.join(&picture.name)));
+            drawn.err().map(|error| format!("{error:#}"))
+        })
+        .collect();
+    let late = early.and_then(|()| write_summary(&pictures, clock.elapsed().as_secs_f64()));
+    failed.extend(late.err().map(|error| format!("{error:#}")));
+    // Data that could not be written can be after `--resume`.
+    if failed.is_empty() && runner.checkpoint.exists() {
+        std::fs::remove_file(&runner.checkpoint).with_context(|| format!("{}", runner.checkpoint.display()))?;
     }
-    if !args.quiet {
-        report(&out, &file, &results, &checks);
+    // Everything is written by now: a reader that has gone changes nothing about how the run ended.
+    let told = if args.quiet { Ok(()) } else { report(&out, &file, &results, &checks) };
+    failed.extend(told.err().filter(|error| !console::is_closed(error)).map(|error| format!("{error:#}")));
+    let missed: Vec<String> = checks.iter().filter(|check| !check.passed).map(described).collect();
+    if !missed.is_empty() {
+        failed.push(format!("{} of {} expectations not met:\n{}", missed.len(), checks.len(), missed.join("\n")));
     }
-    let failed: Vec<String> = checks.iter().filter(|check| !check.passed).map(described).collect();
-    if !failed.is_empty() {
-        bail!("{} of {} expectations not met:\n{}", failed.len(), checks.len(), failed.join("\n"));
+    for (picture, error) in file.pictures.iter().zip(&pictures) {
+        failed.extend(error.as_ref().map(|error| format!("picture {:?}: {error}", picture.name)));
     }
+    ensure!(failed.is_empty(), "{}", failed.join("\n"));
     Ok(ExitCode::SUCCESS)
+}
+
+/// Writes what one case leaves.
+fn data(result: &CaseResult<'_>, folder: &Path) -> Result<()> {
+    let with_events = result.scene.model == Model::Pks && result.scene.output.events;
+    output::history(folder, &result.main, &result.scene.output.particles, with_events)?;
+    if !result.study.is_empty() {
+        let path = folder.join("convergence.csv");
+        output::table(&path, &STUDY_COLUMNS.map(str::to_owned), &study_rows(&result.study))?;
+    }
+    Ok(())
+}
+
+/// Makes the folders that a run writes to and sees that it can: what would fail at the end fails now.
+fn prepare(out: &Path, file: &SceneFile, folder: &dyn Fn(&Scene) -> PathBuf) -> Result<()> {
+    let mut paths = vec![out.join(scene::SUMMARY), out.join(scene::CHECKPOINT)];
+    for picture in &file.pictures {
+        paths.extend(["png", "svg"].map(|ending| out.join(&picture.name).with_extension(ending)));
+    }
+    let mut folders = vec![out.to_owned()];
+    for scene in &file.cases {
+        let folder = folder(scene);
+        paths.extend(output::FILES.map(|name| folder.join(name)));
+        folders.push(folder);
+    }
+    for folder in folders {
+        std::fs::create_dir_all(&folder).with_context(|| format!("{}", folder.display()))?;
+        let trial = folder.join("trial");
+        output::write(&trial, |_| Ok(()))?;
+        std::fs::remove_file(&trial).with_context(|| format!("{}", trial.display()))?;
+    }
+    for path in &paths {
+        ensure!(!path.is_dir(), "{}: is a folder, where a file is to be written", path.display());
+    }
+    // What an earlier run left must not be taken for this one's.
+    let summary = out.join(scene::SUMMARY);
+    if summary.exists() {
+        std::fs::remove_file(&summary).with_context(|| format!("{}", summary.display()))?;
+    }
+    Ok(())
 }
 
 /// A progress bar over the steps of all runs; hidden unless standard error is a terminal.
@@ -217,6 +274,34 @@ struct Runner<'a> {
 }
 
 impl Runner<'_> {
+    /// Makes every job's particles and simulation once, where there are several: none is refused after another has run. A
+    /// single job needs no such check, as it does the same before its first step.
+    fn check(&self, jobs: &[Job<'_>]) -> Result<()> {
+        let moving: Vec<&Job<'_>> = jobs.iter().filter(|job| job.scene.model != Model::Profile).collect();
+        let mut reference = None;
+        for job in moving.iter().filter(|_| moving.len() > 1) {
+            let attempt = || -> Result<Particles> {
+                let start = initial::particles(job.scene, job.h(), self.folder)?.particles;
+                build(job, start.clone(), self.pool, |_| Ok(()))?;
+                Ok(start)
+            };
+            let start = attempt().with_context(|| job.label())?;
+            match job.role {
+                Role::Reference(h) => reference = Some((start, h)),
+                Role::Study(h) => {
+                    // The reference of this study comes before its first run.
+                    if let (Some((finer, finest)), true) =
+                        (&reference, job.scene.study.as_ref().is_some_and(|study| study.reference.is_some()))
+                    {
+                        measure::matches(&start, finer, *finest).with_context(|| format!("h = {h}"))?;
+                    }
+                }
+                Role::Whole => {}
+            }
+        }
+        Ok(())
+    }
+
     /// Runs all jobs; `None` if the host stopped them.
     fn all(&self, jobs: &[Job<'_>], resume: bool, bar: &ProgressBar) -> Result<Option<Vec<History>>> {
         let mut finished = Vec::new();
@@ -262,10 +347,13 @@ impl Runner<'_> {
             return Ok((profile::curves(scene)?, Ending::Done));
         }
         let clock = Instant::now();
-        let start = initial::particles(scene, job.h(), self.folder)?;
+        let initial::Start { particles: start, notes } = initial::particles(scene, job.h(), self.folder)?;
         let (from, mut history, reader) = match current {
             Some((step, history, reader)) => (step, history, Some(reader)),
-            None => (0, History { h: job.h().unwrap_or(0.0), start: start.clone(), ..History::default() }, None),
+            None => {
+                let h = job.h().unwrap_or(0.0);
+                (0, History { h, start: start.clone(), plan: notes, ..History::default() }, None)
+            }
         };
         history.spent("initial data", clock.elapsed().as_secs_f64());
         let mut save = |step: u64, simulation: &dyn Simulation, history: &History| {
@@ -359,12 +447,6 @@ fn study_rows(study: &[StudyPoint]) -> Vec<Vec<f64>> {
     study.iter().enumerate().map(row).collect()
 }
 
-/// A case's name as a folder's.
-fn slug(name: &str) -> String {
-    let plain = |c: char| if c.is_ascii_alphanumeric() || ".+-".contains(c) { c } else { '_' };
-    name.chars().map(plain).collect()
-}
-
 /// A number as short as it is readable.
 fn short(value: f64) -> String {
     if value != 0.0 && value.abs() < 1e-2 { format!("{value:.4e}") } else { format!("{value:.5}") }
@@ -386,29 +468,35 @@ fn described(check: &measure::Check) -> String {
         _ => format!("at most {}", short(expectation.most)),
     };
     let verdict = if check.passed { "met" } else { "NOT MET" };
-    format!("  {}{case}{place}: {} (expected {bounds}): {verdict}", expectation.quantity, short(check.value))
+    let value = check.error.clone().unwrap_or_else(|| short(check.value));
+    format!("  {}{case}{place}: {value} (expected {bounds}): {verdict}", expectation.quantity)
 }
 
-fn report(out: &Path, file: &SceneFile, results: &[CaseResult<'_>], checks: &[measure::Check]) {
-    println!("{}", file.title);
+fn report(out: &Path, file: &SceneFile, results: &[CaseResult<'_>], checks: &[measure::Check]) -> Result<()> {
+    say!("{}", file.title)?;
     for result in results {
         let name = if result.scene.name.is_empty() { String::new() } else { format!("{}: ", result.scene.name) };
         let steps = result.main.seconds.iter().find(|(phase, _)| phase == "steps").map_or(0.0, |(_, seconds)| *seconds);
-        println!("  {name}{} particles, {} steps in {steps:.2} s", result.main.start.len(), result.scene.steps);
+        say!("  {name}{} particles, {} steps in {steps:.2} s", result.main.start.len(), result.scene.steps)?;
         for line in &result.main.plan {
-            println!("    {line}");
+            say!("    {line}")?;
         }
         for (row, point) in study_rows(&result.study).iter().zip(&result.study) {
-            println!(
+            say!(
                 "    h = {:<8.5} {:>7} particles  positions {:.3e} (rate {:.2})  density {:.3e} (rate {:.2})",
-                point.h, point.particles, row[2], row[3], row[4], row[5]
-            );
+                point.h,
+                point.particles,
+                row[2],
+                row[3],
+                row[4],
+                row[5]
+            )?;
         }
     }
     for check in checks {
-        println!("{}", described(check));
+        say!("{}", described(check))?;
     }
-    println!("  written to {}", out.display());
+    say!("  written to {}", out.display())
 }
 
 fn summary(
@@ -417,6 +505,7 @@ fn summary(
     file: &SceneFile,
     results: &[CaseResult<'_>],
     checks: &[measure::Check],
+    pictures: &[Option<String>],
     seconds: &[(&str, f64)],
 ) -> Result<()> {
     use serde_json::{Map, Value, json};
@@ -442,6 +531,7 @@ fn summary(
             let h = (result.main.h > 0.0).then_some(result.main.h);
             json!({
                 "name": result.scene.name,
+                "folder": if results.len() == 1 { "." } else { result.scene.folder.as_str() },
                 "model": format!("{:?}", result.scene.model).to_lowercase(),
                 "dimension": result.scene.dimension,
                 "seed": result.scene.seed,
@@ -477,9 +567,16 @@ fn summary(
                 "paper": expectation.paper,
                 "reason": expectation.reason,
                 "value": number(check.value),
+                "error": check.error,
                 "passed": check.passed,
             })
         })
+        .collect();
+    let drawn: Vec<Value> = file
+        .pictures
+        .iter()
+        .zip(pictures)
+        .map(|(picture, error)| json!({"name": picture.name, "title": picture.title, "error": error}))
         .collect();
     let whole: Map<String, Value> =
         seconds.iter().map(|(phase, seconds)| ((*phase).to_owned(), number(*seconds))).collect();
@@ -494,9 +591,8 @@ fn summary(
         "threads": args.threads,
         "cases": cases,
         "expectations": expectations,
-        "pictures": file.pictures.iter().map(|picture| json!({"name": picture.name, "title": picture.title})).collect::<Vec<_>>(),
+        "pictures": drawn,
         "seconds": whole,
     });
-    let path = out.join("summary.json");
-    std::fs::write(&path, serde_json::to_string_pretty(&summary)?).with_context(|| format!("{}", path.display()))
+    output::write(&out.join(scene::SUMMARY), |file| Ok(serde_json::to_writer_pretty(file, &summary)?))
 }

@@ -1,6 +1,6 @@
 //! Coalescing Patlak-Keller-Segel particles.
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result, bail, ensure};
 use mollis_core::Error;
 use mollis_core::field::Run;
 use mollis_core::grid::{Equation, Grid, Mesh, Order, Walls};
@@ -48,6 +48,8 @@ pub struct Coalescing<'a> {
     followed: Vec<u64>,
     critical: f64,
     recent: Vec<Event>,
+    /// The largest number of particles outside the mesh at the beginning of a step, and the step.
+    outside: [u64; 2],
 }
 
 /// The mesh of a scene.
@@ -61,7 +63,10 @@ impl<'a> Coalescing<'a> {
     pub fn new(scene: &'a Scene, start: Particles, pool: &'a Pool) -> Result<Self> {
         let pks = scene.pks.context("pks")?;
         let n = start.len();
-        ensure!(start.masses.iter().all(|mass| *mass > 0.0), "masses must be positive in model = \"pks\"");
+        if let Some(index) = start.masses.iter().position(|mass| *mass <= 0.0) {
+            let (mass, part) = (start.masses[index], start.parts[index]);
+            bail!("initial[{part}]: particle {index} has mass {mass}: must be above 0 with coalescing particles");
+        }
         let noise = diffusion(scene, &start.masses);
         let mesh = mesh(scene)?;
         let mut options = Options::new(pks.chi, noise);
@@ -118,6 +123,7 @@ impl<'a> Coalescing<'a> {
             critical,
             heavy,
             recent: Vec::new(),
+            outside: [0; 2],
         })
     }
 
@@ -150,12 +156,7 @@ impl<'a> Coalescing<'a> {
 
 impl Simulation for Coalescing<'_> {
     fn columns(&self) -> Vec<String> {
-        let names = ["time", "particles", "centre_x", "centre_y", "second_moment", "heaviest", "two_heaviest"];
-        let mut columns = names.map(str::to_owned).to_vec();
-        if self.part_masses.len() > 1 {
-            columns.extend((0..self.part_masses.len()).map(|part| format!("part_moment_{part}")));
-        }
-        columns
+        self.scene.columns()
     }
 
     fn step(&mut self) -> Result<()> {
@@ -208,6 +209,11 @@ impl Simulation for Coalescing<'_> {
                 Ok(()) => break,
             }
         }
+        // Without attraction no field is solved, and nothing is outside of it.
+        let outside = if self.options.chi > 0.0 { grid.outside() } else { 0 };
+        if outside > self.outside[0] {
+            self.outside = [outside, self.counters.step - 1];
+        }
         list.into_iter().for_each(|event| self.keep(event));
         Ok(())
     }
@@ -245,7 +251,7 @@ impl Simulation for Coalescing<'_> {
             dimension: 2,
             positions: self.positions[..n].as_flattened().to_vec(),
             masses: self.masses[..n].to_vec(),
-            densities: vec![0.0; n],
+            densities: Vec::new(),
             parts: self.labels[..n].iter().map(|&label| self.parts[label as usize]).collect(),
         }
     }
@@ -260,7 +266,7 @@ impl Simulation for Coalescing<'_> {
         std::mem::take(&mut self.recent)
     }
 
-    fn plan(&self) -> Vec<String> {
+    fn plan(&self, _particles: usize) -> Result<Vec<String>> {
         let [nx, ny] = self.mesh.cells();
         let mut lines = vec![format!(
             "drift: deposit, Poisson solve on {nx} x {ny} cells and interpolation, once a step; {:?} collision law",
@@ -273,7 +279,19 @@ impl Simulation for Coalescing<'_> {
             lines.push("skipped: random numbers (mu = 0)".to_owned());
         }
         lines.push("skipped: density along trajectories, energy (not of this model)".to_owned());
-        lines
+        Ok(lines)
+    }
+
+    fn notes(&self) -> Vec<String> {
+        let [most, step] = self.outside;
+        if most == 0 {
+            return Vec::new();
+        }
+        let at = self.scene.dt * step as f64;
+        let left = self.alive().filter(|(x, ..)| !self.mesh.contains(**x)).count();
+        vec![format!(
+            "outside the mesh, where the field is that of all mass at its centre: {most} particles at most (at time {at}), {left} at the end"
+        )]
     }
 
     fn save(&self, writer: &mut Writer) {
@@ -285,11 +303,12 @@ impl Simulation for Coalescing<'_> {
         writer.counts(&self.labels[..n]);
         writer.numbers(&self.held);
         writer.counts(&self.followed);
+        writer.counts(&self.outside);
     }
 
     fn restore(&mut self, reader: &mut Reader) -> Result<()> {
         let counters = reader.counts()?;
-        let [step, count, pending] = counters[..] else { anyhow::bail!("the checkpoint is of another scene") };
+        let [step, count, pending] = counters[..] else { bail!("the checkpoint is of another scene") };
         self.counters = Counters { time: reader.number()?, step, count, pending };
         let (positions, masses, labels) = (reader.numbers()?, reader.numbers()?, reader.counts()?);
         let n = count as usize;
@@ -300,8 +319,12 @@ impl Simulation for Coalescing<'_> {
         self.positions[..n].copy_from_slice(positions.as_chunks::<2>().0);
         self.masses[..n].copy_from_slice(&masses);
         self.labels[..n].copy_from_slice(&labels);
-        self.held = reader.numbers()?;
-        self.followed = reader.counts()?;
+        let (held, followed, outside) = (reader.numbers()?, reader.counts()?, reader.counts()?);
+        ensure!(
+            held.len() == self.held.len() && followed.len() == self.followed.len() && outside.len() == 2,
+            "the checkpoint is of another scene"
+        );
+        (self.held, self.followed, self.outside) = (held, followed, [outside[0], outside[1]]);
         Ok(())
     }
 }

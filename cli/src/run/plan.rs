@@ -10,16 +10,25 @@ use mollis_core::parallel::Executor;
 
 use super::host::Pool;
 use super::{build, jobs};
+use crate::console::say;
 use crate::initial::{self, Particles};
-use crate::scene::{self, Model};
+use crate::scene::{self, Model, Sampling};
+
+/// More particles than this are not sampled for a plan.
+const SAMPLED: f64 = 1e6;
+
+/// Particles of the steps that the cost is estimated from.
+const FEW: usize = 2000;
+/// See [`FEW`].
+const MORE: usize = 50_000;
 
 /// Arguments of `mollis plan`.
 #[derive(clap::Args)]
 pub struct Args {
     /// The scene.
     scene: PathBuf,
-    /// Threads that the run would have; 0 takes as many as the machine has.
-    #[arg(long, default_value_t = 0)]
+    /// Threads that the run would have, at most 1024; 0 takes as many as the machine has.
+    #[arg(long, default_value_t = 0, value_parser = |text: &str| crate::threads(text, 0))]
     threads: usize,
     /// The scene's quick size.
     #[arg(long)]
@@ -30,51 +39,82 @@ pub struct Args {
 pub fn main(args: Args) -> Result<ExitCode> {
     let file = scene::load(&args.scene, args.quick)?;
     let pool = Pool::new(args.threads)?;
-    println!("{}", file.title);
+    say!("{}", file.title)?;
     let mut whole = 0.0;
     for job in jobs(&file) {
         let scene = job.scene;
         let label = if job.label().is_empty() { "run".to_owned() } else { job.label() };
         if scene.model == Model::Profile {
-            println!("{label}: curves of a mollifier; nothing moves");
+            say!("{label}: curves of a mollifier; nothing moves")?;
             continue;
         }
-        let start = initial::particles(scene, job.h(), args.scene.parent().unwrap_or(Path::new("")))?;
-        println!(
-            "{label}: {:?}, {} particles in {}D, {} steps of {}",
+        let folder = args.scene.parent().unwrap_or(Path::new(""));
+        // So many are not sampled to be counted: a few of them stand for all.
+        let about = initial::about(scene, job.h());
+        let sampled = about <= SAMPLED;
+        let share = if sampled { 1.0 } else { MORE as f64 / about };
+        let initial::Start { particles: start, notes } = initial::sparse(scene, job.h(), folder, share)?;
+        let is_given = |part: &&u8| !scene.initial[**part as usize].shape.is_sampled();
+        let n = if sampled { start.len() } else { about as usize + start.parts.iter().filter(is_given).count() };
+        let exact = sampled || matches!(scene.sampling, Some(Sampling::Random { .. }));
+        let count = if exact { n.to_string() } else { format!("about {:.2e}", n as f64) };
+        say!(
+            "{label}: {:?}, {count} particles in {}D, {} steps of {}",
             scene.model,
-            start.len(),
             scene.dimension,
             scene.steps,
             scene.dt
-        );
-        let n = start.len();
+        )?;
+        for note in notes.iter().filter(|_| sampled) {
+            say!("  {note}")?;
+        }
         let direct = build(&job, start.clone(), &pool, |simulation| {
-            let lines = simulation.plan();
-            lines.iter().for_each(|line| println!("  {line}"));
+            let lines = simulation.plan(n)?;
+            for line in &lines {
+                say!("  {line}")?;
+            }
             Ok(lines.iter().any(|line| line.starts_with("velocity: Direct")))
         })?;
-        // The cost of a step is estimated from one of a few particles of the same data, which nothing keeps.
-        let few = thinned(&start, 2000);
-        let m = few.len();
-        let clock = build(&job, few, &pool, |simulation| {
-            let clock = Instant::now();
-            simulation.step()?;
-            Ok(clock.elapsed().as_secs_f64())
-        })?;
-        let ratio = n as f64 / m as f64;
-        let each = clock * if direct { ratio * ratio } else { ratio };
-        println!(
-            "  cost: about {each:.1e} s a step (from one of {m} particles), {:.1} s in all",
+        // The cost is estimated from steps of a few particles of the same data, which are not kept.
+        let measured = |wanted: usize| -> Result<(f64, f64)> {
+            let few = thinned(&start, wanted);
+            let m = few.len() as f64;
+            let seconds = build(&job, few, &pool, |simulation| {
+                let clock = Instant::now();
+                simulation.step()?;
+                Ok(clock.elapsed().as_secs_f64())
+            })?;
+            Ok((m, seconds))
+        };
+        let estimate = || -> Result<f64> {
+            let (m, seconds) = measured(FEW)?;
+            if direct {
+                return Ok(seconds * (n as f64 / m).powi(2));
+            }
+            // What a step costs whatever the number of particles, such as a mesh, and what each particle adds.
+            let (more, longer) = measured(MORE)?;
+            let slope = if more > m { (longer - seconds).max(0.0) / (more - m) } else { seconds / m };
+            Ok(seconds + slope * (n as f64 - m))
+        };
+        let each = match estimate() {
+            Ok(each) => each,
+            // Fewer particles are heavier ones: their step may be refused where that of all is not.
+            Err(error) => {
+                say!("  cost: not estimated: with fewer particles, {error:#}")?;
+                continue;
+            }
+        };
+        say!(
+            "  cost: about {each:.1e} s a step (from steps of fewer particles), {:.1} s in all",
             each * scene.steps as f64
-        );
+        )?;
         whole += each * scene.steps as f64;
     }
-    println!("about {whole:.1} s on {} thread(s), pictures and tables not counted", pool.workers());
+    say!("about {whole:.1} s on {} thread(s), pictures and tables not counted", pool.workers())?;
     for picture in &file.pictures {
-        println!("picture {}: {}", picture.name, picture.kind);
+        say!("picture {}: {}", picture.name, picture.kind)?;
     }
-    println!("{} expectation(s) would be checked", file.expectations.len());
+    say!("{} expectation(s) would be checked", file.expectations.len())?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -27,7 +27,12 @@ fn sample<const D: usize>(scene: &Scene) -> Result<History> {
         let r = 1.5 * delta * i as f64 / POINTS as f64;
         vec![r, blob.density(r), blob.potential(r)]
     };
-    let columns = ["r", "density", "potential"].map(str::to_owned).to_vec();
     let plan = vec!["skipped: everything that moves".to_owned()];
-    Ok(History { columns, rows: (0..=POINTS).map(row).collect(), plan, done: true, ..History::default() })
+    Ok(History {
+        columns: scene.columns(),
+        rows: (0..=POINTS).map(row).collect(),
+        plan,
+        done: true,
+        ..History::default()
+    })
 }

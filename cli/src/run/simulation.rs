@@ -33,8 +33,13 @@ pub trait Simulation {
         Vec::new()
     }
 
-    /// What runs, why, and what is skipped; a line each.
-    fn plan(&self) -> Vec<String>;
+    /// What runs with so many particles, why, and what is skipped; a line each.
+    fn plan(&self, particles: usize) -> Result<Vec<String>>;
+
+    /// What a user should know after the run; a line each.
+    fn notes(&self) -> Vec<String> {
+        Vec::new()
+    }
 
     /// The state into a checkpoint.
     fn save(&self, writer: &mut Writer);
@@ -73,7 +78,7 @@ pub fn drive(
 ) -> Result<Ending> {
     if from == 0 && history.rows.is_empty() {
         history.columns = simulation.columns();
-        history.plan = simulation.plan();
+        history.plan.extend(simulation.plan(history.start.len())?);
         history.followed = simulation.followed();
         record(simulation, scene, history, 0)?;
     }
@@ -101,6 +106,9 @@ pub fn drive(
         }
     }
     history.end = simulation.particles();
+    history.plan.extend(simulation.notes());
+    // Within a step events come cluster by cluster.
+    history.events.sort_by(|a, b| a.time.total_cmp(&b.time));
     history.done = true;
     Ok(Ending::Done)
 }

@@ -1,13 +1,15 @@
 //! The bytes of a checkpoint: numbers and texts in a fixed order, little-endian, with a checksum at the end.
 
-use std::fs::{self, File};
+use std::fs;
 use std::io::Write;
 use std::path::Path;
 
 use anyhow::{Context, Result, bail, ensure};
 
+use crate::output;
+
 /// What the file begins with; the last figure is the format's version.
-const MAGIC: &[u8] = b"mollis checkpoint 1\n";
+const MAGIC: &[u8] = b"mollis checkpoint 2\n";
 
 /// Collects what a checkpoint holds.
 #[derive(Debug, Default)]
@@ -48,14 +50,11 @@ impl Writer {
 
     /// Writes the file so that a reader finds the old one or the new one, whatever happens in between.
     pub fn write(&self, path: &Path) -> Result<()> {
-        let fresh = path.with_extension("new");
-        let mut file = File::create(&fresh).with_context(|| format!("{}", fresh.display()))?;
-        file.write_all(MAGIC)?;
-        file.write_all(&self.0)?;
-        file.write_all(&checksum(&self.0).to_le_bytes())?;
-        // The bytes must be there before the name is.
-        file.sync_all()?;
-        fs::rename(&fresh, path).with_context(|| format!("{}", path.display()))
+        output::write(path, |file| {
+            file.write_all(MAGIC)?;
+            file.write_all(&self.0)?;
+            Ok(file.write_all(&checksum(&self.0).to_le_bytes())?)
+        })
     }
 }
 

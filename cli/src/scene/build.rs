@@ -1,16 +1,19 @@
 //! From a checked tree to a typed scene, and the checks that concern more than one key.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use super::Mistake;
 use super::tree::{Node, Value};
 use super::types::{
     Expectation, Law, Model, Output, Part, Picture, Pks, Sampling, Scene, SceneFile, Shape, Slope, Softening, Study,
     Term,
 };
+use super::{Mistake, folders, possible};
+
+/// Looks into a file of points for so many dimensions: whether it holds densities, or why it can't be read.
+pub type Probe<'a> = &'a dyn Fn(&Path, usize) -> anyhow::Result<bool>;
 
 /// The scene of checked trees, one a case.
-pub fn build(trees: &[(String, Node)]) -> Result<SceneFile, Vec<Mistake>> {
+pub fn build(trees: &[(String, Node)], probe: Probe<'_>) -> Result<SceneFile, Vec<Mistake>> {
     let mut mistakes = Vec::new();
     let Some((_, first)) = trees.first() else {
         return Err(vec![Mistake { line: 1, text: "case: must hold at least one table".to_owned() }]);
@@ -20,7 +23,7 @@ pub fn build(trees: &[(String, Node)]) -> Result<SceneFile, Vec<Mistake>> {
         if cases.iter().any(|case| case.name == *name) {
             mistakes.push(Mistake { line: tree.line, text: format!("case {name:?} stands twice") });
         }
-        match scene(name, tree, &mut mistakes) {
+        match scene(name, tree, probe, &mut mistakes) {
             Some(case) => cases.push(case),
             None => break,
         }
@@ -28,9 +31,20 @@ pub fn build(trees: &[(String, Node)]) -> Result<SceneFile, Vec<Mistake>> {
     let title = text(first, "title").unwrap_or_default();
     let pictures = pictures(first, &title, &cases, &mut mistakes);
     let expectations = expectations(first, &cases, &mut mistakes);
+    // What a run can show and measure is only asked of runs that are possible themselves.
+    if mistakes.is_empty() {
+        let list = |key: &str| first.get(key).map_or(&[][..], Node::elements).iter().enumerate();
+        for ((index, node), picture) in list("picture").zip(&pictures) {
+            possible::picture(picture, node, index, &cases, &mut mistakes);
+        }
+        for ((index, node), expectation) in list("expect").zip(&expectations) {
+            possible::expectation(expectation, node, index, &cases, &mut mistakes);
+        }
+    }
     if !mistakes.is_empty() {
         return Err(mistakes);
     }
+    folders::assign(&mut cases, &pictures);
     Ok(SceneFile {
         text: String::new(),
         title,
@@ -68,18 +82,19 @@ fn interval(node: &Node, key: &str) -> Option<[f64; 2]> {
     numbers(node, key)?.try_into().ok()
 }
 
-fn line(node: &Node, key: &str) -> usize {
+/// The line of a key, or of its table where it does not stand.
+pub fn line(node: &Node, key: &str) -> usize {
     node.get(key).map_or(node.line, |node| node.line)
 }
 
 /// `value / unit` as a whole number, if it is one.
-fn multiple(value: f64, unit: f64) -> Option<u64> {
+pub fn multiple(value: f64, unit: f64) -> Option<u64> {
     let ratio = value / unit;
     // Decimal steps and times carry one rounding each, and the quotient one more.
     ((ratio - ratio.round()).abs() <= 1e-9 * ratio.abs().max(1.0) && ratio < 1e15).then(|| ratio.round() as u64)
 }
 
-fn scene(name: &str, tree: &Node, mistakes: &mut Vec<Mistake>) -> Option<Scene> {
+fn scene(name: &str, tree: &Node, probe: Probe<'_>, mistakes: &mut Vec<Mistake>) -> Option<Scene> {
     let dimension = number(tree, "dimension")? as usize;
     let model = match text(tree, "model")?.as_str() {
         "blob" => Model::Blob,
@@ -99,7 +114,7 @@ fn scene(name: &str, tree: &Node, mistakes: &mut Vec<Mistake>) -> Option<Scene> 
         .elements()
         .iter()
         .enumerate()
-        .map(|(index, node)| initial(node, index, dimension, mistakes))
+        .map(|(index, node)| initial(node, index, dimension, probe, mistakes))
         .collect();
     let sampling_node = part("sampling");
     let sampling = match text(sampling_node, "kind").as_deref() {
@@ -107,7 +122,12 @@ fn scene(name: &str, tree: &Node, mistakes: &mut Vec<Mistake>) -> Option<Scene> 
         Some(_) => Some(Sampling::Random { count: number(sampling_node, "count")? as u64 }),
         None => None,
     };
-    let given = |part: &Part| matches!(part.shape, Shape::Points(..) | Shape::File(..));
+    // A particle carries the number of its part in a byte.
+    if initial.len() > 256 {
+        let text = format!("initial: {} parts: at most 256", initial.len());
+        mistakes.push(Mistake { line: line(tree, "initial"), text });
+    }
+    let given = |part: &Part| !part.shape.is_sampled();
     if sampling.is_none() && !initial.iter().all(given) {
         let text = "sampling: missing; a density needs `kind = \"grid\"` with `h`, or `kind = \"random\"` with `count`";
         mistakes.push(Mistake { line: tree.line, text: text.to_owned() });
@@ -123,15 +143,22 @@ fn scene(name: &str, tree: &Node, mistakes: &mut Vec<Mistake>) -> Option<Scene> 
         tree.get("mollifier").map(|node| softening(node, dimension, has_h || model == Model::Profile, mistakes));
     let time = part("time");
     let (end, dt) = (number(time, "end").unwrap_or(0.0), number(time, "dt").unwrap_or(1.0));
-    let steps = multiple(end, dt).unwrap_or_else(|| {
+    let moves = model != Model::Profile;
+    let steps = multiple(end, dt).filter(|&steps| steps > 0 || !moves).unwrap_or_else(|| {
         mistakes.push(Mistake {
             line: line(time, "dt"),
             text: format!("time.dt = {dt}: time.end = {end} must be a whole number of steps"),
         });
         1
     });
+    if let (Some(study), Some(node)) = (&study, tree.get("study")) {
+        self::study(study, node, initial.iter().all(|part| !given(part)), mistakes);
+    }
+    let pks = tree.get("pks").map(|node| pks(node, mistakes));
+    stochastic(model, &initial, pks.as_ref(), tree, mistakes);
     Some(Scene {
         name: name.to_owned(),
+        folder: String::new(),
         model,
         dimension,
         seed: number(tree, "seed").unwrap_or(1.0) as u64,
@@ -144,10 +171,65 @@ fn scene(name: &str, tree: &Node, mistakes: &mut Vec<Mistake>) -> Option<Scene> 
         steps,
         direct: text(part("method"), "sum").as_deref() == Some("direct"),
         tolerance: number(part("method"), "tolerance").unwrap_or(1e-12),
-        pks: tree.get("pks").map(|node| pks(node, mistakes)),
+        pks,
         study,
         output: output(part("output"), end, dt, steps, mistakes),
     })
+}
+
+/// A study's spacings fall, and its reference holds their points.
+fn study(study: &Study, node: &Node, sampled: bool, mistakes: &mut Vec<Mistake>) {
+    let mut wrong = |key: &str, text: String| mistakes.push(Mistake { line: line(node, key), text });
+    if let Some(pair) = study.h.windows(2).find(|pair| pair[1] >= pair[0]) {
+        wrong("h", format!("study.h: {} after {}: must fall from coarse to fine", pair[1], pair[0]));
+    }
+    let Some(reference) = study.reference else { return };
+    // Stricter than for times: the points themselves are compared.
+    let divides = |h: f64| {
+        let ratio = h / reference;
+        ratio.round() >= 2.0 && (ratio - ratio.round()).abs() <= 1e-12 * ratio
+    };
+    if let Some(h) = study.h.iter().find(|&&h| !divides(h)) {
+        let text = format!(
+            "study.reference = {reference}: must divide every study.h two times or more; {h} is {} times as large",
+            h / reference
+        );
+        wrong("reference", text);
+    }
+    if !sampled {
+        wrong("reference", format!("study.reference = {reference}: needs densities on grids, not points"));
+    }
+}
+
+/// What coalescing particles ask of their data.
+fn stochastic(model: Model, initial: &[Part], pks: Option<&Pks>, tree: &Node, mistakes: &mut Vec<Mistake>) {
+    if !matches!(model, Model::Pks | Model::Cluster) {
+        return;
+    }
+    let nodes = tree.get("initial").map_or(&[][..], Node::elements);
+    let mut points = 0;
+    let mut all_given = true;
+    for (index, (part, node)) in initial.iter().zip(nodes).enumerate() {
+        let Shape::Points(places, masses) = &part.shape else {
+            all_given = false;
+            continue;
+        };
+        points += places.len();
+        if let Some((at, mass)) = masses.iter().enumerate().find(|(_, mass)| **mass <= 0.0) {
+            let text = format!("initial[{index}].masses[{at}] = {mass}: must be above 0 with coalescing particles");
+            mistakes.push(Mistake { line: line(node, "masses"), text });
+        }
+    }
+    if model == Model::Cluster && all_given && points != 3 {
+        let text = format!("initial: {points} points: model = \"cluster\" needs three");
+        mistakes.push(Mistake { line: line(tree, "initial"), text });
+    }
+    if let (Model::Pks, Some(Pks { heavy: Some(_), mu: 0.0, chi, .. }), Some(node)) = (model, pks, tree.get("pks"))
+        && *chi > 0.0
+    {
+        let text = "pks.heavy: is in critical masses, which are 0 for pks.mu = 0".to_owned();
+        mistakes.push(Mistake { line: line(node, "heavy"), text });
+    }
 }
 
 fn kernel(list: &Node, dimension: usize, mistakes: &mut Vec<Mistake>) -> Vec<Term> {
@@ -213,7 +295,7 @@ fn softening(node: &Node, dimension: usize, has_h: bool, mistakes: &mut Vec<Mist
     }
 }
 
-fn initial(node: &Node, index: usize, dimension: usize, mistakes: &mut Vec<Mistake>) -> Part {
+fn initial(node: &Node, index: usize, dimension: usize, probe: Probe<'_>, mistakes: &mut Vec<Mistake>) -> Part {
     let mut wrong = |key: &str, text: String| {
         mistakes.push(Mistake { line: line(node, key), text: format!("initial[{index}].{key}{text}") })
     };
@@ -236,7 +318,14 @@ fn initial(node: &Node, index: usize, dimension: usize, mistakes: &mut Vec<Mista
             }
             Shape::Points(points, masses)
         }
-        Some("file") => Shape::File(PathBuf::from(text(node, "path").unwrap_or_default()), line(node, "path")),
+        Some("file") => {
+            let path = PathBuf::from(text(node, "path").unwrap_or_default());
+            let density = probe(&path, dimension).unwrap_or_else(|error| {
+                wrong("path", format!(": {error:#}"));
+                false
+            });
+            Shape::File(path, density)
+        }
         other => {
             if other == Some("ellipse") && node.get("axes").is_none() {
                 wrong("axes", ": missing; half the width along each axis".to_owned());
@@ -346,9 +435,14 @@ fn pictures(tree: &Node, title: &str, cases: &[Scene], mistakes: &mut Vec<Mistak
         let path = format!("picture[{index}]");
         let name = text(node, "name").unwrap_or_default();
         let plain = !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '-' || c == '_');
-        if !plain || pictures.iter().any(|picture| picture.name == name) {
-            let text = format!("{path}.name = {name:?}: must be unique and hold only letters, digits, - and _");
-            mistakes.push(Mistake { line: line(node, "name"), text });
+        let mut wrong = |text: &str| {
+            mistakes.push(Mistake { line: line(node, "name"), text: format!("{path}.name = {name:?}: {text}") });
+        };
+        // Some file systems take a and A for the same letter.
+        if !plain || pictures.iter().any(|picture| picture.name.eq_ignore_ascii_case(&name)) {
+            wrong("must be unique and hold only letters, digits, - and _");
+        } else if name.len() > folders::LONGEST || folders::is_device(&name) {
+            wrong(&format!("must be a file's name: at most {} letters, and no device's", folders::LONGEST));
         }
         let slope = |node: &Node| {
             let value = number(node, "value")?;
@@ -388,6 +482,10 @@ fn expectations(tree: &Node, cases: &[Scene], mistakes: &mut Vec<Mistake>) -> Ve
                 mistakes.push(Mistake { line: node.line, text });
             }
         }
+        if node.get("band").is_some() && node.get("relative").is_some() {
+            let text = format!("{path}.relative: not used beside band");
+            mistakes.push(Mistake { line: line(node, "relative"), text });
+        }
         if cases.len() > 1 && node.get("case").is_none() {
             let names: Vec<&str> = cases.iter().map(|case| case.name.as_str()).collect();
             mistakes
@@ -396,6 +494,11 @@ fn expectations(tree: &Node, cases: &[Scene], mistakes: &mut Vec<Mistake>) -> Ve
         let case = known_case(node, &path, cases, mistakes);
         let low = value.zip(band).map_or(f64::NEG_INFINITY, |(v, b)| v - b);
         let high = value.zip(band).map_or(f64::INFINITY, |(v, b)| v + b);
+        let (least, most) = (least.map_or(low, |l| l.max(low)), most.map_or(high, |m| m.min(high)));
+        if least > most {
+            let text = format!("{path}: no number is at least {least} and at most {most}");
+            mistakes.push(Mistake { line: node.line, text });
+        }
         expectations.push(Expectation {
             quantity: text(node, "quantity").unwrap_or_default(),
             case,
@@ -404,8 +507,8 @@ fn expectations(tree: &Node, cases: &[Scene], mistakes: &mut Vec<Mistake>) -> Ve
             to: number(node, "to"),
             part: number(node, "part").unwrap_or(0.0) as usize,
             value,
-            least: least.map_or(low, |l| l.max(low)),
-            most: most.map_or(high, |m| m.min(high)),
+            least,
+            most,
             paper: text(node, "paper").unwrap_or_default(),
             reason: text(node, "reason").unwrap_or_default(),
         });

@@ -278,7 +278,7 @@ const INITIAL: &[Field] = &[
             Text,
             "",
             Required,
-            "CSV (a header, columns x, y, z as the dimension needs, mass, perhaps density) or NPY (shape (n, d+1): coordinates, mass), relative to the scene",
+            "a table (CSV; a header, columns x, y, z as the dimension needs, mass, perhaps density) or NPY (shape (n, d+1): coordinates, mass), relative to the scene; see docs/scenes.md",
         ),
     ),
     field(
@@ -372,13 +372,13 @@ const PKS: &[Field] = &[
 ];
 
 const STUDY: &[Field] = &[
-    field("h", Numbers(Positive), "length", Required, "grid spacings, coarse to fine; each is a run"),
+    field("h", Numbers(Positive), "length", Required, "grid spacings, from coarse to fine; each is a run"),
     field(
         "reference",
         Number(Positive),
         "length",
         Otherwise("the exact radial solution"),
-        "spacing of the run that errors are measured against",
+        "spacing of the run that errors are measured against; a half, a third ... of every spacing of `h`",
     ),
 ];
 
@@ -420,13 +420,13 @@ const PICTURE: &[Field] = &[
     field("x", Interval, "", Otherwise("all that is drawn"), "horizontal range"),
     field("y", Interval, "", Otherwise("all that is drawn"), "vertical range"),
     only(
-        ("kind", &["trajectories", "density", "moment"]),
+        ("kind", &["trajectories", "density"]),
         field(
             "exact",
             Flag,
             "",
             Otherwise("false"),
-            "draw the exact radial solution beneath (Newtonian kernel, one round part)",
+            "draw the exact radial solution beneath (Newtonian kernel, one round part): paths over time, or densities in 1D",
         ),
     ),
     only(
@@ -441,7 +441,7 @@ const PICTURE: &[Field] = &[
     ),
     only(
         ("kind", &["density", "particles", "field"]),
-        field("times", Numbers(NonNegative), "time", Otherwise("all snapshots"), "which snapshots"),
+        field("times", Numbers(NonNegative), "time", Otherwise("all snapshots"), "which of `output.snapshots`"),
     ),
     only(
         ("kind", &["convergence", "profile"]),
@@ -449,8 +449,8 @@ const PICTURE: &[Field] = &[
             "quantity",
             Choice(&["positions", "density", "potential"]),
             "",
-            Otherwise("positions or density"),
-            "which error or which curve",
+            Otherwise("all errors, or density"),
+            "which error (positions, density) or which curve (density, potential)",
         ),
     ),
     only(
@@ -500,25 +500,49 @@ pub const QUANTITIES: &[&str] = &[
     "approximation_ratio",
 ];
 
+/// Quantities at a spacing or at a time.
+const AT: &[&str] = &[
+    "error_positions",
+    "error_density",
+    "rate_positions",
+    "rate_density",
+    "heavy_mass",
+    "particles",
+    "second_moment",
+    "density_maximum",
+    "approximation_ratio",
+];
+/// Quantities of an interval of spacings or of times.
+const INTERVAL: &[&str] =
+    &["rate_positions", "rate_density", "slope", "slope_error", "decay_rate", "part_slope", "part_nonlinearity"];
+/// Quantities of one part of the initial data.
+const PART: &[&str] = &["part_slope", "part_nonlinearity"];
+
 const EXPECT: &[Field] = &[
     field("quantity", Choice(QUANTITIES), "", Required, "which number; see docs/scenes.md"),
     field("case", Text, "", Otherwise("the only one"), "of which case"),
-    field(
-        "at",
-        Number(NonNegative),
-        "length or time",
-        Otherwise("the last"),
-        "spacing h (errors, rates: from the next coarser one) or time (all else)",
+    only(
+        ("quantity", AT),
+        field(
+            "at",
+            Number(NonNegative),
+            "length or time",
+            Otherwise("the last"),
+            "a spacing of the study (errors, rates: from the next coarser one) or the time of a row of diagnostics (all else)",
+        ),
     ),
-    field(
-        "from",
-        Number(NonNegative),
-        "time or length",
-        Otherwise("start"),
-        "start of the interval of a slope or rate",
+    only(
+        ("quantity", INTERVAL),
+        field(
+            "from",
+            Number(NonNegative),
+            "time or length",
+            Otherwise("start"),
+            "start of the interval of a slope or rate",
+        ),
     ),
-    field("to", Number(NonNegative), "time or length", Otherwise("end"), "end of it"),
-    field("part", Count(0, 7), "", Otherwise("0"), "which part of the initial data"),
+    only(("quantity", INTERVAL), field("to", Number(NonNegative), "time or length", Otherwise("end"), "end of it")),
+    only(("quantity", PART), field("part", Count(0, 255), "", Otherwise("0"), "which part of the initial data")),
     field("value", Number(Any), "", Otherwise("none"), "what it should be"),
     field("band", Number(NonNegative), "", Otherwise("none"), "how far off it may be"),
     field("relative", Number(NonNegative), "", Otherwise("none"), "how far off it may be, as a fraction of the value"),

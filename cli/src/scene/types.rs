@@ -26,6 +26,8 @@ pub struct SceneFile {
 pub struct Scene {
     /// The case's name; empty for a scene without cases.
     pub name: String,
+    /// The folder of its data, where there are several cases.
+    pub folder: String,
     /// What moves.
     pub model: Model,
     /// Dimensions of space.
@@ -151,8 +153,8 @@ pub enum Shape {
     Star,
     /// Given points and masses.
     Points(Vec<Vec<f64>>, Vec<f64>),
-    /// Points and masses of a file, and the line that named it.
-    File(PathBuf, usize),
+    /// Points and masses of a file, and whether it holds densities.
+    File(PathBuf, bool),
 }
 
 /// How densities become particles.

@@ -14,6 +14,7 @@ use std::process::ExitCode;
 
 use anyhow::Result;
 
+use crate::console::say;
 use api::Api;
 use decimal::Scalar;
 
@@ -41,9 +42,11 @@ pub fn main(args: Args) -> Result<ExitCode> {
         let report = report::Report::new(&reference::read(path)?, args.api, args.scalar)?;
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         if args.table {
-            println!("### {name}\n\n{}", report.table());
+            say!("### {name}\n\n{}", report.table())?;
         } else {
-            report.json(&name).for_each(|object| println!("{object}"));
+            for object in report.json(&name) {
+                say!("{object}")?;
+            }
         }
         passed &= report.passed();
     }
