@@ -9,6 +9,7 @@ use mollis_core::pks::{
     workspace_bytes,
 };
 use mollis_core::random::{Generator, Philox, Stream};
+use mollis_core::real::DoubleWord;
 use mollis_core::space::ALIGN;
 use mollis_core::{Error, Real, Result};
 use mollis_tests::{Split, Threads};
@@ -232,16 +233,16 @@ fn the_event_log_replays_every_mass_bitwise_and_the_order_is_kept() {
             start.labels.iter().copied().zip(start.masses.iter().copied()).collect();
         let mut time = 0.0;
         for event in &rig.events[..rig.written[0]] {
-            let mut mass = masses[&event.label];
+            let mut mass = DoubleWord::from(masses[&event.label]);
             let from = event.first as usize;
             let mut before = event.label;
             for &label in &rig.absorbed[from..from + event.absorbed as usize] {
                 assert!(label > before, "ascending, the lowest is kept");
                 before = label;
-                mass += masses.remove(&label).unwrap();
+                mass = mass.plus(masses.remove(&label).unwrap());
             }
-            masses.insert(event.label, mass);
-            assert_eq!(mass.to_f64(), event.mass);
+            masses.insert(event.label, mass.hi);
+            assert_eq!(mass.hi.to_f64(), event.mass);
             assert!(event.index < 0.0 && event.time >= time - 1e-3 - 1e-12 && event.time <= rig.p.counters.time);
             time = event.time.max(time);
         }
@@ -259,6 +260,46 @@ fn the_event_log_replays_every_mass_bitwise_and_the_order_is_kept() {
         check::<f64>(force);
         check::<f32>(force);
     }
+}
+
+/// A million particles that merge at once: their mass is the sum rounded once, and their index that of the exact masses.
+#[test]
+fn a_million_particles_merge_without_losing_mass() {
+    fn check<T: Real>() {
+        const N: usize = 1 << 20;
+        let mut random = Split(31);
+        // Multiples of 2^-20 between 1 and 2: their sum is exact in whole numbers.
+        let whole: Vec<u64> = (0..N).map(|_| 1 << 20 | random.next() >> 44).collect();
+        let unit = 2_f64.powi(-20);
+        let (sum, squares) = whole.iter().fold((0_u128, 0_u128), |(sum, squares), &m| {
+            (sum + u128::from(m), squares + u128::from(m) * u128::from(m))
+        });
+        let p = Particles {
+            // So near to one another that they collide.
+            positions: (0..N).map(|_| [0.5, 0.25].map(|c| T::from_f64(c + 2e-6 * random.uniform()))).collect(),
+            masses: whole.iter().map(|&m| T::from_f64(m as f64 * unit)).collect(),
+            labels: (0..N as u64).collect(),
+            species: vec![0; N],
+            counters: Counters { count: N as u64, ..Counters::default() },
+        };
+        let chi = 2_f64.powi(-13);
+        let options = Options::new(T::from_f64(chi), T::ONE);
+        let mut rig = Rig::new(p, options, Force::Mesh(Walls::Free), (1, N), 1);
+        rig.step(&mut Philox::new(5), 1e-6).unwrap();
+        assert_eq!((rig.n(), rig.written[0]), (1, 1));
+        let (mass, event) = (rig.p.masses[0].to_f64(), rig.events[0]);
+        let exact = sum as f64 * unit;
+        let u = 0.5 * T::EPSILON.to_f64();
+        // u for the last rounding and 2 n u^2 for the sum of two numbers: n u is 1/16 in f32.
+        assert!((mass - exact).abs() <= u * (1.0 + 2.0 * N as f64 * u) * exact, "{mass} {exact}");
+        assert_eq!(mass, event.mass);
+        // nu: `pairs` adds up over blocks of 64 particles, then twenty levels of halves or cells, three roundings each.
+        let pull = (sum * sum - squares) as f64 * unit * unit * chi * theory::GAMMA / 4.0;
+        let index = N as f64 - 2.0 - pull;
+        assert!((event.index - index).abs() <= 3.0 * (64.0 + 20.0 + 4.0) * u * pull, "{} {index}", event.index);
+    }
+    check::<f32>();
+    check::<f64>();
 }
 
 #[test]

@@ -8,6 +8,7 @@ use mollis_core::Error;
 use mollis_core::grid::{Mesh, Walls};
 use mollis_core::pks::{CollisionLaw, Merging, Options, theory};
 use mollis_core::random::Philox;
+use mollis_core::real::DoubleWord;
 
 use super::system::{Bump, Opposite, System};
 use super::{Args, interval, slope};
@@ -371,11 +372,13 @@ pub fn stress(args: &Args) -> anyhow::Result<bool> {
 fn replay(initial: &[f64], system: &System) -> bool {
     let mut masses: Vec<Option<f64>> = initial.iter().copied().map(Some).collect();
     for (event, absorbed) in &system.log {
-        let Some(mut mass) = masses[event.label as usize] else { return false };
+        let Some(mass) = masses[event.label as usize] else { return false };
+        let mut mass = DoubleWord::from(mass);
         for &label in absorbed {
             let Some(m) = masses[label as usize].take() else { return false };
-            mass += m;
+            mass = mass.plus(m);
         }
+        let mass = mass.hi;
         masses[event.label as usize] = Some(mass);
         if mass.to_bits() != event.mass.to_bits() {
             return false;

@@ -267,7 +267,7 @@ impl<'a, T: Real> Picked<'a, T> {
             Ok(())
         };
         let to = Moved { positions: &mut *ends, increments: &mut *jumps, substeps: &mut [] };
-        let made = motion::together(&part, &mut sum, generator, to, slopes)?;
+        let made = motion::together(&part, &mut sum, None, generator, to, slopes)?;
         for ((&index, end), (jump, &flag)) in self.indices().iter().zip(&*ends).zip(jumps.iter().zip(&recorded)) {
             moved.positions.get_mut(index).into_iter().for_each(|to| *to = *end);
             if flag != 0 {

@@ -6,6 +6,7 @@
 //! Two readings of the paper: the collision test (3.11) is `Y + dY <= 0`, and by default it is replaced by the exact law of the squared
 //! Bessel process ([`collision`]).
 
+mod close;
 pub mod clusters;
 pub mod collision;
 pub mod extent;

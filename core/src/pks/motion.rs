@@ -4,6 +4,7 @@
 //! in parallel. [`together`]: a field that is summed anew for every sub-step, the same for all particles. [`strang`] is the
 //! fixed-step alternative. All of them leave the positions as they are, so that a step which fails has changed nothing.
 
+use super::close::Close;
 use super::state::Options;
 use crate::error::{Error, Result};
 use crate::isa::{Level, Plain, widest};
@@ -348,7 +349,7 @@ fn wander<T: Real>(
 /// Overwrites the second with the gradient of the potential of the particles at the first, all of them at once.
 pub type Sum<'a, T> = dyn FnMut(&[[T; 2]], &mut [[T; 2]]) -> Result<()> + 'a;
 
-/// Moves all particles by common sub-steps, the field being summed anew for each. Returns the sub-steps.
+/// Moves all particles by common sub-steps, the field being summed anew for each, and `close` pairs as that says. Returns the sub-steps.
 ///
 /// A stream is drawn for each sub-step in the order of the array.
 ///
@@ -357,6 +358,7 @@ pub type Sum<'a, T> = dyn FnMut(&[[T; 2]], &mut [[T; 2]]) -> Result<()> + 'a;
 pub fn together<T: Real>(
     moving: &Moving<'_, T>,
     sum: &mut Sum<'_, T>,
+    mut close: Option<&mut Close<'_, T>>,
     generator: &mut dyn Generator,
     moved: Moved<'_, T>,
     gradient: &mut [[T; 2]],
@@ -371,6 +373,14 @@ pub fn together<T: Real>(
     loop {
         sum(positions, gradient)?;
         let mut s = left;
+        let mut near = None;
+        if let Some(close) = &mut close {
+            s = control.next(moving.dt, left, done, T::ZERO, close.diffusivity())?;
+            near = close.seek(positions, s).then_some(&**close);
+        }
+        if let Some(near) = near {
+            near.leave(positions, gradient);
+        }
         for (g, &m) in gradient.iter().zip(moving.masses) {
             let speed = chi.abs() * (g[0] * g[0] + g[1] * g[1]).sqrt();
             s = s.min(control.next(moving.dt, left, done, speed, noise / m)?);
@@ -379,6 +389,9 @@ pub fn together<T: Real>(
             *x = [x[0] - chi * g[0] * s, x[1] - chi * g[1] * s];
         }
         jump(moving, generator, s, done, positions, increments)?;
+        if let Some(near) = near {
+            near.draw(s, gradient, positions);
+        }
         left -= s;
         done += 1;
         if left <= T::ZERO {
@@ -452,13 +465,14 @@ fn jump<T: Real>(
     Ok(())
 }
 
-/// Half the noise, one RK4 step of the drift, half the noise (Strang 1968). Returns 1.
+/// Half the noise, one RK4 step of the drift, half the noise (Strang 1968), and `close` pairs as that says. Returns 1.
 ///
 /// # Errors
 /// The field's, the generator's; [`Error::BecameNotFinite`].
 pub fn strang<T: Real>(
     moving: &Moving<'_, T>,
     sum: Option<&mut Sum<'_, T>>,
+    close: Option<&mut Close<'_, T>>,
     generator: &mut dyn Generator,
     moved: Moved<'_, T>,
     stages: &mut rk4::Scratch<'_, T>,
@@ -469,16 +483,23 @@ pub fn strang<T: Real>(
     if !moving.recorded.is_empty() {
         increments.fill([T::ZERO; 2]);
     }
+    let near = close.and_then(|close| close.seek(positions, moving.dt).then_some(&*close));
     let half = T::HALF * moving.dt;
     jump(moving, generator, half, 0, positions, increments)?;
     if let Some(sum) = sum {
         rk4::step(positions.as_flattened_mut(), stages, moving.dt, |_, y, dy| {
             let (points, slopes) = (y.as_chunks::<2>().0, dy.as_chunks_mut::<2>().0);
             sum(points, slopes)?;
+            if let Some(near) = near {
+                near.leave(points, slopes);
+            }
             dy.iter_mut().for_each(|v| *v = -(chi * *v));
             Ok(())
         })?;
     }
     jump(moving, generator, half, 1, positions, increments)?;
+    if let Some(near) = near {
+        near.draw(moving.dt, stages.spare().as_chunks_mut().0, positions);
+    }
     finite(positions).map(|()| 1)
 }

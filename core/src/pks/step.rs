@@ -1,5 +1,6 @@
 //! One step: clusters, motion, collisions (Zhelezov & Fatkullin, Section 3.2).
 
+use super::close::{self, Close};
 use super::clusters::{self, Mesh, Particles};
 use super::collision::{Criterion, Merging};
 use super::extent::Extent;
@@ -68,6 +69,7 @@ struct Arrays<'w, T> {
     /// Of every particle the gradient, or what the scheme of Strang needs.
     gradient: &'w mut [[T; 2]],
     field: &'w mut [u8],
+    close: close::Buffers<'w, T>,
 }
 
 /// The only statement of the layout. `n` is the room of the state's arrays, so that it does not change as particles merge.
@@ -99,6 +101,7 @@ fn lay<'w, T: Real>(
             None => 0,
         }),
         field: space.part(field),
+        close: close::Buffers::lay(space, if summed.is_some() { n } else { 0 }, options),
     };
     space.finish()?;
     Ok(arrays)
@@ -285,6 +288,7 @@ struct Motion<'w, T> {
     moved: Moved<'w, T>,
     gradient: &'w mut [[T; 2]],
     field: &'w mut [u8],
+    close: close::Buffers<'w, T>,
 }
 
 impl<T: Real> Layout<'_, T> {
@@ -354,12 +358,12 @@ impl<T: Real> Layout<'_, T> {
             limited.control.width = limited.control.width.min(h).min(k);
             options = &limited;
         }
-        let Motion { recorded, moved, gradient, field } = self.motion(workspace, positions.len(), clustered)?;
+        let Motion { recorded, moved, gradient, field, close } = self.motion(workspace, positions.len(), clustered)?;
         let Moved { positions: ends, increments, substeps } = moved;
         let moving = Moving { positions, masses, labels, recorded, options, dt, step };
         let moved = Moved { positions: &mut *ends, increments, substeps };
         let force = if attracted && !positions.is_empty() { &mut attraction } else { &mut Attraction::None };
-        travel(&moving, total, moved, force, generator, Buffers { gradient, field }, run, report)?;
+        travel(&moving, total, moved, force, generator, Buffers { gradient, field, close }, run, report)?;
         if cfg!(not(feature = "small"))
             && let Attraction::Mesh(grid, _) = &attraction
             && grid.equation().walls == Walls::NoFlux
@@ -384,6 +388,7 @@ impl<T: Real> Layout<'_, T> {
             },
             gradient: arrays.gradient,
             field: arrays.field,
+            close: arrays.close,
         })
     }
 
@@ -429,6 +434,7 @@ impl<T: Real> Layout<'_, T> {
 struct Buffers<'s, T> {
     gradient: &'s mut [[T; 2]],
     field: &'s mut [u8],
+    close: close::Buffers<'s, T>,
 }
 
 /// Moves all particles, of this mass: chooses the way, sums or solves the field, counts.
@@ -452,6 +458,11 @@ fn travel<T: Real>(
     // The unit of masses on a mesh, with a margin for the rounding of the sum.
     let scale = || MassScale::for_total(T::from_f64(1.001) * total);
     let (mut fields, mut drawn) = (0, 0);
+    let mut close = match force {
+        Attraction::Sum(kernel, _) => Close::new(*kernel, moving.options, moving.masses, buffers.close),
+        _ => None,
+    };
+    let close = close.as_mut();
     if cfg!(feature = "small") {
         // Where flash and stack are dear, one way is left: common sub-steps in a summed field.
         let Attraction::Sum(kernel, _) = force else { return Err(Error::Unsupported) };
@@ -461,7 +472,7 @@ fn travel<T: Real>(
             field::drift(*kernel, Sources { positions: points, masses: moving.masses }, slopes, buffers.field, run)
         };
         let gradient = buffers.gradient.get_mut(..n).ok_or(Error::LengthMismatch)?;
-        let made = n as u64 * motion::together(moving, &mut sum, generator, moved, gradient)?;
+        let made = n as u64 * motion::together(moving, &mut sum, close, generator, moved, gradient)?;
         let normals = if noisy { made } else { 0 };
         Report { fields, substeps: made, normals, ..Report::default() }.add_to(report);
         return Ok(());
@@ -521,10 +532,10 @@ fn travel<T: Real>(
                 let stages = buffers.gradient.get_mut(..rk4::SLICES * n).ok_or(Error::LengthMismatch)?;
                 let stages = &mut rk4::Scratch::split(stages.as_flattened_mut());
                 let sum: Option<&mut motion::Sum<'_, T>> = if none { None } else { Some(&mut sum) };
-                (all * motion::strang(moving, sum, generator, moved, stages)?, 2)
+                (all * motion::strang(moving, sum, close, generator, moved, stages)?, 2)
             } else {
                 let gradient = buffers.gradient.get_mut(..n).ok_or(Error::LengthMismatch)?;
-                (all * motion::together(moving, &mut sum, generator, moved, gradient)?, 1)
+                (all * motion::together(moving, &mut sum, close, generator, moved, gradient)?, 1)
             }
         }
     };

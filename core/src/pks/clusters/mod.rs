@@ -35,7 +35,7 @@ use crate::real::Real;
 use crate::space::Space;
 use mesh::Areas;
 pub use mesh::Mesh;
-use order::particle;
+pub(super) use order::particle;
 use tree::{Found, Stack, Tree};
 
 /// Levels of the quadtree below the coarsest cell.
