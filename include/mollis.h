@@ -98,11 +98,11 @@
 /** `bytes`, rounded up to the alignment: what an array takes in a workspace. */
 #define MOLLIS_WORKSPACE_PADDED(bytes) (((bytes) + MOLLIS_WORKSPACE_ALIGN - 1) / MOLLIS_WORKSPACE_ALIGN * MOLLIS_WORKSPACE_ALIGN)
 /** For static buffers: what `mollis_kernel2_workspace_bytes_f32` answers for one Newtonian term. */
-#define MOLLIS_KERNEL2_NEWTONIAN_BYTES_F32 1088
+#define MOLLIS_KERNEL2_NEWTONIAN_BYTES_F32 1152
 /** For static buffers: a field sum over n sources in the plane, a part of the workspaces below. */
 #define MOLLIS_SUM2_WORKSPACE_BYTES_F32(n) \
-  (MOLLIS_WORKSPACE_PADDED(8 * (n)) + MOLLIS_WORKSPACE_PADDED(4 * (n)) + \
-   MOLLIS_WORKSPACE_PADDED(16 * (((n) + 255) / 256)))
+  (MOLLIS_WORKSPACE_PADDED(8 * (n)) + 2 * MOLLIS_WORKSPACE_PADDED(4 * (n)) + \
+   MOLLIS_WORKSPACE_PADDED(16 * ((n) / 256 + 3)))
 /**
  * For static buffers: what `mollis_blob2_workspace_bytes_f32` answers for n particles with densities, no tracers, a
  * Newtonian kernel and default options.
@@ -871,7 +871,7 @@ typedef struct mollis_pks_report {
  */
 typedef struct mollis_pks_prediction {
   /**
-   * 8 pi mu / chi (1.6).
+   * 8 pi mu / chi (1.6); infinite for chi = 0.
    */
   double critical_mass;
   /**
@@ -1184,8 +1184,9 @@ mollis_status mollis_blob_options_init(struct mollis_blob_options *options, size
  * Writes total mass, sum of |m|, centre of mass (one point; 0 where the total mass is 0) and second moment about it,
  * sum m |x - centre|^2, of n particles in two dimensions.
  *
- * `positions` [n][2], `masses` [n], of any sign. Null outputs are not wanted; the others are overwritten. Compensated sums: a few
- * roundings whatever n. Values that are not finite give results that are not.
+ * `positions` [n][2], `masses` [n], of any sign. Null outputs are not wanted; the others are overwritten. Compensated sums in double
+ * precision: a few roundings whatever n. A result is infinite only where the true one is beyond the range. Values that are not finite give results
+ * that are not.
  *
  * Refused: MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_OVERLAP.
  *
@@ -1275,8 +1276,10 @@ mollis_status mollis_moments3_eval_f32(size_t n,
  * over a bound of the Jacobian's spectral radius; infinity where nothing moves. Ask again when particles have moved by a
  * good part of delta. Cost: n (n - 1) kernel evaluations.
  *
- * Refused, with `step` as it was: MOLLIS_ERR_NOT_FINITE (a position, a mass, or the bound itself, as for a singular kernel and
- * coincident particles), the codes of an unprepared kernel (see `mollis_kernel2_eval`), MOLLIS_ERR_NULL_POINTER,
+ * Without a mollifier a pair at one place has such a step only if each term of the kernel is a power with p >= 2.
+ *
+ * Refused, with `step` as it was: MOLLIS_ERR_NOT_FINITE (a position, a mass, or the bound itself: a pair at one place, or so close
+ * that the kernel's second derivatives are beyond the range), the codes of an unprepared kernel (see `mollis_kernel2_eval`), MOLLIS_ERR_NULL_POINTER,
  * MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_OVERLAP.
  *
  * # Safety
@@ -1358,7 +1361,8 @@ mollis_status mollis_stable_step3_eval_f32(const void *kernel,
  * Writes a time step with which the Runge-Kutta method is stable at every state of this total |mass| in which no two
  * particles are farther apart than `diameter`, in two dimensions: shorter than `mollis_stable_step2_eval`'s, but good for a whole run.
  *
- * Refused, with `step` as it was: MOLLIS_ERR_NOT_FINITE (an argument, or no such step: a singular kernel),
+ * Refused, with `step` as it was: MOLLIS_ERR_NOT_FINITE (an argument, or no such step: a kernel without a mollifier, unless each of its
+ * terms is a power with p >= 2; a host's own kernel is not known to be one),
  * MOLLIS_ERR_OUT_OF_DOMAIN (a negative argument), the codes of an unprepared kernel, MOLLIS_ERR_NULL_POINTER,
  * MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_OVERLAP.
  *
@@ -1875,7 +1879,8 @@ mollis_status mollis_grid2_options_init(struct mollis_grid2_options *options, si
 /**
  * The exact size of the workspace that mollis_grid2_eval needs for this mesh and these options, with this run's executor.
  *
- * Refused: MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_NOT_FINITE, MOLLIS_ERR_OUT_OF_DOMAIN (an empty rectangle, fewer than 2 cells),
+ * Refused: MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_NOT_FINITE, MOLLIS_ERR_OUT_OF_DOMAIN (an empty rectangle, fewer than 2 cells, a corner beyond
+ * 2^-13 of the scalar's largest number, a mesh width below its normal range, cells more than 2^40 times as long as wide),
  * MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_UNKNOWN_VALUE (walls, order), MOLLIS_ERR_KERNEL_PARAMETER (screening), MOLLIS_ERR_UNSUPPORTED (second
  * moments with screening; order 4 with long or coarse cells), MOLLIS_ERR_OPTIONS_SIZE, MOLLIS_ERR_NOT_INITIALISED.
  */
@@ -1908,7 +1913,7 @@ mollis_status mollis_grid2_workspace_bytes_f32(const struct mollis_mesh2 *mesh,
  * | node_potential    | nodes        | u at the nodes; with order 4 sharpened for interpolation                          |
  * | node_gradient     | nodes, 2     | its differences                                                                  |
  * | total             | 3            | total mass and its centre                                                        |
- * | outside           | 1            | sources outside the mesh; they act through the total mass only                   |
+ * | outside           | 1            | sources outside the mesh (on its border they are inside); they act through the total mass only |
  *
  * Each output is overwritten, null is "not wanted"; what no output needs is not computed. The bits do not depend on the order of the
  * sources, on the executor or on the level. The workspace is scratch, of mollis_grid2_workspace_bytes.
@@ -2513,7 +2518,8 @@ mollis_status mollis_moment3_eval_f32(struct mollis_mollifier mollifier,
                                       float *value);
 
 /**
- * Writes the L^p_h norm (sum |v_i|^p cell)^(1/p) of n values, cell = h^d, 1 <= p; the largest |v_i| for infinite p.
+ * Writes the L^p_h norm (sum |v_i|^p cell)^(1/p) of n values, cell = h^d, 1 <= p; the largest |v_i| for infinite p. The sum is
+ * compensated and in double precision: a few roundings whatever n.
  *
  * Refused, with `norm` as it was: MOLLIS_ERR_OUT_OF_DOMAIN (p or cell), MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_MISALIGNED,
  * MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_OVERLAP. NaN gives NaN.

@@ -93,7 +93,7 @@ fn a_million_equal_sources_stay_within_the_bound() {
             let u = T::EPSILON.to_f64() / 2.0;
             let blocked = options.accumulation == Accumulation::Blocked;
             let bound = if blocked { c + 256.0 + n as f64 / 256.0 } else { c + 12.0 + n as f64 / 4.0 * u } * u;
-            let mut check = |name: &str, got: T, want: f64, scale: f64| {
+            let check = |name: &str, got: T, want: f64, scale: f64| {
                 let error = (got.to_f64() - total * want).abs() / (total * scale.abs().max(want.abs()));
                 assert!(error <= bound, "{D}D {terms:?} {shape:?} {name}: {} of the bound", error / bound);
             };

@@ -44,9 +44,9 @@ const MACHINES: [Machine; 2] = [
 /// A program, and the flash in bytes it may take on the Cortex-M4F, startup included. The last gives bad input to the functions of
 /// all others, which no firmware holds at once.
 const PROGRAMS: &[(&str, u64)] =
-    &[("mollifier", 6 * 1024), ("blob", 12 * 1024), ("pks", 24 * 1024), ("refusals", u64::MAX)];
+    &[("mollifier", 8 * 1024), ("blob", 16 * 1024), ("pks", 32 * 1024), ("refusals", u64::MAX)];
 /// The deepest stack any may use there, in bytes.
-const STACK: u64 = 2048;
+const STACK: u64 = 3072;
 /// What firmware takes of the library.
 const FEATURES: &str = "small";
 

@@ -112,8 +112,8 @@ fn constants() -> Result<String> {
 #define MOLLIS_KERNEL2_NEWTONIAN_BYTES_F32 {kernel}
 /** For static buffers: a field sum over n sources in the plane, a part of the workspaces below. */
 #define MOLLIS_SUM2_WORKSPACE_BYTES_F32(n) \\
-  (MOLLIS_WORKSPACE_PADDED(8 * (n)) + MOLLIS_WORKSPACE_PADDED(4 * (n)) + \\
-   MOLLIS_WORKSPACE_PADDED(16 * (((n) + 255) / 256)))
+  (MOLLIS_WORKSPACE_PADDED(8 * (n)) + 2 * MOLLIS_WORKSPACE_PADDED(4 * (n)) + \\
+   MOLLIS_WORKSPACE_PADDED(16 * ((n) / 256 + 3)))
 /**
  * For static buffers: what `mollis_blob2_workspace_bytes_f32` answers for n particles with densities, no tracers, a
  * Newtonian kernel and default options.

@@ -239,15 +239,14 @@ fn fill<T: Real, const D: usize, const N: usize, const M: usize>(
             };
             let coefficients = polynomial::<D, N, M>(interpolations, width, within);
             let constant = at(least - shift)[0];
-            let mut numbers = [T::ZERO; ROW];
+            let mut numbers = [0.0; ROW];
             let mut power = 1.0;
             for (number, c) in numbers.iter_mut().zip(coefficients) {
-                *number = T::from_f64(c / power);
+                *number = c / power;
                 power *= width;
             }
-            numbers.get_mut(N).into_iter().for_each(|slot| *slot = T::from_f64(constant));
-            let fits = |&number: &T| number.abs().to_f64() < limit;
-            if !numbers.iter().all(fits) {
+            numbers.get_mut(N).into_iter().for_each(|slot| *slot = constant);
+            if !numbers.iter().all(|number| number.abs() < limit) {
                 if octave == first_octave {
                     return Err(Error::NotFinite);
                 }
@@ -269,7 +268,7 @@ fn fill<T: Real, const D: usize, const N: usize, const M: usize>(
                     widen(&mut head.rough);
                 }
             }
-            rows.get_mut(row::<T>(least)).into_iter().for_each(|slot| *slot = numbers);
+            rows.get_mut(row::<T>(least)).into_iter().for_each(|slot| *slot = numbers.map(T::from_f64));
         }
     }
     Ok(head)

@@ -133,7 +133,6 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Tabulated<'a, T> {
         let scale = T::from_f64(1.0 / (unit * unit)).ldexp(twice);
         let real = T::from_f64;
         let shift = real(table.shift);
-        let end = (real(table.last) - shift) / scale;
         // Where the table's unit is so small beside the coordinates that u leaves the scalar's range, nothing is served but r = 0, and that by the
         // functions too: an empty range.
         let fits = scale.is_finite() && scale < T::MAX * T::from_f64(1.0 / 64.0);
@@ -142,8 +141,8 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Tabulated<'a, T> {
         let numbers = Lanes { scale, shift, first, last: real(table.last), gap, rough, held: real(table.first) };
         let has_gaps = !fits || table.first > table.shift || table.gap[0] < table.gap[1];
         let is_rough = table.rough[0] < table.rough[1];
-        let end = if fits { end } else { T::ZERO };
-        Prepared { rows: self.table.rows, numbers, end, ends: table.ends, has_gaps, is_rough }
+        let end = if fits { (table.last - table.shift) / scale.to_f64() } else { 0.0 };
+        Prepared { rows: self.table.rows, numbers, end: real(end.min(T::MAX.to_f64())), ends: table.ends, has_gaps, is_rough }
     }
 
     fn scales(&self, units: Units<T>, class: usize) -> Scales<T> {
