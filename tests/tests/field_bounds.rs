@@ -148,33 +148,34 @@ fn single_pairs_are_within_c_u_of_the_scale() {
         let mut split = Split(D as u64);
         for terms in &laws {
             for shape in shapes {
-                let scales = |r: f64| {
-                    let mut sum = [0.0; 3];
-                    for &one in terms {
-                        let at = |r: f64| with_kernel::<f64, D, _>(&[one], shape, |kernel| kernel.at(r));
-                        let (here, there) = (at(r), if shape.1 > 0.0 { at(shape.1) } else { [0.0; 3] });
-                        let centre = if shape.1 > 0.0 { at(0.0) } else { [0.0; 3] };
-                        for k in 0..3 {
-                            sum[k] += here[k].abs().max(there[k].abs()).max(centre[k].abs());
+                let distances: Vec<T> = (0..40).map(|_| T::from_f64(2.0 * split.uniform())).collect();
+                let (mut all_scales, mut wants) = (vec![[0.0; 3]; 40], vec![[0.0; 3]; 40]);
+                for &one in terms {
+                    with_kernel::<f64, D, _>(&[one], shape, |kernel| {
+                        let soft = shape.1 > 0.0;
+                        let (there, centre) =
+                            if soft { (kernel.at(shape.1), kernel.at(0.0)) } else { ([0.0; 3], [0.0; 3]) };
+                        for ((sum, want), r) in all_scales.iter_mut().zip(&mut wants).zip(&distances) {
+                            let here = kernel.at(r.to_f64());
+                            for k in 0..3 {
+                                want[k] += here[k];
+                                sum[k] += here[k].abs().max(there[k].abs()).max(centre[k].abs());
+                            }
+                            // A logarithm is that of a rounded number; a Laplacian is the sum of two terms that cancel.
+                            sum[0] += if one.law == power(0.0) || one.law == Law::Newtonian { 1.0 } else { 0.0 };
+                            sum[2] += 2.0 * D as f64 * here[1].abs();
                         }
-                        // A logarithm is that of a rounded number; a Laplacian is the sum of two terms that cancel.
-                        sum[0] += if one.law == power(0.0) || one.law == Law::Newtonian { 1.0 } else { 0.0 };
-                        sum[2] += 2.0 * D as f64 * here[1].abs();
-                    }
-                    sum
-                };
+                    });
+                }
                 with_kernel::<T, D, _>(terms, shape, |kernel| {
-                    for _ in 0..40 {
-                        let r = T::from_f64(2.0 * split.uniform());
+                    for ((&r, &scales), &want) in distances.iter().zip(&all_scales).zip(&wants) {
                         let mut x = [T::ZERO; D];
                         x[0] = r;
                         let wanted = Options { method: Some(Method::Direct), ..Options::default() };
                         for level in Level::available() {
                             let got = sums_of(kernel, (&[[T::ZERO; D]], &[T::ONE], &[x]), ALL, &wanted, level);
                             let r = r.to_f64();
-                            let want = with_kernel::<f64, D, _>(terms, shape, |kernel| kernel.at(r));
                             let u = T::EPSILON.to_f64() / 2.0;
-                            let scales = scales(r);
                             let got = [got.potential[0], got.gradient[0][0], got.laplacian[0]].map(T::to_f64);
                             let want = [want[0], want[1] * r, want[2]];
                             for (k, scale) in [scales[0], scales[1] * r, scales[2]].into_iter().enumerate() {

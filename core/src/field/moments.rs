@@ -484,7 +484,7 @@ fn store<T: Real, const D: usize>(out: &mut [[T; D]], values: &[[T; LANES]; D]) 
 /// [`Error::NotFinite`]: a source's coordinate or mass, found by the sums themselves: another pass over a million
 /// sources would cost as much.
 pub(super) fn evaluate<T: Real, const D: usize>(
-    far: &Far<T>,
+    (far, delta): (&Far<T>, T),
     options: &Options,
     sources: Sources<'_, T, D>,
     targets: &[[T; D]],
@@ -502,7 +502,11 @@ pub(super) fn evaluate<T: Real, const D: usize>(
     let each = 2 * count + EXTRA;
 
     let sample_stride = (n / SAMPLE).max(1);
-    let mut units = Units::of(sources.largest(sample_stride), targets);
+    let largest = |stride: usize| {
+        let [length, mass] = sources.largest(stride);
+        [length.max(delta), mass]
+    };
+    let mut units = Units::of(largest(sample_stride), targets);
     let mut frame = Frame::new(&units, sources, sample_stride);
     let mut moments = [DoubleWord::ZERO; MONOMIALS];
     // At most: units from a few sources, a better centre in them, units from all sources, a better centre in these.
@@ -541,7 +545,7 @@ pub(super) fn evaluate<T: Real, const D: usize>(
                 return Err(Error::NotFinite);
             }
             measured = true;
-            units = Units::of(sources.largest(1), targets);
+            units = Units::of(largest(1), targets);
             frame = Frame::new(&units, sources, 1);
             continue;
         }

@@ -167,7 +167,7 @@ fn split<T: Real, const D: usize>(
     };
     // The sources without mass are counted with the pairs.
     let mut quiet = Run { level: run.level, executor: run.executor, should_stop: run.should_stop, counters: None };
-    moments::evaluate(&far, plan.options(), sources, targets, some, memory, &mut quiet)?;
+    moments::evaluate((&far, kernel.delta()), plan.options(), sources, targets, some, memory, &mut quiet)?;
     let pairs = Outputs {
         potential: outputs.potential.as_deref_mut(),
         gradient: outputs.gradient.as_deref_mut(),
@@ -203,7 +203,9 @@ pub(super) fn evaluate<T: Real, const D: usize>(
             let coefficient = kernel.newtonian_coefficient();
             neighbours::evaluate(coefficient, kernel.blob(), sources, targets, outputs, workspace, run)
         }
-        Skip::Moments(far) => moments::evaluate(&far, plan.options(), sources, targets, outputs, workspace, run),
+        Skip::Moments(far) => {
+            moments::evaluate((&far, kernel.delta()), plan.options(), sources, targets, outputs, workspace, run)
+        }
         Skip::Sorted(far) => sorted::evaluate(kernel, &far, sources, targets, outputs, workspace, run),
         Skip::Split => split(plan, kernel, sources, targets, outputs, workspace, run),
     }

@@ -116,7 +116,8 @@ pub(super) fn evaluate<T: Real, const D: usize>(
     let source = |index: usize| if mass(index) == T::ZERO { None } else { sources.positions.get(index).map(first) };
     let count = order(sources.positions.len(), source, entries, spare);
     let massless = sources.masses.len() - count;
-    let units = Units::of(sources.largest(1), targets);
+    let [coordinate, mass_of_all] = sources.largest(1);
+    let units = Units::of([coordinate.max(kernel.delta()), mass_of_all], targets);
     let (length, heavy) = (T::ONE.ldexp(units.position), T::ONE.ldexp(units.mass));
     positions.iter_mut().skip(count).for_each(|y| *y = T::INFINITY);
     masses.iter_mut().skip(count).for_each(|m| *m = T::ZERO);

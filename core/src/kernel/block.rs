@@ -146,8 +146,9 @@ fn domain(terms: &[Term], supplied: Option<Supplied<'_>>, mollifier: Mollifier, 
         None => (f64::INFINITY, false),
     };
     if mollifier == Mollifier::None {
-        let unit = if until.is_finite() { until } else { longest };
-        return Domain { unit, shift: 0.0, until: 1.0, ends, edge: false };
+        // The middle of the octaves, from a 2^16-th of the reach to it: powers of u then stay in the range of f32.
+        let unit = if until.is_finite() { until } else { longest } / 256.0;
+        return Domain { unit, shift: 0.0, until: 65536.0, ends, edge: false };
     }
     let edge = matches!(mollifier, Mollifier::Compact { .. });
     let ratio = until / delta;

@@ -196,7 +196,7 @@ fn fill<T: Real, const D: usize, const N: usize, const M: usize>(
     let &Domain { unit, shift, until, ends, edge } = domain;
     let interpolations = (&Interpolation::<N>::new(), &Interpolation::<M>::new());
     let octaves = OCTAVES as i32;
-    let first_octave = if shift > 0.0 { 0 } else { -octaves };
+    let first_octave = if shift > 0.0 { 0 } else { -octaves / 2 };
     // Values in units of `unit`, and of a power of two near their size within a unit.
     let mut largest = if shift > 0.0 { size(0.0, sample(0.0)) } else { 0.0 };
     for k in 0..=OCTAVES / 2 {

@@ -142,7 +142,14 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Tabulated<'a, T> {
         let has_gaps = !fits || table.first > table.shift || table.gap[0] < table.gap[1];
         let is_rough = table.rough[0] < table.rough[1];
         let end = if fits { (table.last - table.shift) / scale.to_f64() } else { 0.0 };
-        Prepared { rows: self.table.rows, numbers, end: real(end.min(T::MAX.to_f64())), ends: table.ends, has_gaps, is_rough }
+        Prepared {
+            rows: self.table.rows,
+            numbers,
+            end: real(end.min(T::MAX.to_f64())),
+            ends: table.ends,
+            has_gaps,
+            is_rough,
+        }
     }
 
     fn scales(&self, units: Units<T>, class: usize) -> Scales<T> {
