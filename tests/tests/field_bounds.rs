@@ -153,8 +153,15 @@ fn single_pairs_are_within_c_u_of_the_scale() {
                 for &one in terms {
                     with_kernel::<f64, D, _>(&[one], shape, |kernel| {
                         let soft = shape.1 > 0.0;
-                        let (there, centre) =
-                            if soft { (kernel.at(shape.1), kernel.at(0.0)) } else { ([0.0; 3], [0.0; 3]) };
+                        // Beyond its own length an exponential is small, and its table's error is relative to what it is within.
+                        let own = match one.law {
+                            Law::Exponential { length } => length,
+                            Law::Screened { k } => 1.0 / k,
+                            _ => 0.0,
+                        };
+                        let there =
+                            if soft || own > 0.0 { kernel.at(if soft { shape.1 } else { own }) } else { [0.0; 3] };
+                        let centre = if soft { kernel.at(0.0) } else { [0.0; 3] };
                         for ((sum, want), r) in all_scales.iter_mut().zip(&mut wants).zip(&distances) {
                             let here = kernel.at(r.to_f64());
                             for k in 0..3 {

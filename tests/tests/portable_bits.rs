@@ -118,8 +118,8 @@ fn the_bits_of_every_machine() {
     let (single, left_single) = coalescing::<f32>(Order::Fourth);
     assert!((1..1500).contains(&left) && (1..1500).contains(&left_single), "{left} {left_single}");
     let got = [
-        ("1D f64", newtonian::<f64, 1>(2), 0x45c2_b813_23ea_f4fc),
-        ("1D f32", newtonian::<f32, 1>(4), 0x28b9_c1d8_a49c_41b0),
+        ("1D f64", newtonian::<f64, 1>(2), 0x5d6e_3c65_c19b_9f3b),
+        ("1D f32", newtonian::<f32, 1>(4), 0xadeb_5b50_c137_bd57),
         ("2D f64", newtonian::<f64, 2>(2), 0x081c_07fa_2150_4fd4),
         ("2D f32", newtonian::<f32, 2>(4), 0x9418_ded7_09f5_02a2),
         ("3D f64", newtonian::<f64, 3>(2), 0x9984_be21_c708_fac0),
@@ -128,8 +128,8 @@ fn the_bits_of_every_machine() {
         ("fits 2D f64", fitted::<f64, 2>(), 0x9214_9489_44c8_e747),
         ("fits 2D f32", fitted::<f32, 2>(), 0x7a7e_e05e_df08_7eed),
         ("fits 3D f64", fitted::<f64, 3>(), 0x36b3_d81a_3160_e3ef),
-        ("coalescing f64", double, 0x2d86_bea1_93d1_5aa7),
-        ("coalescing f32, fourth order", single, 0xd34f_c617_5501_caf6),
+        ("coalescing f64", double, 0x3016_a201_a771_aa6e),
+        ("coalescing f32, fourth order", single, 0x04e7_f161_f417_397c),
     ];
     let other: Vec<_> = got.iter().filter(|(_, got, want)| got != want).collect();
     assert!(other.is_empty(), "{other:#x?}");
