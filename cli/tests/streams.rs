@@ -166,7 +166,7 @@ fn options_out_of_range_are_refused() {
         ["--checkpoint-every", "inf"],
         ["--checkpoint-every", "1e300"],
         ["--checkpoint-every", "1e-300"],
-        ["--threads", "3"],
+        ["--threads", "64"],
     ] {
         succeeded(&run(&options));
     }
@@ -175,7 +175,7 @@ fn options_out_of_range_are_refused() {
         ["--checkpoint-every", "nan"],
         ["--checkpoint-every=-1", "--quick"],
         ["--threads", "100000"],
-        ["--threads", "1025"],
+        ["--threads", "65"],
         ["--threads=-1", "--quick"],
         ["--seed=-1", "--quick"],
     ] {

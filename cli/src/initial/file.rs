@@ -239,7 +239,7 @@ fn npy_head(path: &Path, d: usize) -> Result<(npyz::NpyFile<BufReader<File>>, us
     );
     let size = header.dtype().num_bytes().unwrap_or(0) as u64;
     let held = length.saturating_sub(reader.stream_position().with_context(|| format!("{shown}"))?);
-    let stated = rows.checked_mul(columns * size).unwrap_or(u64::MAX);
+    let stated = rows.saturating_mul(columns * size);
     ensure!(
         held >= stated,
         "{shown}: cut short: its header states {rows} rows of {} bytes, and {held} bytes follow it",

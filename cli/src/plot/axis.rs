@@ -199,9 +199,10 @@ impl Decimal {
     /// The largest one-digit number that is not above a positive value.
     fn below(value: f64) -> Self {
         let power = value.log10().floor() as i32;
-        let candidates = (power - 1..=power + 1).flat_map(|power| (1..10).map(move |digits| Self { digits, power }));
-        let held = candidates.filter(|decimal| decimal.value() <= value * (1.0 + 1e-12));
-        held.last().unwrap_or(Self { digits: 1, power })
+        let from_above = (power - 1..=power + 1).rev();
+        let mut candidates = from_above.flat_map(|power| (1..10).rev().map(move |digits| Self { digits, power }));
+        let held = candidates.find(|decimal| decimal.value() <= value * (1.0 + 1e-12));
+        held.unwrap_or(Self { digits: 1, power })
     }
 
     /// The next one-digit number.

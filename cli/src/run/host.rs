@@ -4,6 +4,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use anyhow::{Context, Result};
 use mollis_core::parallel::Executor;
+use mollis_core::space::MAX_WORKERS;
 
 /// A pool of threads as an executor.
 pub struct Pool {
@@ -11,10 +12,15 @@ pub struct Pool {
 }
 
 impl Pool {
-    /// A pool of this many threads; 0 takes as many as the machine has.
+    /// A pool of this many threads; 0 takes as many as the machine has. At most [`MAX_WORKERS`]: the library uses no more, and
+    /// gives the others no task.
     pub fn new(threads: usize) -> Result<Self> {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().context("--threads")?;
-        Ok(Self { pool })
+        let wanted = match threads {
+            0 => std::thread::available_parallelism().map_or(1, usize::from),
+            threads => threads,
+        };
+        let builder = rayon::ThreadPoolBuilder::new().num_threads(wanted.min(MAX_WORKERS));
+        Ok(Self { pool: builder.build().context("--threads")? })
     }
 }
 
@@ -61,6 +67,13 @@ pub fn stopped() -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A machine may have more processors than the library uses.
+    #[test]
+    fn a_pool_has_no_more_threads_than_are_used() {
+        let pool = Pool::new(MAX_WORKERS + 1).unwrap();
+        assert_eq!(pool.workers(), MAX_WORKERS);
+    }
 
     #[test]
     fn every_task_runs_once() {

@@ -227,7 +227,7 @@ pub fn expectation(expected: &Expectation, node: &Node, index: usize, cases: &[S
         }
         _ => {}
     }
-    if column != "" && case.model != Model::Profile {
+    if !column.is_empty() && case.model != Model::Profile {
         in_time(expected, case, &mut place);
     }
 }
