@@ -214,7 +214,7 @@ pub fn evaluate<T: Real, const D: usize>(
     workspace: &mut [u8],
     run: &mut Run<'_>,
 ) -> Result<()> {
-    checked(true, plan, kernel, sources, targets, outputs, workspace, run)
+    checked::<T, D, true>(plan, kernel, sources, targets, outputs, workspace, run)
 }
 
 /// As [`evaluate`], for solvers that want gradients and Laplacians by default options. Without the feature `methods` every sum is one over
@@ -231,7 +231,7 @@ pub(crate) fn flow<T: Real, const D: usize>(
     if outputs.potential.is_some() {
         return Err(Error::Unsupported);
     }
-    checked(false, plan, kernel, sources, targets, outputs, workspace, run)
+    checked::<T, D, false>(plan, kernel, sources, targets, outputs, workspace, run)
 }
 
 /// The gradient of the sum over sources that are the targets too, for solvers that have checked everything but the positions.
@@ -250,7 +250,7 @@ pub(crate) fn drift<T: Real, const D: usize>(
     }
     let outputs = Outputs { gradient: Some(gradient), ..Outputs::default() };
     let call = pairs::Call { options: &Options::DEFAULT, sources, targets: sources.positions, outputs };
-    pairs::evaluate(kernel, call, false, workspace, run)
+    pairs::evaluate::<T, D, false>(kernel, call, workspace, run)
 }
 
 /// Bytes that [`drift`] needs.
@@ -261,10 +261,8 @@ pub(crate) fn drift_bytes<T: Real, const D: usize>(n: usize) -> Result<usize> {
     pairs::workspace_bytes::<T, D>(n)
 }
 
-/// [`evaluate`], with potentials only if they are asked for.
-#[expect(clippy::too_many_arguments, reason = "the front door's arguments")]
-fn checked<T: Real, const D: usize>(
-    potentials: bool,
+/// [`evaluate`]; not `FULL`: no potential is wanted, and the options are the defaults.
+fn checked<T: Real, const D: usize, const FULL: bool>(
     plan: &Plan,
     kernel: &dyn Interaction<T, D>,
     sources: Sources<'_, T, D>,
@@ -298,7 +296,7 @@ fn checked<T: Real, const D: usize>(
         return skips::evaluate(plan, kernel, sources, targets, outputs, workspace, run);
     }
     let call = pairs::Call { options: plan.options(), sources, targets, outputs };
-    pairs::evaluate(kernel, call, potentials, workspace, run)
+    pairs::evaluate::<T, D, FULL>(kernel, call, workspace, run)
 }
 
 /// Whether all numbers are finite.

@@ -174,7 +174,7 @@ fn split<T: Real, const D: usize>(
         laplacian: outputs.laplacian.as_deref_mut(),
     };
     let call = pairs::Call { options: plan.options(), sources, targets, outputs: pairs };
-    pairs::evaluate(&rest, call, true, of_pairs, run)?;
+    pairs::evaluate::<T, D, true>(&rest, call, of_pairs, run)?;
     let add = |to: Option<&mut [T]>, from: &[T]| {
         to.unwrap_or_default().iter_mut().zip(from).for_each(|(to, &from)| *to += from);
     };

@@ -51,14 +51,14 @@ struct Plain<'a, T> {
     laplacian: Option<&'a mut [T]>,
 }
 
-/// Overwrites the outputs with the sum over all pairs; the potential only if `potentials`, and by tables only if `tables`.
-pub(in crate::field) fn evaluate<T: Real, const D: usize>(
+/// Overwrites the outputs with the sum over all pairs. Not `FULL`: no potential is wanted, and the options are the defaults.
+pub(in crate::field) fn evaluate<T: Real, const D: usize, const FULL: bool>(
     kernel: &dyn Interaction<T, D>,
     call: Call<'_, T, D>,
-    potentials: bool,
     workspace: &mut [u8],
     run: &mut Run<'_>,
 ) -> Result<()> {
+    let potentials = FULL;
     let others = cfg!(feature = "kernels");
     let newtonian = kernel.newtonian().map(|(coefficient, blob)| (coefficient, blob.mollifier(), blob.delta()));
     if newtonian.is_none() && !others {

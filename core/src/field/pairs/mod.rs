@@ -39,10 +39,15 @@ mod lanes;
 mod newtonian;
 mod output;
 mod packed;
+#[cfg(any(test, feature = "small"))]
+mod single;
 mod tabulated;
 
+#[cfg(not(feature = "small"))]
 pub(super) use instances::evaluate;
 pub(in crate::field) use packed::{Units, power_of_two_pair};
+#[cfg(feature = "small")]
+pub(super) use single::evaluate;
 
 use core::sync::atomic::{AtomicUsize, Ordering};
 

@@ -58,38 +58,61 @@ struct Descending<C> {
     terms: usize,
 }
 
+/// The coefficients of a polynomial of the blob, times `scale`, highest power of t first; how many. None without a compact mollifier.
+#[cfg_attr(feature = "small", inline(never))]
+pub(super) fn descending<T: Real, const D: usize>(
+    to: &mut [T; MAX_TERMS],
+    blob: &Blob<T, D>,
+    polynomial: Polynomial,
+    scale: T,
+) -> usize {
+    let terms = blob.terms(polynomial).unwrap_or(0).min(MAX_TERMS);
+    for (to, k) in to.iter_mut().zip((0..terms).rev()) {
+        *to = blob.coefficient(polynomial, k) * scale;
+    }
+    terms
+}
+
+/// [`descending`] for what leads to S_D K, twice that in 2D, and what is added to it; `delta` is in units.
+pub(super) fn descending_potential<T: Real, const D: usize>(
+    to: &mut [T; MAX_TERMS],
+    blob: &Blob<T, D>,
+    delta: T,
+) -> (usize, T) {
+    let per = T::ONE / delta;
+    match D {
+        1 => {
+            // R_j = sum over k >= j of g_k / (k + 1); c = 1 - R_0 / 2: every term is positive for orders 2 to 6.
+            let terms = blob.terms(Polynomial::Gradient).unwrap_or(0).min(MAX_TERMS);
+            let mut sum = T::ZERO;
+            for (to, k) in to.iter_mut().zip((0..terms).rev()) {
+                sum += blob.coefficient(Polynomial::Gradient, k) / T::from_usize(k + 1);
+                // s R(t) = (r2 / delta^2) R(t); the r2 is multiplied later.
+                *to = sum * (T::HALF * per);
+            }
+            (terms, delta * (T::ONE - T::HALF * sum))
+        }
+        2 => (descending(to, blob, Polynomial::Potential, T::TWO), T::TWO * blob.delta().log()),
+        _ => (descending(to, blob, Polynomial::Potential, per), T::ZERO),
+    }
+}
+
 impl<T: Real> Descending<T> {
     const NONE: Self = Self { coefficients: [T::ZERO; MAX_TERMS], terms: 0 };
 
-    /// Those of a polynomial of the blob, times `scale`. None without a compact mollifier.
+    /// Those of a polynomial of the blob, times `scale`.
     fn of<const D: usize>(blob: &Blob<T, D>, polynomial: Polynomial, scale: T) -> Self {
         let mut series = Self::NONE;
-        series.terms = blob.terms(polynomial).unwrap_or(0).min(MAX_TERMS);
-        for (to, k) in series.coefficients.iter_mut().zip((0..series.terms).rev()) {
-            *to = blob.coefficient(polynomial, k) * scale;
-        }
+        series.terms = descending(&mut series.coefficients, blob, polynomial, scale);
         series
     }
 
-    /// Those that lead to S_D K, twice that in 2D, and what is added to it; `delta` is in units.
+    /// Those that lead to S_D K, and what is added to it.
     fn of_potential<const D: usize>(blob: &Blob<T, D>, delta: T) -> (Self, T) {
-        let per = T::ONE / delta;
-        match D {
-            1 => {
-                // R_j = sum over k >= j of g_k / (k + 1); c = 1 - R_0 / 2: every term is positive for orders 2 to 6.
-                let mut series = Self::NONE;
-                series.terms = blob.terms(Polynomial::Gradient).unwrap_or(0).min(MAX_TERMS);
-                let mut sum = T::ZERO;
-                for (to, k) in series.coefficients.iter_mut().zip((0..series.terms).rev()) {
-                    sum += blob.coefficient(Polynomial::Gradient, k) / T::from_usize(k + 1);
-                    // s R(t) = (r2 / delta^2) R(t); the r2 is multiplied later.
-                    *to = sum * (T::HALF * per);
-                }
-                (series, delta * (T::ONE - T::HALF * sum))
-            }
-            2 => (Self::of(blob, Polynomial::Potential, T::TWO), T::TWO * blob.delta().log()),
-            _ => (Self::of(blob, Polynomial::Potential, per), T::ZERO),
-        }
+        let mut series = Self::NONE;
+        let (terms, offset) = descending_potential(&mut series.coefficients, blob, delta);
+        series.terms = terms;
+        (series, offset)
     }
 
     #[inline(always)]
@@ -617,7 +640,7 @@ fn outside_gradient<T: Real, I: Isa<T>, const D: usize, const NB: usize>(
 
 /// S_D K of the bare kernel; in 2D log r2.
 #[inline(always)]
-fn outside_potential<T: Real, I: Isa<T>, const D: usize, const NB: usize>(
+pub(super) fn outside_potential<T: Real, I: Isa<T>, const D: usize, const NB: usize>(
     isa: I,
     log_exponent: I::V,
     d: &[[I::V; D]; NB],
