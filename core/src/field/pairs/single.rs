@@ -140,7 +140,8 @@ pub(super) fn sums<T: Real, const D: usize, const FULL: bool>(
 
 /// A sum in units, as the way to results takes it.
 fn value<T: Real>(sum: T, (factor, exponent): (T, i32)) -> T {
-    (sum * factor).ldexp(exponent)
+    // As the engine adds it to a result that begins with zero.
+    T::ZERO + (sum * factor).ldexp(exponent)
 }
 
 /// The potential of a pair outside the support.
