@@ -15,8 +15,6 @@
 
 use core::f64::consts::PI;
 
-use nalgebra::{SMatrix, SVector};
-
 use crate::error::{Error, Result};
 use crate::isa::{OCTAVES, PANEL_BITS, ROW, ROWS, Rows};
 use crate::real::Real;
@@ -100,9 +98,9 @@ struct Interpolation<const N: usize> {
     /// The nodes in [0, 1].
     nodes: [f64; N],
     /// From values to Chebyshev coefficients.
-    transform: SMatrix<f64, N, N>,
+    transform: [[f64; N]; N],
     /// From these to powers of y in [0, 1]. Two steps, as the first is well-conditioned and gives small numbers to the second.
-    powers: SMatrix<f64, N, N>,
+    powers: [[f64; N]; N],
 }
 
 impl<const N: usize> Interpolation<N> {
@@ -110,13 +108,19 @@ impl<const N: usize> Interpolation<N> {
         let cosine = |j: usize, k: usize| Real::cos(PI * (j * (2 * k + 1)) as f64 / (2 * N) as f64);
         let mut nodes = [0.0; N];
         nodes.iter_mut().enumerate().for_each(|(k, node)| *node = 0.5 * (1.0 + cosine(1, k)));
-        let transform = SMatrix::from_fn(|j, k| if j == 0 { 1.0 } else { 2.0 } / N as f64 * cosine(j, k));
+        let mut transform = [[0.0; N]; N];
+        for (j, row) in transform.iter_mut().enumerate() {
+            let factor = if j == 0 { 1.0 } else { 2.0 } / N as f64;
+            row.iter_mut().enumerate().for_each(|(k, to)| *to = factor * cosine(j, k));
+        }
         // T_(j+1)(2 y - 1) = 2 (2 y - 1) T_j - T_(j-1): whole numbers.
         let (mut before, mut now) = ([0.0; N], [0.0; N]);
         now.iter_mut().take(1).for_each(|c| *c = 1.0);
-        let mut powers = SMatrix::<f64, N, N>::zeros();
-        for (j, mut column) in powers.column_iter_mut().enumerate() {
-            column.iter_mut().zip(&now).for_each(|(to, &c)| *to = c);
+        let mut powers = [[0.0; N]; N];
+        for j in 0..N {
+            for (row, &c) in powers.iter_mut().zip(&now) {
+                row.get_mut(j).into_iter().for_each(|to| *to = c);
+            }
             let factor = if j == 0 { 1.0 } else { 2.0 };
             let shifted = core::iter::once(0.0).chain(now);
             let mut next = [0.0; N];
@@ -130,9 +134,17 @@ impl<const N: usize> Interpolation<N> {
 
     /// The coefficients of y^0, y^1, ...
     fn coefficients(&self, values: [f64; N]) -> [f64; N] {
-        let chebyshev = self.transform * SVector::from(values);
-        (self.powers * chebyshev).into()
+        times(&self.powers, &times(&self.transform, &values))
     }
+}
+
+/// A matrix, by rows, times a vector.
+fn times<const N: usize>(matrix: &[[f64; N]; N], vector: &[f64; N]) -> [f64; N] {
+    let mut product = [0.0; N];
+    for (to, row) in product.iter_mut().zip(matrix) {
+        *to = row.iter().zip(vector).map(|(a, b)| a * b).sum();
+    }
+    product
 }
 
 /// Fills a table from `sample(r)`, which returns K, K'/r and the Laplacian of K.

@@ -257,7 +257,7 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Newtonian<'a, T, D> {
                 Mollifier::Gaussian { order } => {
                     let support = gaussian_support::<T>(D, order);
                     edge = square * (support * support);
-                    table = self.table.as_ref().and_then(|table| {
+                    table = self.table.as_ref().map(|table| {
                         let prepared = PairKernel::<T, D>::prepare(table, units);
                         let sphere = T::from_f64(sphere(D));
                         let scales = PairKernel::<T, D>::scales(table, units, 0);
@@ -266,13 +266,13 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Newtonian<'a, T, D> {
                         let ratio = |(a, i): (T, i32), (b, j): (T, i32)| (a / b).ldexp(i - j);
                         let unit = |(_, i): (T, i32), sign: T| (sign / sphere, i);
                         let twice = if D == 2 { T::HALF } else { T::ONE };
-                        Some((
+                        (
                             prepared,
                             [
                                 ratio(scales.potential, unit(of_units.potential, twice)),
                                 ratio(scales.gradient, unit(of_units.gradient, -T::ONE)),
                             ],
-                        ))
+                        )
                     });
                 }
                 Mollifier::None => {}

@@ -78,6 +78,7 @@ impl<T: Real> Units<T> {
         point
     }
 
+    #[cfg(any(test, feature = "small"))]
     /// A point in these units; coordinates so small beside the largest that their squares leave the range are zero.
     #[inline(always)]
     pub fn point_in_range<const D: usize>(&self, x: &[T; D]) -> [T; D] {
@@ -195,6 +196,7 @@ impl<'w, T: Real, const D: usize> Packed<'w, T, D> {
         }
     }
 
+    #[cfg(any(test, feature = "small"))]
     /// Takes in the sources of class 0 alone, coordinates by [`Units::point_in_range`]; no bounds are made.
     pub fn fill_in_range(&mut self, units: Units<T>, positions: &[[T; D]], masses: &[T]) -> (&[[T; D]], &[T]) {
         let (least, factor) = (power_of_two::<T>(-class_width::<T>()), power_of_two::<T>(units.mass));

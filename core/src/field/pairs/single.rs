@@ -110,10 +110,8 @@ pub(super) fn sums<T: Real, const D: usize, const FULL: bool>(
             pair.add::<D, FULL>(&x, source, mass, &mut sums);
         }
         total.join::<FULL>(&sums, &mut low, compensated);
-        if FULL {
-            if let Some(to) = outputs.potential.as_mut().and_then(|p| p.get_mut(i)) {
-                *to = value(total.potential, scales.potential);
-            }
+        if FULL && let Some(to) = outputs.potential.as_mut().and_then(|p| p.get_mut(i)) {
+            *to = value(total.potential, scales.potential);
         }
         if let Some(to) = outputs.gradient.as_mut().and_then(|g| g.get_mut(i)) {
             for (to, &sum) in to.iter_mut().zip(&total.gradient) {
@@ -195,7 +193,7 @@ impl<T: Real, const D: usize> Totals<T, D> {
             let back = total - *sum;
             *low += (*sum - (total - back)) + (term - back);
             *sum = total + *low;
-            *low = *low - (*sum - total);
+            *low -= *sum - total;
         };
         for ((sum, &term), low) in self.gradient.iter_mut().zip(&block.gradient).zip(&mut low.gradient) {
             add(sum, term, low);
