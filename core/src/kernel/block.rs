@@ -14,7 +14,7 @@ use crate::space::{ALIGN, Carve, Measure, Space, View};
 /// "mollis K" in ASCII, as a number: swapped bytes show another machine's block.
 const MAGIC: u64 = 0x6D6F_6C6C_6973_204B;
 /// Changes whenever the meaning of a block does.
-const VERSION: u64 = 2;
+const VERSION: u64 = 3;
 /// Numbers of the head.
 const HEAD: usize = 8;
 /// Numbers of a term's record.
@@ -45,7 +45,7 @@ impl core::fmt::Debug for Supplied<'_> {
 }
 
 /// The three arrays of a block.
-fn lay<'w, T: Real>(space: &mut impl Space<'w>, tables: usize) -> Result<(&'w mut [u64], &'w mut [f64], &'w mut [T])> {
+fn lay<'w>(space: &mut impl Space<'w>, tables: usize) -> Result<(&'w mut [u64], &'w mut [f64], &'w mut [f64])> {
     Ok((space.array(HEAD)?, space.array(RECORDS)?, space.array(tables)?))
 }
 
@@ -90,8 +90,8 @@ fn check<const D: usize>(terms: &[Term], supplied: bool, mollifier: Mollifier) -
 impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
     /// A kernel without terms.
     pub(super) fn empty(blob: Blob<T, D>) -> Self {
-        let outer = Outer::Bare { factor: T::ZERO };
-        let part = Part { law: Law::Newtonian, radius: T::ZERO, panels: 0, first: 0, outer };
+        let outer = Outer::Bare { factor: 0.0 };
+        let part = Part { law: Law::Newtonian, radius: 0.0, panels: 0, plain: 0, first: 0, outer };
         let term = Term { law: Law::Newtonian, coefficient: 0.0 };
         Self {
             #[cfg(feature = "kernels")]
@@ -118,7 +118,7 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
     /// As [`Kernel::prepare`].
     pub fn workspace_bytes_with(terms: &[Term], supplied: bool, mollifier: Mollifier) -> Result<usize> {
         let tables = check::<D>(terms, supplied, mollifier)?;
-        Measure::of(|space| lay::<T>(space, tables).map(|_| ()))
+        Measure::of(|space| lay(space, tables).map(|_| ()))
     }
 
     /// Prepares the sum of `terms`, mollified over the length `delta` (not looked at for [`Mollifier::None`]), into
@@ -175,12 +175,11 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
                 return Err(Error::OutOfDomain);
             }
         }
-        let bytes =
-            if cfg!(feature = "kernels") { Measure::of(|space| lay::<T>(space, size).map(|_| ()))? } else { BYTES };
+        let bytes = if cfg!(feature = "kernels") { Measure::of(|space| lay(space, size).map(|_| ()))? } else { BYTES };
         if memory.len() < bytes {
             return Err(Error::WorkspaceTooSmall);
         }
-        let (head, records, tables) = lay::<T>(&mut Carve::new(memory)?, size)?;
+        let (head, records, tables) = lay(&mut Carve::new(memory)?, size)?;
         let (start, rest) = records.split_first_chunk_mut::<START>().ok_or(Error::WorkspaceTooSmall)?;
         let (mut newtonian, mut used, mut error) = (0.0, 0_usize, 0.0);
         if cfg!(feature = "kernels") {
@@ -192,9 +191,9 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
             }
             let delta = delta.to_f64();
             let profile = Profile::new(mollifier, D);
-            let mut builder = Builder::new(tables);
+            let mut builder = Builder::new(tables, T::MAX.to_f64());
             let mut part_slots = part_records.as_chunks_mut::<RECORD>().0.iter_mut();
-            let mut store = |part: Part<T>| -> Result<()> {
+            let mut store = |part: Part<f64>| -> Result<()> {
                 *part_slots.next().ok_or(Error::KernelTerms)? = part.to_record();
                 used += 1;
                 Ok(())
@@ -206,7 +205,7 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
                     newtonian += coefficient;
                 } else {
                     let task = Task { dimension: D, profile: profile.as_ref(), delta, coefficient };
-                    store(task.prepare::<T, D>(law, &mut builder)?)?;
+                    store(task.prepare::<D>(law, &mut builder)?)?;
                 }
             }
             if let Some(s) = supplied {
@@ -299,6 +298,7 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
         for (slot, record) in others.parts.iter_mut().zip(parts.as_chunks::<RECORD>().0) {
             *slot = Part::from_record(record);
             slot.panels = slot.panels.min(USER_OCTAVES + 2);
+            slot.plain = slot.plain.min(slot.panels);
         }
         Ok(kernel)
     }
@@ -309,6 +309,6 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
     /// [`Error::TooLarge`].
     pub fn block_bytes(&self) -> Result<usize> {
         let tables = self.others.first().map_or(0, |others| others.tables.len());
-        Measure::of(|space| lay::<T>(space, tables).map(|_| ()))
+        Measure::of(|space| lay(space, tables).map(|_| ()))
     }
 }

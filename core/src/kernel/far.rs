@@ -128,8 +128,7 @@ impl<T: Real, const D: usize> Kernel<'_, T, D> {
         let tables = self.others.first().map_or(&[][..], |others| others.tables);
         for part in self.parts() {
             let panel = part.panel(tables, 0)?;
-            let end = panel.start.checked_add(panel.len.checked_mul(3)?)?;
-            let coefficients = tables.get(panel.start..end)?.as_chunks::<3>().0;
+            let coefficients = panel.coefficients(tables);
             let to: [&mut [T]; 3] = match panel.variable {
                 Variable::EdgePowers if panel.len <= EDGE => {
                     near.edge_terms = near.edge_terms.max(panel.len);
@@ -143,6 +142,7 @@ impl<T: Real, const D: usize> Kernel<'_, T, D> {
             };
             let [value, gradient, laplacian] = to;
             for (((u, g), l), c) in value.iter_mut().zip(gradient).zip(laplacian).zip(coefficients) {
+                let c = c.map(T::from_f64);
                 (*u, *g, *l) = (*u + c[0], *g + c[1], *l + c[2]);
             }
         }

@@ -39,7 +39,7 @@ impl<T: Real, const D: usize> Plain for Pairs<'_, '_, T, D> {
         let mut sums = [[T::ZERO; LANES]; 3];
         if let Some(Others { tables, .. }) = kernel.others.first() {
             for part in kernel.parts() {
-                add_part::<T, D>(part, tables, r, wanted, &mut sums);
+                add_part::<T, D>(&part.narrow(), tables, r, wanted, &mut sums);
             }
         }
         if kernel.newtonian != T::ZERO {
@@ -193,7 +193,7 @@ fn add_newtonian<T: Real, const D: usize>(
 #[inline(always)]
 fn add_part<T: Real, const D: usize>(
     part: &Part<T>,
-    tables: &[T],
+    tables: &[f64],
     r: &Lanes<T>,
     wanted: [bool; 3],
     sums: &mut [Lanes<T>; 3],
@@ -213,7 +213,7 @@ fn add_part<T: Real, const D: usize>(
         let chosen = numbers.map(|n| n == number);
         left.iter_mut().zip(&chosen).for_each(|(left, &chosen)| *left &= !chosen);
         let panel = part.panel(tables, number);
-        let inside = number < part.panels;
+        let inside = number < part.plain;
         let series = |k: usize| match &panel {
             Some(panel) => panel.lanes(tables, part.radius, if inside { &from } else { r }, k),
             None => [T::NAN; LANES],
@@ -300,10 +300,10 @@ impl<T: Real> Outside<T> {
 impl<T: Real> Panel<T> {
     /// The k-th series of this panel.
     #[inline(always)]
-    fn lanes(&self, tables: &[T], radius: T, r: &Lanes<T>, k: usize) -> Lanes<T> {
-        let all = tables.get(self.start..).unwrap_or(&[]).as_chunks::<3>().0;
-        let coefficients = all.get(..self.len).unwrap_or(&[]).iter().map(|c| c.get(k).copied().unwrap_or(T::ZERO));
-        let variable = r.map(|r| self.variable.at(radius, r));
+    fn lanes(&self, tables: &[f64], radius: T, r: &Lanes<T>, k: usize) -> Lanes<T> {
+        let all = self.coefficients(tables).iter();
+        let coefficients = all.map(|c| T::from_f64(c.get(k).copied().unwrap_or(0.0)));
+        let variable = r.map(|r| self.variable.at(radius, r, self.root));
         if self.variable.is_power() {
             return horner(coefficients, &variable);
         }

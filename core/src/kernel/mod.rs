@@ -56,20 +56,20 @@ pub struct Kernel<'k, T: Real, const D: usize> {
     newtonian: T,
     terms: [Term; KEPT],
     count: usize,
-    others: [Others<'k, T>; OTHERS],
+    others: [Others<'k>; OTHERS],
 }
 
-/// The terms of a kernel that are not Newtonian.
+/// The terms of a kernel that are not Newtonian, in double precision.
 #[derive(Clone, Copy, Debug)]
-struct Others<'k, T> {
-    parts: [Part<T>; MAX_TERMS],
+struct Others<'k> {
+    parts: [Part<f64>; MAX_TERMS],
     used: usize,
-    tables: &'k [T],
+    tables: &'k [f64],
     fit_error: f64,
 }
 
-impl<T> Others<'_, T> {
-    fn parts(&self) -> &[Part<T>] {
+impl Others<'_> {
+    fn parts(&self) -> &[Part<f64>] {
         self.parts.get(..self.used).unwrap_or(&[])
     }
 }
@@ -150,29 +150,62 @@ impl<T: Real, const D: usize> Kernel<'_, T, D> {
     }
 
     /// The terms that are not Newtonian, prepared.
-    fn parts(&self) -> &[Part<T>] {
+    fn parts(&self) -> &[Part<f64>] {
         self.others.first().map_or(&[], Others::parts)
     }
 
     /// K_delta(r), r >= 0; 0 at r = 0 without a mollifier.
     #[must_use]
     pub fn value(&self, r: T) -> T {
-        let near = self.others(r)[0];
-        if self.newtonian == T::ZERO { near } else { self.newtonian * self.blob.potential(r) + near }
+        self.with_newtonian(self.alone(r)[0], || self.blob.potential(r))
     }
 
     /// K_delta'(r)/r: the gradient is this times x. 0 at r = 0 without a mollifier.
     #[must_use]
     pub fn gradient_factor(&self, r: T) -> T {
-        let near = self.others(r)[1];
-        if self.newtonian == T::ZERO { near } else { self.newtonian * self.blob.gradient_factor(r) + near }
+        self.with_newtonian(self.alone(r)[1], || self.blob.gradient_factor(r))
     }
 
     /// The Laplacian of K_delta at r. 0 at r = 0 without a mollifier.
     #[must_use]
     pub fn laplacian(&self, r: T) -> T {
-        let near = self.others(r)[2];
-        if self.newtonian == T::ZERO { near } else { self.newtonian * self.blob.density(r) + near }
+        self.with_newtonian(self.alone(r)[2], || self.blob.density(r))
+    }
+
+    /// Value, gradient factor and Laplacian.
+    #[must_use]
+    pub fn at(&self, r: T) -> [T; 3] {
+        let [u, g, l] = self.alone(r);
+        [
+            self.with_newtonian(u, || self.blob.potential(r)),
+            self.with_newtonian(g, || self.blob.gradient_factor(r)),
+            self.with_newtonian(l, || self.blob.density(r)),
+        ]
+    }
+
+    /// The sum of the other terms and the Newtonian one, rounded once.
+    fn with_newtonian(&self, others: f64, newtonian: impl Fn() -> T) -> T {
+        if self.newtonian == T::ZERO {
+            T::from_f64(others)
+        } else if self.parts().is_empty() {
+            self.newtonian * newtonian()
+        } else {
+            T::from_f64(self.newtonian.to_f64() * newtonian().to_f64() + others)
+        }
+    }
+
+    /// Value, gradient factor and Laplacian of all terms that are not Newtonian, in double precision for either scalar.
+    fn alone(&self, r: T) -> [f64; 3] {
+        let mut sum = [0.0; 3];
+        let Some(others) = self.others.first().filter(|others| others.used > 0) else { return sum };
+        if r == T::ZERO && self.is_singular() {
+            return sum;
+        }
+        for part in others.parts() {
+            let [u, g, l] = part.alone::<D>(others.tables, r.to_f64());
+            sum = [sum[0] + u, sum[1] + g, sum[2] + l];
+        }
+        sum
     }
 
     /// Value, gradient factor and Laplacian of all terms that are not Newtonian, in one pass over the tables: for sums,
@@ -186,7 +219,7 @@ impl<T: Real, const D: usize> Kernel<'_, T, D> {
             return sum;
         }
         for part in others.parts() {
-            let [u, g, l] = part.at::<D>(others.tables, r);
+            let [u, g, l] = part.narrow::<T>().at::<D>(others.tables, r);
             sum = [sum[0] + u, sum[1] + g, sum[2] + l];
         }
         sum
@@ -275,16 +308,5 @@ impl<T: Real, const D: usize> Kernel<'_, T, D> {
         }
         let some_left = !rest.parts().is_empty() || rest.newtonian != T::ZERO;
         (!even.parts().is_empty() && some_left).then_some((even, rest))
-    }
-
-    /// Value, gradient factor and Laplacian.
-    #[must_use]
-    pub fn at(&self, r: T) -> [T; 3] {
-        let [u, g, l] = self.others(r);
-        if self.newtonian == T::ZERO {
-            return [u, g, l];
-        }
-        let (c, blob) = (self.newtonian, &self.blob);
-        [u + c * blob.potential(r), g + c * blob.gradient_factor(r), l + c * blob.density(r)]
     }
 }
