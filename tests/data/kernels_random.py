@@ -226,6 +226,7 @@ def convolve(law, parameter, psi, r):
     fine, coarse, size = [arb(0)] * 3, [arb(0)] * 3, [arb(0)] * 4
     for a, b in psi.pieces(r, kappa):
         length = b - a
+        here = [arb(0)] * 3
         for left in (True, False):
             idle = 0
             for k, (x, weight) in enumerate(tanh_sinh()):
@@ -239,9 +240,10 @@ def convolve(law, parameter, psi, r):
                 small = True
                 for n, term in enumerate(terms):
                     fine[n] += term
+                    here[n] += term
                     if k % 2 == 0:
                         coarse[n] += 2 * term
-                    small = small and abs(term) <= 1e-40 * abs(fine[n])
+                    small = small and abs(term) <= 1e-40 * abs(here[n])
                 slope, laplacian = abs(volume * slope), abs(volume * laplacian)
                 for n, term in enumerate((abs(volume * value) * at[3], slope * q * at[5], laplacian * at[3], slope * at[4])):
                     size[n] += term

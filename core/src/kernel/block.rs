@@ -130,8 +130,9 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
     /// [`Error::KernelTerms`]: no term, or more than [`MAX_TERMS`]. [`Error::KernelParameter`], [`Error::NotFinite`]: a
     /// parameter. [`Error::Delta`], [`Error::Dimension`], [`Error::Order`], [`Error::Exponent`]: the mollifier.
     /// [`Error::WorkspaceTooSmall`], [`Error::Misaligned`]: the memory. [`Error::Unsupported`]: k delta (delta/l) is too
-    /// large (about 600 for compact mollifiers, 13 to 26 for Gaussians), so that the exterior factor overflows.
-    /// [`Error::OutOfDomain`]: a coefficient leaves the range of the scalar. After an error `memory` holds no block.
+    /// large (about 600 for compact mollifiers, 13 to 26 for Gaussians), so that the exterior factor overflows; or the mollifier is too rough
+    /// for a power's Laplacian (M = 1 with 0 < p + d - 1 < 0.08). [`Error::OutOfDomain`]: a coefficient, or the exterior factor, leaves the
+    /// range of the scalar (in single precision k delta above about 90, 4.7 to 13 for Gaussians). After an error `memory` holds no block.
     pub fn prepare(memory: &'k mut [u8], terms: &[Term], mollifier: Mollifier, delta: T) -> Result<Self> {
         Self::prepare_with(memory, terms, None, mollifier, delta)
     }
@@ -201,6 +202,11 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
             for term in terms {
                 let (law, factor) = term.law.canonical(D);
                 let coefficient = factor * term.coefficient;
+                // 1/l of a subnormal length
+                let rate = if let Law::Exponential { length } = law { 1.0 / length } else { 0.0 };
+                if !(Real::is_finite(coefficient) && Real::is_finite(rate)) {
+                    return Err(Error::OutOfDomain);
+                }
                 if law == Law::Newtonian {
                     newtonian += coefficient;
                 } else {

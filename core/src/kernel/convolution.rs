@@ -38,7 +38,12 @@ pub(crate) struct Convolution {
     line: [(f64, f64); LINE],
     /// The rate at which the kernel decays: under a Gaussian it moves the integrand's peak.
     kappa: f64,
+    /// The half-width, in widths of a Gaussian, beyond which its product with the kernel counts for nothing.
+    reach: f64,
 }
+
+/// What decays over 1/kappa counts for nothing after so many, the growth of a mollifier's power t^9 included.
+const DECAYED: f64 = 90.0;
 
 /// Below this q the integral over directions of grad psi is taken from its Taylor series: its terms cancel there.
 const SMALL: f64 = 1e-6;
@@ -119,7 +124,8 @@ impl Sums {
 }
 
 impl Convolution {
-    pub(crate) fn new(dimension: usize, profile: Profile, kappa: f64) -> Self {
+    /// For a kernel that decays like e^{-kappa q}, or grows like q^`growth`.
+    pub(crate) fn new(dimension: usize, profile: Profile, kappa: f64, growth: f64) -> Self {
         Self {
             dimension,
             profile,
@@ -128,11 +134,13 @@ impl Convolution {
             plane: gauss_legendre(),
             line: gauss_legendre(),
             kappa,
+            // q^p e^{-q^2} is largest at sqrt(p/2), and below 1e-17 of that from here on, up to p = 50
+            reach: REACH + 0.125 * growth.max(0.0),
         }
     }
 
-    /// Value, gradient factor and Laplacian at a target. `kernel(q, y)` gives K, K'/q and its Laplacian at distance q = r + y;
-    /// `weak` asks for grad K * grad psi. None when a value is not finite.
+    /// Value, gradient factor and Laplacian at a target. `kernel(q, y)` gives K, K' and its Laplacian at distance q = r + y, all times
+    /// q^(d-1), so that none overflows where q is tiny; `weak` asks for grad K * grad psi. None when a value is not finite.
     pub(crate) fn at(
         &self,
         target: Target,
@@ -142,25 +150,43 @@ impl Convolution {
         let Target { r, gap } = target;
         let mut total = Sample::ZERO;
         match self.profile {
-            Profile::Compact { .. } => {
+            Profile::Compact { exponent, .. } => {
                 let inside = gap > 0.0;
                 let small = if weak && inside { self.slope_at_centre(r, gap) } else { 0.0 };
                 // 1 + y = gap + q, without a cancellation where q starts at -gap
                 if inside {
                     let mut directions = |q, y, x| self.compact(r, gap + x, small, q, y);
-                    self.segment([0.0, -r, gap], weak, kernel, 1.0, &mut total, &mut directions);
+                    let near = gap.min(DECAYED / self.kappa);
+                    self.segment([0.0, -r, near], weak, kernel, 1.0, &mut total, &mut directions);
                 }
-                let (from, length, lift) = if inside { (gap - r, 2.0 * r, 2.0 * gap) } else { (-1.0, 2.0, 0.0) };
-                let mut directions = |q, y, x| self.compact(r, lift + x, small, q, y);
-                self.segment([gap.abs(), from, length], weak, kernel, 1.0, &mut total, &mut directions);
+                let (start, from, lift) = if inside { (gap, gap - r, 2.0 * gap) } else { (-gap, -1.0, 0.0) };
+                // Where the kernel decays at a large rate, the rule's nodes are for the rest of it.
+                let whole = (if inside { 2.0 * r } else { 2.0 }).min(DECAYED / self.kappa);
+                // Next to the edge of a rough mollifier the integrand is a power of q from q = |gap| on: decade by decade.
+                let decades = weak && exponent == 1 && start > 0.0;
+                let mut done = 0.0;
+                while done < whole {
+                    let next = if decades { (done + 9.0 * (start + done)).min(whole) } else { whole };
+                    let mut directions = |q, y, x| self.compact(r, lift + done + x, small, q, y);
+                    let piece = [start + done, from + done, next - done];
+                    self.segment(piece, weak, kernel, 1.0, &mut total, &mut directions);
+                    done = next;
+                }
             }
             Profile::Gaussian { parts, .. } => {
                 for (weight, width) in parts.into_iter().filter(|&(weight, _)| weight != 0.0) {
-                    let reach = REACH * width;
-                    let before = r.min(reach + 0.5 * self.kappa * width * width);
+                    // e^{-kappa y - (y/width)^2} is largest at y = -shift, if q > 0 there: both sides of it, as far as it counts.
+                    let shift = 0.5 * self.kappa * width * width;
+                    let before = r.min(shift);
+                    let steep = (shift - before) / width;
+                    let left = (r - before).min(self.reach * width);
+                    let right = width * ((steep * steep + self.reach * self.reach).sqrt() - steep);
                     let mut directions = |q, y, _| self.gaussian(width, r, q, y);
-                    self.segment([r - before, -before, before], weak, kernel, weight, &mut total, &mut directions);
-                    self.segment([r, 0.0, reach], weak, kernel, weight, &mut total, &mut directions);
+                    let peak = r - before;
+                    let sides = [[peak - left, -before - left, left], [peak, -before, right]];
+                    for side in sides {
+                        self.segment(side, weak, kernel, weight, &mut total, &mut directions);
+                    }
                 }
             }
         }
@@ -184,10 +210,9 @@ impl Convolution {
         self.outer.integrate(length, |x, weight| {
             let (q, y) = (start + x, from + x);
             let at = directions(q, y, x);
-            let [value, gradient, laplacian] = kernel(q, y);
-            let volume = weight * Real::powi(q, self.dimension.saturating_sub(1) as u32);
-            let last = if weak { gradient * q * at.weak } else { laplacian * at.plain };
-            let add = [volume * value * at.plain, volume * q * q * gradient * at.raised, volume * last];
+            let [value, slope, laplacian] = kernel(q, y);
+            let last = if weak { slope * at.weak } else { laplacian * at.plain };
+            let add = [weight * value * at.plain, weight * q * slope * at.raised, weight * last];
             let mut matters = false;
             for ((sum, size), part) in sums.values.iter_mut().zip(&mut sums.sizes).zip(add) {
                 *sum = sum.plus(part);

@@ -188,7 +188,7 @@ mod tests {
         let (f, slope) = exterior_factor(0.01, 2, &compact).unwrap();
         // 1 + kappa^2 mu_2/(2d) and the next term, mu_2 = 1/6, mu_4 = 2/(6 7)
         let want = 1.0 + 1e-4 / 24.0 + 1e-8 / 64.0 / 21.0;
-        assert!((f.hi - want).abs() < 3e-16 && (slope - 0.01 / 12.0).abs() < 1e-8, "{f} {slope}");
+        assert!((f.hi - want).abs() < 3e-16 && (slope - 0.01 / 12.0).abs() < 1e-8, "{f:?} {slope}");
         assert!(exterior_factor(2000.0, 2, &compact).is_none());
         let high = Profile::new(Mollifier::Compact { order: 8, exponent: 9 }, 3).unwrap();
         assert!((exterior_factor(0.1, 3, &high).unwrap().0.hi - 1.0).abs() < 1e-12);

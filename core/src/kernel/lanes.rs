@@ -237,7 +237,7 @@ enum Outside<T> {
     Power(Lanes<T>),
     /// Added to the first series; the others are divided by r^2.
     Logarithm(Lanes<T>),
-    /// Multiplies every series.
+    /// Multiplies every series, over r the second.
     Factor(Lanes<T>),
 }
 
@@ -288,6 +288,7 @@ impl<T: Real> Outside<T> {
         let (times, over_square) = (|a: T, b: T| a * b, |v: T, r: T| v / r / r);
         match self {
             Self::Whole(all) => all.get(k).copied().unwrap_or([T::NAN; LANES]),
+            Self::Factor(factor) if k == 1 => both(&both(factor, r, |e, r| e / r), &series(k), times),
             Self::Factor(factor) => both(factor, &series(k), times),
             Self::Power(power) if k == 0 => both(power, &series(k), times),
             Self::Power(power) => both(&both(power, r, over_square), &series(k), times),
@@ -374,7 +375,7 @@ mod tests {
                     .collect();
                 let ends = kernel.parts().iter().flat_map(|part| {
                     let tables = kernel.others.first().map_or(&[][..], |others| others.tables);
-                    (0..part.panels).filter_map(move |k| part.panel(tables, k)).map(|panel| panel.end)
+                    (0..part.panels).filter_map(move |k| part.panel(tables, k)).map(|panel| T::from_f64(panel.end))
                 });
                 let zero = if kernel.is_singular() { delta } else { T::ZERO };
                 for (k, end) in ends.chain([delta, zero, delta * T::from_f64(1e-3)]).enumerate() {

@@ -176,6 +176,30 @@ impl Law {
     }
 }
 
+impl Law {
+    /// K'(r), likewise: finite where K'/r may not be.
+    pub(crate) fn slope<const D: usize>(self, r: f64) -> f64 {
+        use core::f64::consts::PI;
+        match self {
+            Law::Newtonian => match D {
+                1 => 0.5,
+                2 => 0.5 / PI / r,
+                _ => 0.25 / PI / r / r,
+            },
+            Law::Power { exponent: p } => real_power(r, p - 1.0),
+            Law::Exponential { length } => -(decay(1.0 / length, r) / length),
+            Law::Screened { k } => {
+                let (x, e) = (k * r, decay(k, r));
+                match D {
+                    1 => 0.5 * e,
+                    2 => 0.5 / PI * e * k * k1_scaled(x),
+                    _ => 0.25 / PI * e * (1.0 + x) / r / r,
+                }
+            }
+        }
+    }
+}
+
 /// e^{-kr}. The rounding of a large k r would be felt k r times: what it loses is made good.
 pub(crate) fn decay(k: f64, r: f64) -> f64 {
     let product = DoubleWord::product(k, r);

@@ -152,7 +152,7 @@ pub(crate) enum Outer<T> {
         /// The coefficient.
         coefficient: T,
     },
-    /// e^{-kr} times all three.
+    /// e^{-kr}, e^{-kr}/r, e^{-kr}.
     Exponential {
         /// k.
         k: T,
@@ -287,8 +287,8 @@ impl<T: Real> Part<T> {
                 [coefficient * r.log() + u, g / r / r, l / r / r]
             }
             Outer::Exponential { k } => {
-                let e = (-(k * r)).exp();
-                series().map(|v| v * e)
+                let (e, [u, g, l]) = ((-(k * r)).exp(), series());
+                [e * u, e / r * g, e * l]
             }
             Outer::Yukawa { .. } | Outer::Zero | Outer::Clamped { .. } => self.without_series(r),
         }
@@ -332,8 +332,8 @@ impl Part<f64> {
                 [coefficient * Real::log(r) + u, g / r / r, l / r / r]
             }
             Outer::Exponential { k } => {
-                let e = decay(k, r);
-                series().map(|v| v * e)
+                let (e, [u, g, l]) = (decay(k, r), series());
+                [e * u, e / r * g, e * l]
             }
             Outer::Yukawa { k, plain, over_r } => {
                 let (e, a) = (decay(k, r), over_r / r);
@@ -344,6 +344,20 @@ impl Part<f64> {
                 ]
             }
             Outer::Zero | Outer::Clamped { .. } => [0.0; 3],
+        }
+    }
+
+    /// The derivative at r > 0, the gradient factor times r: finite where that may not be.
+    pub(crate) fn slope<const D: usize>(&self, tables: &[f64], r: f64) -> f64 {
+        let (index, from) = self.place(tables, r);
+        let series = || self.panel(tables, index).map_or(f64::NAN, |p| p.alone(tables, self.radius, from)[1]);
+        match self.outer {
+            _ if index < self.plain => r * series(),
+            Outer::Bare { factor } => factor * self.law.slope::<D>(r),
+            Outer::Power { exponent } => real_power(r, exponent - 1.0) * series(),
+            Outer::Log { .. } => series() / r,
+            Outer::Exponential { k } => decay(k, r) * series(),
+            _ => r * self.alone::<D>(tables, r)[1],
         }
     }
 
