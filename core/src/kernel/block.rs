@@ -159,7 +159,7 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
     /// A kernel without terms.
     pub(super) fn empty(blob: Blob<T, D>) -> Self {
         let outer = Outer::Bare { factor: 0.0 };
-        let part = Part { law: Law::Newtonian, radius: 0.0, panels: 0, first: 0, outer };
+        let part = Part { law: Law::Newtonian, radius: 0.0, panels: 0, plain: 0, first: 0, outer };
         let term = Term { law: Law::Newtonian, coefficient: 0.0 };
         Self {
             #[cfg(feature = "kernels")]
@@ -198,8 +198,9 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
     /// [`Error::KernelTerms`]: no term, or more than [`MAX_TERMS`]. [`Error::KernelParameter`], [`Error::NotFinite`]: a
     /// parameter. [`Error::Delta`], [`Error::Dimension`], [`Error::Order`], [`Error::Exponent`]: the mollifier.
     /// [`Error::WorkspaceTooSmall`], [`Error::Misaligned`]: the memory. [`Error::Unsupported`]: k delta (delta/l) is too
-    /// large (about 600 for compact mollifiers, 13 to 26 for Gaussians), so that the exterior factor overflows.
-    /// [`Error::OutOfDomain`]: a coefficient leaves the range of the scalar. After an error `memory` holds no block.
+    /// large (about 600 for compact mollifiers, 13 to 26 for Gaussians), so that the exterior factor overflows; or the mollifier is too rough
+    /// for a power's Laplacian (M = 1 with 0 < p + d - 1 < 0.08). [`Error::OutOfDomain`]: a coefficient, or the exterior factor, leaves the
+    /// range of the scalar (in single precision k delta above about 90, 4.7 to 13 for Gaussians). After an error `memory` holds no block.
     pub fn prepare(memory: &'k mut [u8], terms: &[Term], mollifier: Mollifier, delta: T) -> Result<Self> {
         Self::prepare_with(memory, terms, None, mollifier, delta)
     }
@@ -261,7 +262,7 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
             }
             let delta = length.to_f64();
             let profile = Profile::new(mollifier, D);
-            let mut builder = Builder::new(series);
+            let mut builder = Builder::new(series, T::MAX.to_f64());
             let mut part_slots = part_records.as_chunks_mut::<RECORD>().0.iter_mut();
             let mut store = |part: Part<f64>| -> Result<()> {
                 *part_slots.next().ok_or(Error::KernelTerms)? = part.to_record();
@@ -271,11 +272,16 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
             for term in terms {
                 let (law, factor) = term.law.canonical(D);
                 let coefficient = factor * term.coefficient;
+                // 1/l of a subnormal length
+                let rate = if let Law::Exponential { length } = law { 1.0 / length } else { 0.0 };
+                if !(Real::is_finite(coefficient) && Real::is_finite(rate)) {
+                    return Err(Error::OutOfDomain);
+                }
                 if law == Law::Newtonian {
                     newtonian += coefficient;
                 } else {
                     let task = Task { dimension: D, profile: profile.as_ref(), delta, coefficient };
-                    store(task.prepare::<f64, D>(law, &mut builder)?)?;
+                    store(task.prepare::<D>(law, &mut builder)?)?;
                 }
             }
             if let Some(s) = supplied {
@@ -392,6 +398,7 @@ impl<T> Others<'_, T> {
         for (slot, record) in self.parts.iter_mut().zip(records.as_chunks::<RECORD>().0) {
             *slot = Part::from_record(record);
             slot.panels = slot.panels.min(USER_OCTAVES + 2);
+            slot.plain = slot.plain.min(slot.panels);
         }
     }
 }

@@ -2,11 +2,12 @@
 
 use core::f64::consts::PI;
 
+use super::convolution::Sample;
 use crate::error::{Error, Result};
-use crate::real::Real;
+use crate::real::{DoubleWord, Real};
 
-/// Most coefficients of a fit.
-pub(crate) const CAPACITY: usize = 128;
+/// Most coefficients of a fit: 64 steps between nodes.
+pub(crate) const CAPACITY: usize = 65;
 
 /// Three series over one variable: value, gradient factor, Laplacian.
 pub(crate) struct Fit {
@@ -14,38 +15,68 @@ pub(crate) struct Fit {
     pub(crate) coefficients: [[f64; 3]; CAPACITY],
     /// How many are used.
     pub(crate) len: usize,
-    /// The size of the last coefficients that a longer series would still improve, over the largest one: what the fit
-    /// misses, relative to the function's size.
+    /// The largest of the last quarter of the coefficients, which a longer series would still improve, over the function's largest size.
     pub(crate) error: f64,
-    /// The largest coefficient of each function.
-    pub(crate) size: [f64; 3],
-    /// The largest one of the last quarter.
-    pub(crate) missed: [f64; 3],
+    /// Whether the series is accurate over the whole interval.
+    pub(crate) good: bool,
 }
 
-/// A tail below this, relative to the largest coefficient, is noise.
+/// A tail below this, relative to the function's largest size, is noise.
 const NOISE: f64 = 1e-15;
+/// One below this, relative to its smallest size, is small enough.
+const SMALL: f64 = 1e-14;
 /// Coefficients below this are not stored.
-const STORED: f64 = 1.0e-16;
+const STORED: f64 = 1e-16;
+/// The most by which a function's size may change over an interval: its roundings are relative to the largest.
+const SPREAD: f64 = 64.0;
 
-/// Fits what `sample(x)` returns on [-1, 1], with at most `most` coefficients: 16 nodes of the first kind, doubled until
-/// the last quarter of the coefficients is noise.
-pub(crate) fn fit(most: usize, mut sample: impl FnMut(f64) -> Option<[f64; 3]>) -> Result<Fit> {
-    let most = most.clamp(16, CAPACITY);
-    let mut n = 16;
+/// Fits what `sample(x)` returns on [-1, 1]: at the 17 extrema of T_16, which are among the 33 of T_32 and these among the 65 of T_64,
+/// until the last quarter of the coefficients is noise. An interval over which a size changes by more than [`SPREAD`] is given up after the
+/// first nodes, without coefficients.
+pub(crate) fn fit(mut sample: impl FnMut(f64) -> Option<Sample>) -> Result<Fit> {
+    const STEPS: usize = CAPACITY - 1;
+    let cosine = cosines();
+    let mut nodes = [Sample::ZERO; CAPACITY];
+    let mut fit = Fit { coefficients: [[0.0; 3]; CAPACITY], len: 0, error: 0.0, good: false };
+    let mut n = STEPS / 4;
     loop {
-        let mut fit = interpolate(n, &mut sample)?;
-        let scale = fit.coefficients.iter().take(n).fold([0.0; 3], larger);
-        fit.size = scale;
-        let tail = fit.coefficients.iter().take(n).skip(n - n / 4).fold([0.0; 3], larger);
-        fit.missed = tail;
-        fit.error = tail.iter().zip(scale).filter(|&(_, s)| s > 0.0).fold(0.0, |e: f64, (&t, s)| e.max(t / s));
-        if fit.error > NOISE && 2 * n <= most {
+        let stride = STEPS / n;
+        for (k, slot) in nodes.iter_mut().enumerate().step_by(stride) {
+            // those of the steps before are there
+            if n == STEPS / 4 || k % (2 * stride) != 0 {
+                *slot = sample(cosine(k)).ok_or(Error::NotFinite)?;
+            }
+        }
+        let used = || nodes.iter().step_by(stride);
+        let largest = used().fold([0.0; 3], |most, s| larger(most, &s.sizes));
+        let smallest = used().fold([f64::INFINITY; 3], |least, s| smaller(least, &s.sizes));
+        if largest.iter().zip(smallest).any(|(&largest, smallest)| largest > SPREAD * smallest) {
+            return Ok(fit);
+        }
+        // c_j = 2/n sum'' f(x_k) cos(pi j k/n), the first and the last term and coefficient halved
+        for (j, c) in fit.coefficients.iter_mut().take(n + 1).enumerate() {
+            let mut sum = [DoubleWord::ZERO; 3];
+            for (k, node) in nodes.iter().enumerate().step_by(stride) {
+                let end = if k == 0 || k == STEPS { 0.5 } else { 1.0 };
+                let factor = end * cosine(j * k);
+                sum.iter_mut().zip(node.values).for_each(|(sum, v)| *sum = sum.plus(factor * v));
+            }
+            let front = if j == 0 || j == n { 1.0 } else { 2.0 } / n as f64;
+            *c = sum.map(|sum| front * sum.hi);
+        }
+        let tail = fit.coefficients.iter().take(n + 1).skip(n + 1 - n / 4).fold([0.0; 3], larger);
+        let relative = |to: [f64; 3]| {
+            let pairs = tail.into_iter().zip(to).filter(|&(_, size)| size > 0.0);
+            pairs.fold(0.0, |most: f64, (tail, size)| most.max(tail / size))
+        };
+        fit.error = relative(largest);
+        fit.good = fit.error <= NOISE || relative(smallest) <= SMALL;
+        if fit.error > NOISE && n < STEPS {
             n *= 2;
             continue;
         }
-        let matters = |c: &[f64; 3]| c.iter().zip(scale).any(|(v, s)| v.abs() > STORED * s);
-        fit.len = fit.coefficients.iter().take(n).rposition(matters).map_or(1, |last| last + 1);
+        let matters = |c: &[f64; 3]| c.iter().zip(largest).any(|(v, s)| v.abs() > STORED * s);
+        fit.len = fit.coefficients.iter().take(n + 1).rposition(matters).map_or(1, |last| last + 1);
         return Ok(fit);
     }
 }
@@ -55,59 +86,80 @@ fn larger(mut most: [f64; 3], c: &[f64; 3]) -> [f64; 3] {
     most
 }
 
-/// Interpolation at x_k = cos(pi (k + 1/2)/n): c_j = (2 - [j = 0])/n sum_k f(x_k) cos(j pi (k + 1/2)/n).
-fn interpolate(n: usize, sample: &mut dyn FnMut(f64) -> Option<[f64; 3]>) -> Result<Fit> {
-    // cos(pi m/(2n)) for m in 0..4n, from the first octant so that symmetric ones are equal
-    let mut cosines = [0.0; 4 * CAPACITY];
-    let quarter = |m: usize| (PI * m as f64 / (2.0 * n as f64)).cos();
-    for (m, slot) in cosines.iter_mut().take(4 * n).enumerate() {
-        let fold = if m > 2 * n { 4 * n - m } else { m };
-        *slot = if fold <= n { quarter(fold) } else { -quarter(2 * n - fold) };
-        if fold == n {
-            *slot = 0.0;
-        }
+fn smaller(mut least: [f64; 3], c: &[f64; 3]) -> [f64; 3] {
+    least.iter_mut().zip(c).for_each(|(m, v)| *m = m.min(*v));
+    least
+}
+
+/// cos(pi m/64) for any m, from the first octant so that symmetric ones are equal.
+fn cosines() -> impl Fn(usize) -> f64 {
+    const STEPS: usize = CAPACITY - 1;
+    let mut quarter = [0.0; STEPS / 2 + 1];
+    for (m, slot) in quarter.iter_mut().enumerate() {
+        let angle = PI * m as f64 / STEPS as f64;
+        *slot = if 4 * m <= STEPS { angle.cos() } else { (0.5 * PI - angle).sin() };
     }
-    let cosine = |m: usize| cosines.get(m % (4 * n).max(1)).copied().unwrap_or(0.0);
-    let mut fit = Fit { coefficients: [[0.0; 3]; CAPACITY], len: n, error: 0.0, size: [0.0; 3], missed: [0.0; 3] };
-    for k in 0..n {
-        let values = sample(cosine(2 * k + 1)).ok_or(Error::NotFinite)?;
-        for (j, c) in fit.coefficients.iter_mut().take(n).enumerate() {
-            let factor = if j == 0 { 1.0 } else { 2.0 } / n as f64 * cosine(j * (2 * k + 1));
-            c.iter_mut().zip(values).for_each(|(sum, v)| *sum += factor * v);
-        }
+    if let Some(last) = quarter.last_mut() {
+        *last = 0.0;
     }
-    Ok(fit)
+    move |m: usize| {
+        let m = m % (2 * STEPS);
+        let fold = if m > STEPS { 2 * STEPS - m } else { m };
+        let (sign, place) = if 2 * fold <= STEPS { (1.0, fold) } else { (-1.0, STEPS - fold) };
+        sign * quarter.get(place).copied().unwrap_or(0.0)
+    }
 }
 
 /// sum c_k T_k(x), by Clenshaw's recurrence.
 #[inline(always)]
-pub(crate) fn clenshaw<T: Real>(coefficients: &[[T; 3]], x: T) -> [T; 3] {
+pub(crate) fn clenshaw<T: Real>(coefficients: &[[f64; 3]], x: T) -> [T; 3] {
     let twice = x + x;
     let (mut b1, mut b2) = ([T::ZERO; 3], [T::ZERO; 3]);
     let Some((first, rest)) = coefficients.split_first() else { return b1 };
     for c in rest.iter().rev() {
+        let c = c.map(T::from_f64);
         let next = [twice * b1[0] - b2[0] + c[0], twice * b1[1] - b2[1] + c[1], twice * b1[2] - b2[2] + c[2]];
         b2 = b1;
         b1 = next;
     }
-    [x * b1[0] - b2[0] + first[0], x * b1[1] - b2[1] + first[1], x * b1[2] - b2[2] + first[2]]
+    let c = first.map(T::from_f64);
+    [x * b1[0] - b2[0] + c[0], x * b1[1] - b2[1] + c[1], x * b1[2] - b2[2] + c[2]]
 }
 
 /// sum c_k x^k, three at once.
 #[inline(always)]
-pub(crate) fn horner3<T: Real>(coefficients: &[[T; 3]], x: T) -> [T; 3] {
-    coefficients.iter().rev().fold([T::ZERO; 3], |sum, c| [sum[0] * x + c[0], sum[1] * x + c[1], sum[2] * x + c[2]])
+pub(crate) fn horner3<T: Real>(coefficients: &[[f64; 3]], x: T) -> [T; 3] {
+    coefficients.iter().rev().fold([T::ZERO; 3], |sum, c| {
+        let c = c.map(T::from_f64);
+        [sum[0] * x + c[0], sum[1] * x + c[1], sum[2] * x + c[2]]
+    })
+}
+
+/// [`horner3`] in two words.
+pub(crate) fn horner_words(high: &[[f64; 3]], low: &[[f64; 3]], x: DoubleWord<f64>) -> [f64; 3] {
+    let mut sums = [DoubleWord::ZERO; 3];
+    for (high, low) in high.iter().zip(low).rev() {
+        for ((sum, &hi), &lo) in sums.iter_mut().zip(high).zip(low) {
+            *sum = *sum * x + DoubleWord { hi, lo };
+        }
+    }
+    sums.map(|sum| sum.hi)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    /// Functions of size 1, but for those that are larger.
+    fn of(values: [f64; 3]) -> Option<Sample> {
+        Some(Sample { values, sizes: values.map(|v| v.abs().max(1.0)) })
+    }
+
     #[test]
     fn fits_analytic_functions_to_rounding() {
         let f = |x: f64| [x.exp(), (5.0 * x).sin(), 1.0 / (2.0 + x)];
-        let fit = fit(CAPACITY, |x| Some(f(x))).unwrap();
-        assert!(fit.len < 48 && fit.error <= NOISE, "{} {}", fit.len, fit.error);
+        let fit = fit(|x| of(f(x))).unwrap();
+        assert!(fit.len < 48 && fit.good, "{} {}", fit.len, fit.error);
         for k in 0..=100 {
             let x = -1.0 + 0.02 * f64::from(k);
             let got = clenshaw(&fit.coefficients[..fit.len], x);
@@ -118,8 +170,11 @@ mod tests {
 
     #[test]
     fn a_slow_series_reports_what_it_misses_and_nan_is_refused() {
-        let fit = fit(64, |x| Some([x.abs(), 0.0, 0.0])).unwrap();
-        assert!(fit.error > 1e-5 && fit.len <= 64);
-        assert_eq!(super::fit(64, |x| (x < 0.5).then_some([x; 3])).err(), Some(Error::NotFinite));
+        let fit = fit(|x| of([x.abs(), 0.0, 0.0])).unwrap();
+        assert!(fit.error > 1e-5 && fit.len == CAPACITY && !fit.good);
+        let refused = super::fit(|x| if x < 0.5 { of([x; 3]) } else { None });
+        assert_eq!(refused.err(), Some(Error::NotFinite));
+        let uneven = super::fit(|x| of([1.0, (5.0 * x).exp(), 1.0])).unwrap();
+        assert!(uneven.len == 0 && !uneven.good);
     }
 }

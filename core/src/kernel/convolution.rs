@@ -9,28 +9,41 @@
 //! -psi'/(2 pi y), because (-1/(2 pi r)) d/dr carries a radial function with a given Fourier transform from d to d + 2
 //! dimensions (and back: apply it to both factors). It is regular at r = 0 and cancels nothing. The Laplacian is that of
 //! K convolved with psi where it is integrable, else grad K * grad psi, the distributional one.
+//!
+//! Each integral comes with its size, the outer integral of the magnitudes: what its roundings are relative to, some 1e-15 of it.
 
 use core::f64::consts::PI;
 
-use super::profile::{Profile, TERMS, horner, sphere};
-use super::quadrature::{DoubleExponential, GAUSS, gauss_legendre};
-use crate::real::Real;
+use super::profile::{Factors, Profile, TERMS, sphere};
+use super::quadrature::{DoubleExponential, gauss_legendre};
+use crate::real::{DoubleWord, Real};
 use crate::special::bessel::{i0_scaled, i1_scaled_over_x};
 
 /// Half-width of the interval on which a Gaussian counts: e^{-6.6^2} = 1.2e-19.
 pub(crate) const REACH: f64 = 6.6;
 
+/// Nodes of the inner rule: in the plane, where the integrand is a trigonometric polynomial of degree 14 on part of a circle; and elsewhere,
+/// where it is a polynomial of degree 13.
+const PLANE: usize = 28;
+const LINE: usize = 8;
+
 /// The rules and the mollifier, ready for many targets.
 pub(crate) struct Convolution {
     dimension: usize,
     profile: Profile,
-    /// Coefficients of b'.
-    slope: [f64; TERMS],
+    /// b and b'.
+    factors: [Factors; 2],
     outer: DoubleExponential,
-    inner: [(f64, f64); GAUSS],
+    plane: [(f64, f64); PLANE],
+    line: [(f64, f64); LINE],
     /// The rate at which the kernel decays: under a Gaussian it moves the integrand's peak.
     kappa: f64,
+    /// The half-width, in widths of a Gaussian, beyond which its product with the kernel counts for nothing.
+    reach: f64,
 }
+
+/// What decays over 1/kappa counts for nothing after so many, the growth of a mollifier's power t^9 included.
+const DECAYED: f64 = 90.0;
 
 /// Below this q the integral over directions of grad psi is taken from its Taylor series: its terms cancel there.
 const SMALL: f64 = 1e-6;
@@ -42,90 +55,204 @@ struct Directions {
     weak: f64,
 }
 
-impl Convolution {
-    pub(crate) fn new(dimension: usize, profile: Profile, kappa: f64) -> Self {
-        let mut slope = [0.0; TERMS];
-        if let Profile::Compact { b, .. } = profile {
-            for (k, (slot, &c)) in slope.iter_mut().zip(b.iter().skip(1)).enumerate() {
-                *slot = (k as f64 + 1.0) * c;
-            }
-        }
-        Self { dimension, profile, slope, outer: DoubleExponential::new(), inner: gauss_legendre(), kappa }
+/// The number before 1.
+const FAR: f64 = 1.0 - 0.5 * f64::EPSILON;
+
+/// A target's distance, in units of delta.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Target {
+    r: f64,
+    /// 1 - r, to its last bits: next to the edge a rough kernel feels them.
+    gap: f64,
+}
+
+impl Target {
+    /// The target with t = 1 - r^2 in [0, 1].
+    pub(crate) fn inside(t: f64) -> Self {
+        let r = (1.0 - t).sqrt();
+        Self { r, gap: t / (1.0 + r) }
     }
 
-    /// Value, gradient factor and Laplacian at r. `kernel(q, y)` gives K, K'/q and its Laplacian at distance q = r + y;
-    /// `weak` asks for grad K * grad psi. None when a value is not finite.
-    pub(crate) fn at(&self, r: f64, weak: bool, kernel: &mut dyn FnMut(f64, f64) -> [f64; 3]) -> Option<[f64; 3]> {
-        let mut total = [0.0; 3];
+    /// The target with t = 1 - 1/r^2 in [0, 1]; for t = 1 one that is far away.
+    pub(crate) fn outside(t: f64) -> Self {
+        let t = t.min(FAR);
+        let r = 1.0 / (1.0 - t).sqrt();
+        Self { r, gap: -t * r / (1.0 + 1.0 / r) }
+    }
+
+    /// The target with t = 1 - 1/r in [0, 1], likewise.
+    pub(crate) fn reciprocal(t: f64) -> Self {
+        let t = t.min(FAR);
+        let r = 1.0 / (1.0 - t);
+        Self { r, gap: -t * r }
+    }
+
+    /// The target at distance r, away from the edge or where it does not matter.
+    pub(crate) fn at(r: f64) -> Self {
+        Self { r, gap: 1.0 - r }
+    }
+
+    pub(crate) fn r(self) -> f64 {
+        self.r
+    }
+
+    /// 1 - r^2.
+    pub(crate) fn t(self) -> f64 {
+        self.gap * (1.0 + self.r)
+    }
+}
+
+/// Value, gradient factor and Laplacian, and their sizes.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Sample {
+    pub(crate) values: [f64; 3],
+    pub(crate) sizes: [f64; 3],
+}
+
+impl Sample {
+    pub(crate) const ZERO: Self = Self { values: [0.0; 3], sizes: [0.0; 3] };
+}
+
+/// Running sums of an integral.
+struct Sums {
+    values: [DoubleWord<f64>; 3],
+    sizes: [f64; 3],
+}
+
+impl Sums {
+    const ZERO: Self = Self { values: [DoubleWord::ZERO; 3], sizes: [0.0; 3] };
+}
+
+impl Convolution {
+    /// For a kernel that decays like e^{-kappa q}, or grows like q^`growth`.
+    pub(crate) fn new(dimension: usize, profile: Profile, kappa: f64, growth: f64) -> Self {
+        Self {
+            dimension,
+            profile,
+            factors: profile.factors(),
+            outer: DoubleExponential::new(),
+            plane: gauss_legendre(),
+            line: gauss_legendre(),
+            kappa,
+            // q^p e^{-q^2} is largest at sqrt(p/2), and below 1e-17 of that from here on, up to p = 50
+            reach: REACH + 0.125 * growth.max(0.0),
+        }
+    }
+
+    /// Value, gradient factor and Laplacian at a target. `kernel(q, y)` gives K, K' and its Laplacian at distance q = r + y, all times
+    /// q^(d-1), so that none overflows where q is tiny; `weak` asks for grad K * grad psi. None when a value is not finite.
+    pub(crate) fn at(
+        &self,
+        target: Target,
+        weak: bool,
+        kernel: &mut dyn FnMut(f64, f64) -> [f64; 3],
+    ) -> Option<Sample> {
+        let Target { r, gap } = target;
+        let mut total = Sample::ZERO;
         match self.profile {
-            Profile::Compact { b, .. } => {
-                let (near, far) = if r < 1.0 { (1.0 - r, 2.0 * r) } else { (0.0, 2.0) };
-                self.segment(0.0, near, r, weak, kernel, &mut total, &mut |q, y| self.compact(&b, r, q, y));
-                let start = if r < 1.0 { near } else { r - 1.0 };
-                self.segment(start, far, r, weak, kernel, &mut total, &mut |q, y| self.compact(&b, r, q, y));
+            Profile::Compact { exponent, .. } => {
+                let inside = gap > 0.0;
+                let small = if weak && inside { self.slope_at_centre(r, gap) } else { 0.0 };
+                // 1 + y = gap + q, without a cancellation where q starts at -gap
+                if inside {
+                    let mut directions = |q, y, x| self.compact(r, gap + x, small, q, y);
+                    let near = gap.min(DECAYED / self.kappa);
+                    self.segment([0.0, -r, near], weak, kernel, 1.0, &mut total, &mut directions);
+                }
+                let (start, from, lift) = if inside { (gap, gap - r, 2.0 * gap) } else { (-gap, -1.0, 0.0) };
+                // Where the kernel decays at a large rate, the rule's nodes are for the rest of it.
+                let whole = (if inside { 2.0 * r } else { 2.0 }).min(DECAYED / self.kappa);
+                // Next to the edge of a rough mollifier the integrand is a power of q from q = |gap| on: decade by decade.
+                let decades = weak && exponent == 1 && start > 0.0;
+                let mut done = 0.0;
+                while done < whole {
+                    let next = if decades { (done + 9.0 * (start + done)).min(whole) } else { whole };
+                    let mut directions = |q, y, x| self.compact(r, lift + done + x, small, q, y);
+                    let piece = [start + done, from + done, next - done];
+                    self.segment(piece, weak, kernel, 1.0, &mut total, &mut directions);
+                    done = next;
+                }
             }
             Profile::Gaussian { parts, .. } => {
                 for (weight, width) in parts.into_iter().filter(|&(weight, _)| weight != 0.0) {
-                    let reach = REACH * width;
-                    let start = (r - reach - 0.5 * self.kappa * width * width).max(0.0);
-                    let mut add = [0.0; 3];
-                    let mut directions = |q, y| self.gaussian(width, r, q, y);
-                    self.segment(start, r - start, r, weak, kernel, &mut add, &mut directions);
-                    self.segment(r, reach, r, weak, kernel, &mut add, &mut directions);
-                    total.iter_mut().zip(add).for_each(|(sum, part)| *sum += weight * part);
+                    // e^{-kappa y - (y/width)^2} is largest at y = -shift, if q > 0 there: both sides of it, as far as it counts.
+                    let shift = 0.5 * self.kappa * width * width;
+                    let before = r.min(shift);
+                    let steep = (shift - before) / width;
+                    let left = (r - before).min(self.reach * width);
+                    let right = width * ((steep * steep + self.reach * self.reach).sqrt() - steep);
+                    let mut directions = |q, y, _| self.gaussian(width, r, q, y);
+                    let peak = r - before;
+                    let sides = [[peak - left, -before - left, left], [peak, -before, right]];
+                    for side in sides {
+                        self.segment(side, weak, kernel, weight, &mut total, &mut directions);
+                    }
                 }
             }
         }
-        total.iter().all(|v| v.is_finite()).then_some(total)
+        total.values.iter().all(|v| v.is_finite()).then_some(total)
     }
 
-    /// Adds the integral over q in [start, start + length].
-    #[allow(clippy::too_many_arguments, reason = "one integral, stated once for both mollifiers")]
+    /// Adds the integral over q from `start` on, y from `from` on, times a weight. (Where r is large, y = q - r would cancel.)
     fn segment(
         &self,
-        start: f64,
-        length: f64,
-        r: f64,
+        [start, from, length]: [f64; 3],
         weak: bool,
         kernel: &mut dyn FnMut(f64, f64) -> [f64; 3],
-        total: &mut [f64; 3],
-        directions: &mut dyn FnMut(f64, f64) -> Directions,
+        factor: f64,
+        total: &mut Sample,
+        directions: &mut dyn FnMut(f64, f64, f64) -> Directions,
     ) {
         if length <= 0.0 {
             return;
         }
-        let mut sums = [0.0; 3];
+        let mut sums = Sums::ZERO;
         self.outer.integrate(length, |x, weight| {
-            let q = start + x;
-            // the offset from the target without a subtraction of nearly equal numbers where r is large
-            let y = (start - r) + x;
-            let at = directions(q, y);
-            let [value, gradient, laplacian] = kernel(q, y);
-            let volume = weight * Real::powi(q, self.dimension.saturating_sub(1) as u32);
-            let last = if weak { gradient * q * at.weak } else { laplacian * at.plain };
-            let add = [volume * value * at.plain, volume * q * q * gradient * at.raised, volume * last];
+            let (q, y) = (start + x, from + x);
+            let at = directions(q, y, x);
+            let [value, slope, laplacian] = kernel(q, y);
+            let last = if weak { slope * at.weak } else { laplacian * at.plain };
+            let add = [weight * value * at.plain, weight * q * slope * at.raised, weight * last];
             let mut matters = false;
-            for (sum, part) in sums.iter_mut().zip(add) {
-                *sum += part;
+            for ((sum, size), part) in sums.values.iter_mut().zip(&mut sums.sizes).zip(add) {
+                *sum = sum.plus(part);
+                *size += part.abs();
                 // a NaN must not look like nothing
-                matters |= part.is_nan() || part.abs() > 1e-20 * sum.abs();
+                matters |= part.is_nan() || part.abs() > 1e-20 * *size;
             }
             matters
         });
-        total.iter_mut().zip(sums).for_each(|(t, s)| *t += s);
+        for k in 0..3 {
+            let (Some(value), Some(size)) = (total.values.get_mut(k), total.sizes.get_mut(k)) else { continue };
+            *value += factor * sums.values.get(k).map_or(0.0, |v| v.hi);
+            *size += factor.abs() * sums.sizes.get(k).copied().unwrap_or(0.0);
+        }
     }
 
-    /// Directions for b(t): t = (1 - y)(1 + y) - 2 r q (1 - c) is linear in the cosine c.
-    fn compact(&self, b: &[f64; TERMS], r: f64, q: f64, y: f64) -> Directions {
+    /// The limit as q goes to 0 of the integral over directions of w . grad psi, over -q S_d: Laplacian psi/d, psi_ss = b'', psi_s = -b'.
+    fn slope_at_centre(&self, r: f64, gap: f64) -> f64 {
+        let Profile::Compact { b, .. } = self.profile else { return 0.0 };
+        let (n, t) = (self.dimension as f64, gap * (1.0 + r));
+        let curvature = b.iter().zip(0..TERMS as u32).skip(2).rev().fold(DoubleWord::ZERO, |sum, (&c, k)| {
+            sum * t + DoubleWord::from(c) * (f64::from(k) * (f64::from(k) - 1.0))
+        });
+        let [_, slope] = &self.factors;
+        (4.0 * r * r * curvature.hi - 2.0 * n * slope.at(t)) / n
+    }
+
+    /// Directions for b(t): t = (1 - y)(1 + y) - 2 r q (1 - c) is linear in the cosine c. `lift` is 1 + y, `small`
+    /// [`Convolution::slope_at_centre`].
+    fn compact(&self, r: f64, lift: f64, small: f64, q: f64, y: f64) -> Directions {
         let d = self.dimension;
-        let top = (1.0 - y) * (1.0 + y);
+        let [b, slope] = &self.factors;
+        let top = (1.0 - y) * lift;
         let twice = 2.0 * r * q;
         let mut sums = Directions { plain: 0.0, raised: 0.0, weak: 0.0 };
         let mut add = |one_minus_c: f64, plain: f64, raised: f64| {
             let t = top - twice * one_minus_c;
             if t > 0.0 {
-                let slope = horner(&self.slope, t);
-                sums.plain += plain * horner(b, t);
+                let slope = slope.at(t);
+                sums.plain += plain * b.at(t);
                 sums.raised += raised * slope;
                 // psi'/y = -2 b'/S_d; r c - q = -y - r (1 - c)
                 sums.weak += plain * (y + r * one_minus_c) * 2.0 * slope;
@@ -133,45 +260,38 @@ impl Convolution {
         };
         // 1 - c runs to 2, or to where t = 0.
         let whole = 2.0 * twice <= top;
-        let small = whole && q < SMALL;
         match d {
             2 => {
                 // c = cos theta: directions are 2 dtheta, and 4 pi sin^2 theta dtheta two dimensions up.
                 let end = if whole { PI } else { 2.0 * libm::asin((0.5 * top / twice).max(0.0).sqrt()) };
-                for &(x, w) in &self.inner {
-                    let half = 0.5 * end * x;
-                    let (sine, cosine) = (half.sin(), half.cos());
-                    let full = 2.0 * sine * cosine;
-                    add(2.0 * sine * sine, 2.0 * end * w, 4.0 * PI * end * w * full * full);
+                for &(x, w) in &self.plane {
+                    let sine = (0.5 * end * x).sin();
+                    let square = sine * sine;
+                    // 1 - c = 2 sin^2(theta/2), sin^2 theta = 4 sin^2(theta/2) cos^2(theta/2)
+                    add(2.0 * square, 2.0 * end * w, 16.0 * PI * end * w * square * (1.0 - square));
                 }
             }
             1 => {
                 add(0.0, 1.0, 0.0);
                 add(2.0, 1.0, 0.0);
                 let end = if whole { 2.0 } else { top / twice };
-                for &(x, w) in &self.inner {
+                for &(x, w) in &self.line {
                     add(end * x, 0.0, 2.0 * PI * end * w);
                 }
             }
             _ => {
                 // 2 pi dc, and 2 pi^2 (1 - c^2) dc two dimensions up.
                 let end = if whole { 2.0 } else { top / twice };
-                for &(x, w) in &self.inner {
+                for &(x, w) in &self.line {
                     let z = end * x;
                     add(z, 2.0 * PI * end * w, 2.0 * PI * PI * end * w * z * (2.0 - z));
                 }
             }
         }
         let s = sphere(d);
-        if small {
-            // int (w . grad psi)(x - q w) dw = -q S_d/d Laplacian psi + O(q^3); psi_ss = b'', psi_s = -b'
-            let t = (1.0 - r) * (1.0 + r);
-            let mut curvature = [0.0; TERMS];
-            for (k, (slot, &c)) in curvature.iter_mut().zip(self.slope.iter().skip(1)).enumerate() {
-                *slot = (k as f64 + 1.0) * c;
-            }
-            let n = d as f64;
-            sums.weak = -q * s / n * (4.0 * r * r * horner(&curvature, t) - 2.0 * n * horner(&self.slope, t));
+        if whole && q < SMALL {
+            // up to O(q^3)
+            sums.weak = -q * s * small;
         }
         // -psi'/(2 pi y) = b'/(pi S_d)
         Directions { plain: sums.plain / s, raised: sums.raised / (PI * s), weak: sums.weak / s }

@@ -156,8 +156,7 @@ impl<T: Real, const D: usize> Kernel<'_, T, D> {
         let series = self.others.first().map_or(&[][..], |others| others.series);
         for part in self.parts() {
             let panel = part.panel(series, 0)?;
-            let end = panel.start.checked_add(panel.len.checked_mul(3)?)?;
-            let coefficients = series.get(panel.start..end)?.as_chunks::<3>().0;
+            let coefficients = panel.coefficients(series);
             let to: [&mut [T]; 3] = match panel.variable {
                 Variable::EdgePowers if panel.len <= EDGE => {
                     near.edge_terms = near.edge_terms.max(panel.len);

@@ -1,24 +1,32 @@
 //! Preparing one term: which closed form or fit serves it, and its tables.
+//!
+//! A fit is divided into panels until each function's size changes by no more than a factor of 64 on any: roundings are relative to the largest
+//! size on a panel. Sizes are those of the convolution ([`Sample`]) or of the bare kernel at the mollifier's length, whichever is larger.
 
 use core::cell::Cell;
 
 use super::chebyshev::{CAPACITY, Fit, fit};
-use super::convolution::{Convolution, REACH};
-use super::edge_series::{LENGTH, exact, exterior_factor, laurent, odd_power, series};
+use super::convolution::{Convolution, REACH, Sample, Target};
+use super::edge_series::{LENGTH, exact, exterior_factor, laurent, odd_power, screened_edge, series};
 use super::law::{Law, RadialKernel, is_multiple};
-use super::part::{HEADER, Outer, Panel, Part, Variable};
-use super::profile::{Profile, TERMS, horner, sphere};
+use super::part::{HEADER, Outer, Panel, Part, Variable, rooted};
+use super::profile::{Profile, TERMS, sphere};
 use crate::error::{Error, Result};
 use crate::real::{DoubleWord, Real};
 
-/// Most panels inside for a Gaussian: [0, 1], [1, 2], [2, 4], ... [256, 512] in units of delta.
-const GAUSSIAN_PANELS: usize = 10;
-/// Most coefficients of each.
-const GAUSSIAN_CAPACITY: usize = 64;
+/// Most panels of a fit: inside, or for a Gaussian mollifier up to where its field is the exterior one; and outside.
+const INNER: usize = 24;
+const OUTER: usize = 8;
+/// Room for the coefficients of both, in triples: most panels need 20 to 30.
+const TRIPLES: usize = 560;
 /// Most octaves of a user's kernel.
 pub(crate) const USER_OCTAVES: usize = 40;
 /// Up to this kappa the series from the edge loses less than a digit.
 const SERIES_KAPPA: f64 = 3.0;
+
+/// The roughest mollifier for a power law has M = 1 and p + d - 1 = 0.08: below, the Laplacian at the edge grows like 1/(p + d - 1), and what the
+/// integrals leave out next to the singularity, 1e-250^(p + d - 1), is felt.
+const ROUGHEST: f64 = 0.08;
 
 /// How a term will be represented: decided by the law, the mollifier's kind and the dimension alone, so that sizes are
 /// known before delta is.
@@ -28,10 +36,8 @@ enum Form {
     Bare,
     /// Powers inside and outside.
     Closed,
-    /// One fit inside and one outside.
+    /// Fits inside and outside.
     Fitted,
-    /// Fits on octaves and one outside.
-    Gaussian,
     /// Fits on octaves from a user's callback.
     Supplied,
 }
@@ -45,49 +51,85 @@ fn form(law: Law, profile: Option<&Profile>, dimension: usize) -> Form {
     {
         return Form::Closed;
     }
-    match profile {
-        Profile::Compact { .. } => Form::Fitted,
-        Profile::Gaussian { .. } => Form::Gaussian,
-    }
+    Form::Fitted
 }
 
 /// Numbers that a term's tables may take.
 pub(crate) fn capacity(law: Option<Law>, profile: Option<&Profile>, dimension: usize) -> usize {
-    let (panels, each) = match law.map_or(Form::Supplied, |law| form(law, profile, dimension)) {
-        Form::Bare => return 0,
-        Form::Closed => (2, LENGTH),
-        Form::Fitted => (2, CAPACITY),
-        Form::Gaussian => (GAUSSIAN_PANELS + 1, GAUSSIAN_CAPACITY),
-        Form::Supplied => (USER_OCTAVES + 2, GAUSSIAN_CAPACITY),
-    };
-    panels * (HEADER + 3 * each)
+    match law.map_or(Form::Supplied, |law| form(law, profile, dimension)) {
+        Form::Bare => 0,
+        Form::Closed => 2 * (HEADER + 6 * LENGTH),
+        Form::Fitted => (INNER + OUTER) * HEADER + 3 * TRIPLES,
+        Form::Supplied => (USER_OCTAVES + 2) * (HEADER + 3 * CAPACITY),
+    }
+}
+
+/// A Chebyshev series' variable, `scale` and `shift` that bring it to [-1, 1], and the root that is taken of it.
+#[derive(Clone, Copy)]
+struct Axis {
+    variable: Variable,
+    scale: f64,
+    shift: f64,
+    root: f64,
+}
+
+impl Axis {
+    /// From v = `from` to v = `to`.
+    fn between(variable: Variable, root: f64, from: f64, to: f64) -> Self {
+        let scale = 2.0 / (to - from);
+        Self { variable, scale, shift: -1.0 - from * scale, root }
+    }
+
+    /// From t = 0, at the edge, to t = `to`.
+    fn edge(variable: Variable, root: f64, to: f64) -> Self {
+        Self::between(variable, root, if root == 0.0 { rooted(0.0, root) } else { 0.0 }, rooted(to, root))
+    }
+
+    fn powers(variable: Variable) -> Self {
+        Self { variable, scale: 0.0, shift: 0.0, root: 1.0 }
+    }
+
+    /// t at x on an axis from the edge.
+    fn t(&self, x: f64) -> f64 {
+        let v = ((x - self.shift) / self.scale).max(if self.root == 0.0 { f64::NEG_INFINITY } else { 0.0 });
+        if self.root == 0.0 {
+            Real::exp(v)
+        } else if self.root == 0.5 {
+            v * v
+        } else if self.root == 0.25 {
+            (v * v) * (v * v)
+        } else {
+            Real::pow(v, 1.0 / self.root)
+        }
+    }
 }
 
 /// Writes the tables of one part after another.
-pub(crate) struct Builder<'a, T> {
-    tables: &'a mut [T],
+pub(crate) struct Builder<'a> {
+    tables: &'a mut [f64],
     headers: usize,
     next: usize,
-    /// The largest part that a fit misses, relative to the largest coefficient of this and the panels inside of it.
+    /// The largest part that a fit misses, relative to the function's size on its panel.
     pub(crate) error: f64,
-    size: [f64; 3],
     /// No panel reaches further.
     limit: f64,
+    /// No coefficient is larger: the sum's scalar.
+    largest: f64,
     /// The sum of all screened terms inside a compact mollifier, in powers of t and units of delta, and the place reserved
     /// for it: psi and the Newtonian part of each, large at small delta, cancel in a Morse potential before they round.
     screened: [[DoubleWord<f64>; 3]; LENGTH],
     reserved: Option<(usize, usize)>,
 }
 
-impl<'a, T: Real> Builder<'a, T> {
-    pub(crate) fn new(tables: &'a mut [T]) -> Self {
+impl<'a> Builder<'a> {
+    pub(crate) fn new(tables: &'a mut [f64], largest: f64) -> Self {
         Self {
             tables,
             headers: 0,
             next: 0,
             error: 0.0,
-            size: [0.0; 3],
             limit: f64::INFINITY,
+            largest,
             screened: [[DoubleWord::ZERO; 3]; LENGTH],
             reserved: None,
         }
@@ -96,38 +138,70 @@ impl<'a, T: Real> Builder<'a, T> {
     /// Reserves headers for a part; answers with the place of the first.
     fn begin(&mut self, panels: usize) -> usize {
         self.headers = self.next;
-        self.size = [0.0; 3];
         self.next += panels * HEADER;
         self.headers
     }
 
-    /// Stores a panel: coefficients times `factors`, `scale` and `shift` of its variable.
-    fn panel(
-        &mut self,
-        end: f64,
-        (variable, scale, shift): (Variable, f64, f64),
-        coefficients: &[[f64; 3]],
-        factors: [f64; 3],
-    ) -> Result<()> {
-        let real = |x: f64| T::from_f64(x);
-        let len = coefficients.len();
-        let start = self.next;
-        let room = self.tables.get_mut(start..).ok_or(Error::WorkspaceTooSmall)?;
-        let (triples, _) = room.as_chunks_mut::<3>();
-        let slots = triples.get_mut(..len).ok_or(Error::WorkspaceTooSmall)?;
-        for (slot, c) in slots.iter_mut().zip(coefficients) {
-            *slot = [real(c[0] * factors[0]), real(c[1] * factors[1]), real(c[2] * factors[2])];
-            if slot.iter().any(|v| !v.is_finite()) {
-                return Err(Error::OutOfDomain);
-            }
-        }
-        self.next += 3 * len;
-        let header =
-            Panel { end: real(end.min(self.limit)), variable, start, len, scale: real(scale), shift: real(shift) };
+    /// Refuses a number that the sum's scalar does not hold.
+    fn hold(&self, value: f64) -> Result<f64> {
+        if value.abs() <= self.largest { Ok(value) } else { Err(Error::OutOfDomain) }
+    }
+
+    /// Stores a panel's header.
+    fn header(&mut self, end: f64, axis: Axis, start: usize, len: usize) -> Result<()> {
+        let Axis { variable, scale, shift, root } = axis;
+        let header = Panel { end: end.min(self.limit), variable, start, len, scale, shift, root };
         let place = self.tables.get_mut(self.headers..).and_then(|t| t.first_chunk_mut::<HEADER>());
         *place.ok_or(Error::WorkspaceTooSmall)? = header.to_header();
         self.headers += HEADER;
         Ok(())
+    }
+
+    /// The next triples of the tables.
+    fn triples(&mut self, len: usize) -> Result<&mut [[f64; 3]]> {
+        let room = self.tables.get_mut(self.next..).ok_or(Error::WorkspaceTooSmall)?;
+        self.next += 3 * len;
+        room.as_chunks_mut::<3>().0.get_mut(..len).ok_or(Error::WorkspaceTooSmall)
+    }
+
+    /// Stores a panel of powers, in two words: coefficients times `factors`.
+    fn powers(
+        &mut self,
+        end: f64,
+        variable: Variable,
+        coefficients: &[[DoubleWord<f64>; 3]],
+        factors: [f64; 3],
+    ) -> Result<()> {
+        let (len, start) = (coefficients.len(), self.next);
+        let mut low = [[0.0; 3]; LENGTH];
+        for (k, c) in coefficients.iter().enumerate() {
+            let mut high = [0.0; 3];
+            for (n, (slot, (&c, factor))) in high.iter_mut().zip(c.iter().zip(factors)).enumerate() {
+                let product = c * factor;
+                *slot = self.hold(product.hi)?;
+                if let Some(low) = low.get_mut(k).and_then(|low| low.get_mut(n)) {
+                    // there is none where the product leaves the normal range
+                    *low = if product.lo.is_finite() { product.lo } else { 0.0 };
+                }
+            }
+            for slot in self.triples(1)? {
+                *slot = high;
+            }
+        }
+        self.triples(len)?.iter_mut().zip(low).for_each(|(slot, low)| *slot = low);
+        self.header(end, Axis::powers(variable), start, len)
+    }
+
+    /// Stores a fit: coefficients times `factors`.
+    fn fitted(&mut self, end: f64, axis: Axis, fit: &Fit, factors: [f64; 3]) -> Result<()> {
+        let (len, start) = (fit.len, self.next);
+        for c in fit.coefficients.iter().take(len) {
+            let [u, g, l] = factors;
+            let c = [self.hold(c[0] * u)?, self.hold(c[1] * g)?, self.hold(c[2] * l)?];
+            self.triples(1)?.iter_mut().for_each(|slot| *slot = c);
+        }
+        self.error = self.error.max(fit.error);
+        self.header(end, axis, start, len)
     }
 
     /// Writes the sum of the screened terms into its reserved place. Call once, after all terms.
@@ -136,28 +210,17 @@ impl<'a, T: Real> Builder<'a, T> {
         let a = 2.0 - dimension as f64;
         let s = sphere(dimension);
         let factors = [Real::pow(delta, a) / s, Real::pow(delta, a - 2.0) / s, Real::pow(delta, a - 2.0) / s];
-        let rounded = self.screened.map(|c| c.map(|v| v.hi));
-        let size = rounded
+        let screened = self.screened;
+        let size = screened
             .iter()
-            .fold([0.0_f64; 3], |m, c| [m[0].max(c[0].abs()), m[1].max(c[1].abs()), m[2].max(c[2].abs())]);
-        let matters = |c: &[f64; 3]| c.iter().zip(size).any(|(v, s)| v.abs() > 1e-18 * s);
-        let len = rounded.iter().rposition(matters).map_or(1, |last| last + 1);
+            .fold([0.0_f64; 3], |m, c| [m[0].max(c[0].hi.abs()), m[1].max(c[1].hi.abs()), m[2].max(c[2].hi.abs())]);
+        let matters = |c: &[DoubleWord<f64>; 3]| c.iter().zip(size).any(|(v, s)| v.hi.abs() > 1e-18 * s);
+        let len = screened.iter().rposition(matters).map_or(1, |last| last + 1);
         let (keep_headers, keep_next) = (self.headers, self.next);
         (self.headers, self.next) = (headers, start);
-        self.panel(delta, (Variable::EdgePowers, 0.0, 0.0), rounded.get(..len).unwrap_or(&[]), factors)?;
+        self.powers(delta, Variable::EdgePowers, screened.get(..len).unwrap_or(&[]), factors)?;
         (self.headers, self.next) = (keep_headers, keep_next);
         Ok(())
-    }
-
-    fn fitted(&mut self, end: f64, variable: (Variable, f64, f64), fit: &Fit, factors: [f64; 3]) -> Result<()> {
-        for (k, (size, (&largest, factor))) in self.size.iter_mut().zip(fit.size.iter().zip(factors)).enumerate() {
-            *size = size.max(largest * factor.abs());
-            let missed = fit.missed.get(k).copied().unwrap_or(0.0) * factor.abs();
-            if *size > 0.0 {
-                self.error = self.error.max(missed / *size);
-            }
-        }
-        self.panel(end, variable, fit.coefficients.get(..fit.len).unwrap_or(&[]), factors)
     }
 }
 
@@ -181,17 +244,11 @@ impl Task<'_> {
     }
 
     /// Prepares a known law, which is canonical and not Newtonian.
-    pub(crate) fn prepare<T: Real, const D: usize>(&self, law: Law, builder: &mut Builder<'_, T>) -> Result<Part<T>> {
+    pub(crate) fn prepare<const D: usize>(&self, law: Law, builder: &mut Builder<'_>) -> Result<Part<f64>> {
+        let outer = Outer::Bare { factor: self.coefficient };
+        let mut part = Part { law, radius: self.delta, panels: 1, plain: 1, first: 0, outer };
         let Some(profile) = self.profile else {
-            let outer = Outer::Bare { factor: T::from_f64(self.coefficient) };
-            return Ok(Part { law, radius: T::ZERO, panels: 0, first: 0, outer });
-        };
-        let mut part = Part {
-            law,
-            radius: T::from_f64(self.delta),
-            panels: 1,
-            first: 0,
-            outer: Outer::Bare { factor: T::from_f64(self.coefficient) },
+            return Ok(Part { radius: 0.0, panels: 0, plain: 0, ..part });
         };
         match (form(law, Some(profile), D), law) {
             (Form::Closed, Law::Power { exponent }) => {
@@ -201,31 +258,31 @@ impl Task<'_> {
             }
             (_, Law::Power { exponent }) => {
                 part.outer = if exponent == 0.0 {
-                    Outer::Log { coefficient: T::from_f64(self.coefficient) }
+                    Outer::Log { coefficient: self.coefficient }
                 } else {
                     Outer::Power { exponent }
                 };
                 self.fitted(law, &mut part, profile, builder)?;
             }
             (_, Law::Exponential { length }) => {
-                let kappa = self.delta / length;
                 let k = 1.0 / length;
-                part.outer = Outer::Exponential { k: T::from_f64(k) };
+                part.outer = Outer::Exponential { k };
                 if D == 3 && matches!(profile, Profile::Compact { .. }) {
-                    let (f, slope) = exterior_factor(kappa, D, profile).ok_or(Error::Unsupported)?;
-                    let real = |x: f64| T::from_f64(self.coefficient * x);
-                    part.outer = Outer::Yukawa { k: T::from_f64(k), plain: real(f), over_r: real(self.delta * slope) };
+                    let (f, slope) = exterior_factor(self.delta / length, D, profile).ok_or(Error::Unsupported)?;
+                    let plain = builder.hold(self.coefficient * f.hi)?;
+                    let over_r = builder.hold(self.coefficient * self.delta * slope)?;
+                    part.outer = Outer::Yukawa { k, plain, over_r };
                 }
                 self.fitted(law, &mut part, profile, builder)?;
             }
             (_, Law::Screened { k }) => {
                 let kappa = self.delta * k;
                 let (f, _) = exterior_factor(kappa, D, profile).ok_or(Error::Unsupported)?;
-                part.outer = Outer::Bare { factor: T::from_f64(self.coefficient * f) };
+                part.outer = Outer::Bare { factor: builder.hold(self.coefficient * f.hi)? };
                 match *profile {
                     Profile::Compact { b, .. } if kappa <= SERIES_KAPPA => {
                         part.first = builder.begin(1);
-                        self.screened_series::<T, D>(kappa, f, &b, builder)?;
+                        self.screened_series(kappa, f, &b, builder)?;
                     }
                     _ => self.fitted(law, &mut part, profile, builder)?,
                 }
@@ -236,17 +293,18 @@ impl Task<'_> {
     }
 
     /// Even powers, and odd ones in 1D and 3D: polynomials inside, finite Laurent sums outside.
-    fn closed_power<T: Real>(&self, p: f64, profile: &Profile, builder: &mut Builder<'_, T>) -> Result<()> {
+    fn closed_power(&self, p: f64, profile: &Profile, builder: &mut Builder<'_>) -> Result<()> {
         let d = self.dimension as f64;
+        let zero = [DoubleWord::ZERO; 3];
         let (c, terms) = laurent(p, self.dimension, profile).ok_or(Error::Unsupported)?;
         let (less, _) = laurent(p - 2.0, self.dimension, profile).unwrap_or(([DoubleWord::ZERO; LENGTH], 0));
-        let mut outside = [[0.0; 3]; LENGTH];
+        let mut outside = [zero; LENGTH];
         for (n, ((slot, &c), &l)) in outside.iter_mut().zip(&c).zip(&less).take(terms).enumerate() {
             // grad r^{p-2n} = (p-2n) r^{p-2n-2} x; Laplacian(|x|^p/p) = (p+d-2) |x|^{p-2}
-            *slot = [(c / p).hi, (c * (p - 2.0 * n as f64) / p).hi, (l * (p + d - 2.0)).hi];
+            *slot = [c / p, c * (p - 2.0 * n as f64) / p, l * (p + d - 2.0)];
         }
         let outside = outside.get_mut(..terms).unwrap_or(&mut []);
-        let mut inside = [[0.0; 3]; LENGTH];
+        let mut inside = [zero; LENGTH];
         let (variable, len) = if is_multiple(p, 2.0) {
             // the same polynomial in s: z^n s^{p/2} = s^{p/2-n}, one power less for the derivatives
             for (n, &[u, g, l]) in outside.iter().enumerate() {
@@ -261,32 +319,30 @@ impl Task<'_> {
             (Variable::SquarePowers, terms)
         } else {
             let (w, laplacian, len) = odd_power(p, self.dimension, profile).ok_or(Error::Unsupported)?;
-            let slopes = w.iter().skip(1).zip(1_u32..).map(|(&w, n)| -2.0 * f64::from(n) * w.hi);
+            let slopes = w.iter().skip(1).zip(1_u32..).map(|(&w, n)| w * (-2.0 * f64::from(n)));
             for (((slot, &u), g), &l) in inside.iter_mut().zip(&w).zip(slopes).zip(&laplacian) {
-                *slot = [u.hi, g, l.hi];
+                *slot = [u, g, l];
             }
             (Variable::EdgePowers, len)
         };
-        builder.panel(self.delta, (variable, 0.0, 0.0), inside.get(..len).unwrap_or(&[]), self.factors(p))?;
+        builder.powers(self.delta, variable, inside.get(..len).unwrap_or(&[]), self.factors(p))?;
         // the exact zeros of high orders need no multiplications
-        let used = outside.iter().rposition(|c| c.iter().any(|&v| v != 0.0)).map_or(0, |last| last + 1);
+        let used = outside.iter().rposition(|c| c.iter().any(|v| v.hi != 0.0)).map_or(0, |last| last + 1);
         let factors = [self.coefficient; 3];
-        builder.panel(0.0, (Variable::InversePowers, 0.0, 0.0), outside.get(..used).unwrap_or(&[]), factors)
+        builder.powers(0.0, Variable::InversePowers, outside.get(..used).unwrap_or(&[]), factors)
     }
 
     /// The screened kernel inside a compact mollifier: the series from the edge, added to the sum of such terms.
-    fn screened_series<T: Real, const D: usize>(
+    fn screened_series(
         &self,
         kappa: f64,
-        f: f64,
+        factor: DoubleWord<f64>,
         b: &[f64; TERMS],
-        builder: &mut Builder<'_, T>,
+        builder: &mut Builder<'_>,
     ) -> Result<()> {
-        let s = sphere(D);
-        let [value, gradient, _] = Law::Screened { k: kappa }.bare::<f64, D>(1.0);
         let source = exact(b);
-        let edge = |v: f64| DoubleWord::from(s * f * v);
-        let w = series(D, kappa, edge(value), edge(-0.5 * gradient), &source, LENGTH);
+        let (value, slope) = screened_edge(kappa, self.dimension, factor);
+        let w = series(self.dimension, kappa, value, slope, &source, LENGTH);
         let square = DoubleWord::product(kappa, kappa);
         for (n, slot) in builder.screened.iter_mut().enumerate() {
             let at = |series: &[DoubleWord<f64>], n: usize| series.get(n).copied().unwrap_or(DoubleWord::ZERO);
@@ -301,124 +357,201 @@ impl Task<'_> {
         // The first term's panel will hold the sum; the others' are empty.
         if builder.reserved.is_none() {
             builder.reserved = Some((builder.headers, builder.next));
-            builder.next += 3 * LENGTH;
+            builder.next += 6 * LENGTH;
             return Ok(());
         }
-        builder.panel(self.delta, (Variable::EdgePowers, 0.0, 0.0), &[], [0.0; 3])
+        builder.powers(self.delta, Variable::EdgePowers, &[], [0.0; 3])
     }
 
     /// Fits inside, and outside where there is no closed form.
-    fn fitted<T: Real>(
-        &self,
-        law: Law,
-        part: &mut Part<T>,
-        profile: &Profile,
-        builder: &mut Builder<'_, T>,
-    ) -> Result<()> {
-        let d = self.dimension as f64;
-        let unit = Unit::new(law, self.dimension, self.delta);
-        let convolution = Convolution::new(self.dimension, *profile, unit.kappa);
-        // from units of delta: powers delta^p, exponentials delta^0, screened ones delta^(2-d)
-        let factors = match law {
-            Law::Power { exponent } => self.factors(exponent),
-            Law::Exponential { .. } => self.factors(0.0),
-            Law::Screened { .. } | Law::Newtonian => self.factors(2.0 - d),
-        };
-        let logarithm = if law == (Law::Power { exponent: 0.0 }) { Real::log(self.delta) } else { 0.0 };
-        let inside = |rho: f64| {
-            let mut values = convolution.at(rho, unit.weak, &mut |q, _| unit.inside(q))?;
-            values[0] += logarithm;
-            if let Law::Screened { .. } = law {
-                values[2] = density(profile, self.dimension, rho) + unit.kappa * unit.kappa * values[0];
-            }
-            Some(values)
-        };
-        // Outside, the kernel relative to its size at the target. Next to the edge q still reaches 0, further out grad psi
-        // would only cancel.
-        let outside = |rho: f64| convolution.at(rho, unit.weak && rho < 1.5, &mut |q, y| unit.outside(q, y, rho));
-        let outer_factors = match law {
-            Law::Exponential { .. } => self.factors(0.0),
-            _ => [self.coefficient; 3],
-        };
+    fn fitted(&self, law: Law, part: &mut Part<f64>, profile: &Profile, builder: &mut Builder<'_>) -> Result<()> {
+        let unit = Unit::new(law, self.dimension, self.delta, *profile);
+        if unit.root > 0.0 && unit.root < ROUGHEST {
+            return Err(Error::Unsupported);
+        }
+        part.first = builder.begin(INNER + OUTER);
+        // What is not finite here is e^{kappa}.
+        let refuse = |error| if error == Error::NotFinite { Error::Unsupported } else { error };
         match profile {
             Profile::Compact { .. } => {
-                let needs_outer =
-                    matches!(part.outer, Outer::Power { .. } | Outer::Log { .. } | Outer::Exponential { .. });
-                part.first = builder.begin(if needs_outer { 2 } else { 1 });
-                let (fit, variable) = edge_fit(
-                    |v| (1.0 - v * v).max(0.0).sqrt(),
-                    |v| (1.0 - (v * v) * (v * v)).max(0.0).sqrt(),
-                    (Variable::RootEdge, Variable::FourthRootEdge),
-                    &inside,
-                )?;
-                builder.fitted(self.delta, (variable, 2.0, -1.0), &fit, factors)?;
-                if needs_outer {
-                    let reciprocal = matches!(part.outer, Outer::Exponential { .. });
-                    let (fit, variable) = if reciprocal {
-                        let fit = fit_unit(|v| outside(1.0 / (1.0 - v * v)))?;
-                        (fit, Variable::RootReciprocal)
-                    } else {
-                        edge_fit(
-                            |v| 1.0 / (1.0 - v * v).sqrt(),
-                            |v| 1.0 / (1.0 - (v * v) * (v * v)).sqrt(),
-                            (Variable::RootInverse, Variable::FourthRootInverse),
-                            &outside,
-                        )?
-                    };
-                    builder.fitted(0.0, (variable, 2.0, -1.0), &fit, outer_factors)?;
+                part.panels = self.inside(&unit, builder).map_err(refuse)?;
+                part.plain = part.panels;
+                if matches!(part.outer, Outer::Power { .. } | Outer::Log { .. } | Outer::Exponential { .. }) {
+                    part.panels += self.outside(&unit, builder).map_err(refuse)?;
                 }
             }
             Profile::Gaussian { parts, .. } => {
                 // Beyond this the field is the exterior solution up to e^{-43}.
                 let width = |&(w, c): &(f64, f64)| if w == 0.0 { 0.0 } else { c * (REACH + 0.5 * unit.kappa * c) };
                 let end = parts.iter().map(width).fold(0.0, f64::max);
-                let panels = octaves(end).ok_or(Error::Unsupported)?;
-                part.first = builder.begin(panels + 1);
-                part.panels = panels;
-                let (mut from, mut to) = (0.0, 1.0);
-                for _ in 0..panels {
-                    self.square_panel(from, to, factors, GAUSSIAN_CAPACITY, &inside, builder)?;
-                    (from, to) = (to, 2.0 * to);
-                }
-                match part.outer {
-                    Outer::Bare { .. } => {}
-                    Outer::Exponential { .. } => {
-                        let fit = fit_unit(|v| outside(from / v.max(1e-9)))?;
-                        builder.fitted(0.0, (Variable::Reciprocal, 2.0 * from, -1.0), &fit, outer_factors)?;
-                    }
-                    _ => {
-                        let fit = fit_unit(|v| outside(from / v.max(1e-18).sqrt()))?;
-                        builder.fitted(0.0, (Variable::Inverse, 2.0 * from * from, -1.0), &fit, outer_factors)?;
-                    }
-                }
+                (part.panels, part.plain) = self.octaves(&unit, end, builder).map_err(refuse)?;
             }
         }
         Ok(())
     }
 
-    /// A fit in r^2 on [from, to], in units of delta.
-    fn square_panel<T: Real>(
+    /// From units of delta: powers scale as delta^p, exponentials as delta^0, screened ones as delta^(2-d).
+    fn law_factors(&self, law: Law) -> [f64; 3] {
+        match law {
+            Law::Power { exponent } => self.factors(exponent),
+            Law::Exponential { .. } => self.factors(0.0),
+            Law::Screened { .. } | Law::Newtonian => self.factors(2.0 - self.dimension as f64),
+        }
+    }
+
+    /// As [`Task::law_factors`], for functions relative to the bare kernel.
+    fn outer_factors(&self, law: Law) -> [f64; 3] {
+        match law {
+            Law::Exponential { .. } => [self.power(0.0), self.power(-1.0), self.power(-2.0)],
+            _ => [self.coefficient; 3],
+        }
+    }
+
+    /// Panels inside a compact mollifier, from the centre to the edge; answers with their number.
+    fn inside(&self, unit: &Unit, builder: &mut Builder<'_>) -> Result<usize> {
+        // Where a panel that ends at t = `high` begins, from the most to the least that is tried.
+        const STEPS: [f64; 7] = [0.0, 0.25, 0.5, 0.7, 0.84, 0.92, 0.96];
+        let factors = self.law_factors(unit.law);
+        let (mut high, mut first) = (1.0, 0);
+        for panel in 1..=INNER {
+            // the last one has to do
+            let steps = if panel == INNER { 0..1 } else { first..STEPS.len() };
+            let mut found = None;
+            for (index, &step) in STEPS.iter().enumerate().skip(steps.start).take(steps.len()) {
+                let low = step * high;
+                let (axis, fit) = if index == 0 {
+                    let axis = Axis::edge(Variable::Edge, unit.root, high);
+                    (axis, fit(|x| unit.inside(Target::inside(axis.t(x).min(high)), self.delta))?)
+                } else {
+                    let axis = Axis::between(Variable::Edge, 1.0, low, high);
+                    (axis, fit(|x| unit.inside(Target::inside(low + 0.5 * (high - low) * (x + 1.0)), self.delta))?)
+                };
+                if fit.good || panel == INNER && fit.len > 0 {
+                    found = Some((index, low, axis, fit));
+                    break;
+                }
+            }
+            let (index, low, axis, fit) = found.ok_or(Error::Unsupported)?;
+            builder.fitted(self.delta * (1.0 - low).sqrt(), axis, &fit, factors)?;
+            if index == 0 {
+                return Ok(panel);
+            }
+            (high, first) = (low, index - 1);
+        }
+        Err(Error::Unsupported)
+    }
+
+    /// Panels outside, of functions relative to the bare kernel, from the edge to infinity; answers with the number of those with an end.
+    fn outside(&self, unit: &Unit, builder: &mut Builder<'_>) -> Result<usize> {
+        // Where a panel from the edge ends, and one that begins at t = `low`, in units of it.
+        const EDGE: [f64; 5] = [1.0, 0.25, 0.0625, 0.015_625, 0.003_906_25];
+        const STEPS: [f64; 4] = [f64::INFINITY, 4.0, 2.0, 1.4];
+        let reciprocal = matches!(unit.law, Law::Exponential { .. });
+        let target = |t: f64| if reciprocal { Target::reciprocal(t) } else { Target::outside(t) };
+        let (edge, inner) = if reciprocal {
+            (Variable::ReciprocalEdge, Variable::Reciprocal)
+        } else {
+            (Variable::InverseEdge, Variable::Inverse)
+        };
+        let factors = self.outer_factors(unit.law);
+        let mut low = 0.0;
+        for panel in 0..OUTER {
+            let mut found = None;
+            for index in 0..EDGE.len() {
+                let (high, axis, fit) = if low == 0.0 {
+                    let high = EDGE.get(index).copied().unwrap_or(1.0);
+                    let axis = Axis::edge(edge, unit.root, high);
+                    (high, axis, fit(|x| unit.outside(target(axis.t(x).min(high))))?)
+                } else {
+                    let Some(step) = STEPS.get(index) else { break };
+                    let high = (step * low).min(1.0);
+                    let axis = Axis::between(inner, 1.0, 1.0 - low, 1.0 - high);
+                    (high, axis, fit(|x| unit.outside(target(low + 0.5 * (high - low) * (x + 1.0))))?)
+                };
+                if fit.good {
+                    found = Some((high, axis, fit));
+                    break;
+                }
+            }
+            let (high, axis, fit) = found.ok_or(Error::Unsupported)?;
+            builder.fitted(self.delta * target(high).r(), axis, &fit, factors)?;
+            if high == 1.0 {
+                return Ok(panel);
+            }
+            low = high;
+        }
+        Err(Error::Unsupported)
+    }
+
+    /// Panels of at most an octave under a Gaussian mollifier, up to `end` in units of delta, and a last one outside where there is no closed
+    /// form; answers with the number of those with an end, and of those of the function itself.
+    fn octaves(&self, unit: &Unit, end: f64, builder: &mut Builder<'_>) -> Result<(usize, usize)> {
+        const STEPS: [f64; 5] = [2.0, 1.42, 1.2, 1.1, 1.05];
+        // Powers beyond the first panels are relative to the bare ones, of whatever size these are.
+        let relative = matches!(unit.law, Law::Power { .. });
+        let (factors, outer_factors) = (self.law_factors(unit.law), self.outer_factors(unit.law));
+        let (mut from, mut plain) = (0.0, 0);
+        for panel in 0..=INNER {
+            let outer = relative && from >= 1.0;
+            if from >= end {
+                let axis = match unit.law {
+                    Law::Screened { .. } => return Ok((panel, panel)),
+                    Law::Exponential { .. } => Axis::between(Variable::Reciprocal, 1.0, 0.0, 1.0 / from),
+                    _ => Axis::between(Variable::Inverse, 1.0, 0.0, 1.0 / (from * from)),
+                };
+                let exponential = axis.variable == Variable::Reciprocal;
+                let fit = fit(|x| {
+                    let v = (0.5 * (x + 1.0)).max(1e-16);
+                    unit.outside(Target::at(from / if exponential { v } else { v.sqrt() }))
+                })?;
+                builder.fitted(0.0, axis, &fit, outer_factors)?;
+                return Ok((panel, if relative { plain } else { panel }));
+            }
+            let mut found = None;
+            for step in STEPS {
+                let to = if from == 0.0 { 0.5 * step } else { step * from };
+                // the relative functions begin at 1
+                let to: f64 = if relative && from < 1.0 { to.min(1.0) } else { to };
+                let (low, high) = (from * from, to * to);
+                let fit = fit(|x| {
+                    let target = Target::at((low + 0.5 * (high - low) * (x + 1.0)).sqrt());
+                    if outer { unit.outside(target) } else { unit.inside(target, self.delta) }
+                })?;
+                if fit.good {
+                    found = Some((to, Axis::between(Variable::Square, 1.0, low, high), fit));
+                    break;
+                }
+            }
+            let (to, axis, fit) = found.ok_or(Error::Unsupported)?;
+            builder.fitted(to * self.delta, axis, &fit, if outer { outer_factors } else { factors })?;
+            from = to;
+            plain += usize::from(!outer);
+        }
+        Err(Error::Unsupported)
+    }
+
+    /// A fit in r^2 on [from, to], in units of delta, for a user's kernel.
+    fn square_panel(
         &self,
         from: f64,
         to: f64,
         factors: [f64; 3],
-        most: usize,
-        sample: &dyn Fn(f64) -> Option<[f64; 3]>,
-        builder: &mut Builder<'_, T>,
+        sample: &dyn Fn(Target) -> Option<Sample>,
+        builder: &mut Builder<'_>,
     ) -> Result<()> {
         let (low, high) = (from * from, to * to);
         let half = 0.5 * (high - low);
-        let fit = fit(most, |x| sample((low + half * (x + 1.0)).sqrt()))?;
-        builder.fitted(to * self.delta, (Variable::Square, 1.0 / half, -1.0 - low / half), &fit, factors)
+        let fit = fit(|x| sample(Target::at((low + half * (x + 1.0)).sqrt())))?;
+        builder.fitted(to * self.delta, Axis::between(Variable::Square, 1.0, low, high), &fit, factors)
     }
 
     /// A user's kernel, up to `reach`.
-    pub(crate) fn supplied<T: Real>(
+    pub(crate) fn supplied(
         &self,
         kernel: &dyn RadialKernel,
         reach: f64,
-        builder: &mut Builder<'_, T>,
-    ) -> Result<Part<T>> {
+        builder: &mut Builder<'_>,
+    ) -> Result<Part<f64>> {
         let law = Law::Newtonian;
         builder.limit = reach;
         let Some(profile) = self.profile else {
@@ -428,28 +561,26 @@ impl Task<'_> {
             let factors = [self.coefficient; 3];
             let mut to = 1.0 / power_of_two(USER_OCTAVES);
             let least = to * reach;
-            let sample = |rho: f64| {
-                let values = kernel.at(reach * rho);
-                values.iter().all(|v| v.is_finite()).then_some(values)
-            };
+            let sample = |target: Target| even(kernel.at(reach * target.r()));
             for _ in 0..USER_OCTAVES {
-                unit.square_panel(to, 2.0 * to, factors, GAUSSIAN_CAPACITY, &sample, builder)?;
+                unit.square_panel(to, 2.0 * to, factors, &sample, builder)?;
                 to *= 2.0;
             }
-            let (radius, outer) = (T::from_f64(reach), Outer::Clamped { least: T::from_f64(least) });
-            return Ok(Part { law, radius, panels: USER_OCTAVES, first, outer });
+            let outer = Outer::Clamped { least };
+            return Ok(Part { law, radius: reach, panels: USER_OCTAVES, plain: USER_OCTAVES, first, outer });
         };
-        let convolution = Convolution::new(self.dimension, *profile, 0.0);
+        let convolution = Convolution::new(self.dimension, *profile, 0.0, 0.0);
         let square = self.delta * self.delta;
         // the integrals may not look at each value, but a kernel that is not finite somewhere is refused
         let finite = Cell::new(true);
         let call = |q: f64| {
             let [u, g, l] = kernel.at(self.delta * q);
             finite.set(finite.get() && u.is_finite() && g.is_finite() && l.is_finite());
-            [u, square * g, square * l]
+            let volume = Real::powi(q, self.dimension.saturating_sub(1) as u32);
+            [volume * u, volume * square * g * q, volume * square * l]
         };
-        let inside = |rho: f64| convolution.at(rho, true, &mut |q, _| call(q));
-        let outside = |rho: f64| convolution.at(rho, false, &mut |q, _| call(q));
+        let inside = |target| even(convolution.at(target, true, &mut |q, _| call(q))?.values);
+        let outside = |target| even(convolution.at(target, false, &mut |q, _| call(q))?.values);
         let factors = self.factors(0.0);
         let span = reach / self.delta;
         let compact = matches!(profile, Profile::Compact { .. });
@@ -460,42 +591,46 @@ impl Task<'_> {
         }
         let first = builder.begin(panels);
         if compact {
-            let (fit, variable) = edge_fit(
-                |v| (1.0 - v * v).max(0.0).sqrt(),
-                |v| (1.0 - (v * v) * (v * v)).max(0.0).sqrt(),
-                (Variable::RootEdge, Variable::FourthRootEdge),
-                &inside,
-            )?;
-            builder.fitted(self.delta, (variable, 2.0, -1.0), &fit, factors)?;
+            // The kernel's roughness at 0 is not known: the root that leaves less.
+            let edge = |root: f64| {
+                let axis = Axis::edge(Variable::Edge, root, 1.0);
+                fit(|x| inside(Target::inside(axis.t(x).min(1.0)))).map(|fit| (axis, fit))
+            };
+            let mut best = edge(0.5)?;
+            if best.1.error > 1e-14 {
+                let other = edge(0.25)?;
+                best = if other.1.error < best.1.error { other } else { best };
+            }
+            builder.fitted(self.delta, best.0, &best.1, factors)?;
         } else {
-            self.square_panel(0.0, to, factors, GAUSSIAN_CAPACITY, &inside, builder)?;
+            self.square_panel(0.0, to, factors, &inside, builder)?;
         }
         for index in 1..panels {
             if compact && index == 1 {
                 // v = sqrt(rho^2 - 1) in [0, sqrt 3]: the edge seen from outside
                 let span = 3.0_f64.sqrt();
-                let fit = fit(GAUSSIAN_CAPACITY, |x| {
+                let fit = fit(|x| {
                     let v = 0.5 * span * (x + 1.0);
-                    outside((1.0 + v * v).sqrt())
+                    outside(Target::at((1.0 + v * v).sqrt()))
                 })?;
-                builder.fitted(2.0 * self.delta, (Variable::RootOutside, 2.0 / span, -1.0), &fit, factors)?;
+                builder.fitted(2.0 * self.delta, Axis::between(Variable::Outside, 0.5, 0.0, span), &fit, factors)?;
             } else if compact {
-                self.square_panel(to, 2.0 * to, factors, GAUSSIAN_CAPACITY, &outside, builder)?;
+                self.square_panel(to, 2.0 * to, factors, &outside, builder)?;
             } else {
-                self.square_panel(to, 2.0 * to, factors, GAUSSIAN_CAPACITY, &inside, builder)?;
+                self.square_panel(to, 2.0 * to, factors, &inside, builder)?;
             }
             to *= 2.0;
         }
         if !finite.get() {
             return Err(Error::NotFinite);
         }
-        Ok(Part { law, radius: T::from_f64(self.delta), panels, first, outer: Outer::Zero })
+        Ok(Part { law, radius: self.delta, panels, plain: panels, first, outer: Outer::Zero })
     }
 }
 
-/// Panels [0, 1], [1, 2], ... that reach `end`; None if too many.
-fn octaves(end: f64) -> Option<usize> {
-    (1..=GAUSSIAN_PANELS).find(|&n| power_of_two(n - 1) >= end)
+/// A sample whose sizes are not looked at.
+fn even(values: [f64; 3]) -> Option<Sample> {
+    values.iter().all(|v| v.is_finite()).then_some(Sample { values, sizes: [1.0; 3] })
 }
 
 /// 2^n.
@@ -509,97 +644,208 @@ fn octaves_to(x: f64) -> usize {
     (if m == 0.5 { e - 1 } else { e }).max(0) as usize
 }
 
-/// A fit over v in [0, 1].
-fn fit_unit(sample: impl Fn(f64) -> Option<[f64; 3]>) -> Result<Fit> {
-    fit(CAPACITY, |x| sample(0.5 * (x + 1.0)))
-}
-
-/// A fit over v in [0, 1] where t = v^2, or t = v^4 if that leaves a smaller rest: K_delta is smooth in t but for a power
-/// t^(M + p + d) of lower and lower degree in its derivatives.
-fn edge_fit(
-    second: impl Fn(f64) -> f64,
-    fourth: impl Fn(f64) -> f64,
-    (two, four): (Variable, Variable),
-    sample: &dyn Fn(f64) -> Option<[f64; 3]>,
-) -> Result<(Fit, Variable)> {
-    let first = fit_unit(|v| sample(second(v)))?;
-    if first.error < 1e-14 {
-        return Ok((first, two));
-    }
-    let other = fit_unit(|v| sample(fourth(v)))?;
-    Ok(if other.error < first.error { (other, four) } else { (first, two) })
-}
-
-/// psi in units of delta.
-pub(crate) fn density(profile: &Profile, dimension: usize, rho: f64) -> f64 {
-    match *profile {
-        Profile::Compact { b, .. } => horner(&b, ((1.0 - rho) * (1.0 + rho)).max(0.0)) / sphere(dimension),
-        Profile::Gaussian { parts, .. } => {
-            let root = core::f64::consts::PI.sqrt();
-            let one =
-                |&(w, c): &(f64, f64)| w * (-(rho / c) * (rho / c)).exp() / Real::powi(root * c, dimension as u32);
-            parts.iter().map(one).sum()
-        }
-    }
-}
-
-/// A law in units of delta.
+/// A law and a mollifier in units of delta.
 struct Unit {
     law: Law,
     dimension: usize,
+    profile: Profile,
+    convolution: Convolution,
     /// delta / length, or k delta.
     kappa: f64,
-    /// Whether the Laplacian is too singular to convolve.
+    /// Whether the Laplacian is that of grad K * grad psi.
     weak: bool,
+    /// The power of t in which the functions are smooth at a compact mollifier's edge; 0 for log t.
+    root: f64,
+    /// The bare kernel's magnitudes at delta, and those of the functions outside.
+    least: [f64; 3],
+    least_outside: [f64; 3],
 }
 
 impl Unit {
-    fn new(law: Law, dimension: usize, delta: f64) -> Self {
+    fn new(law: Law, dimension: usize, delta: f64, profile: Profile) -> Self {
+        let d = dimension as f64;
         let (kappa, weak) = match law {
-            Law::Exponential { length } => (delta / length, false),
-            Law::Screened { k } => (delta * k, false),
-            Law::Power { exponent } => (0.0, exponent < 2.5 - dimension as f64),
+            // of a kernel much narrower than psi, the Laplacian is nearly that of psi, but a difference of large integrals
+            Law::Exponential { length } => (delta / length, delta / length > SERIES_KAPPA),
+            Law::Screened { k } => (delta * k, delta * k > SERIES_KAPPA),
+            Law::Power { exponent } => (0.0, exponent < 2.5 - d),
             Law::Newtonian => (0.0, true),
         };
-        Self { law, dimension, kappa, weak }
+        let growth = if let Law::Power { exponent } = law { exponent } else { 0.0 };
+        let convolution = Convolution::new(dimension, profile, kappa, growth);
+        let (root, least) = (edge_root(law, d, profile), [0.0; 3]);
+        let mut unit = Self { law, dimension, profile, convolution, kappa, weak, root, least, least_outside: least };
+        unit.least = magnitudes(unit.bare(1.0));
+        unit.least_outside = magnitudes(unit.relative(1.0, 0.0, 1.0, false));
+        if law == (Law::Power { exponent: 0.0 }) {
+            (unit.least[0], unit.least_outside[0]) = (1.0, 1.0);
+        }
+        unit
     }
 
-    fn inside(&self, q: f64) -> [f64; 3] {
+    /// K, K' and the Laplacian at q, times q^(d-1).
+    fn bare(&self, q: f64) -> [f64; 3] {
+        let d = self.dimension as f64;
+        if let Law::Power { exponent: p } = self.law {
+            let slope = Real::pow(q, p + d - 2.0);
+            let value = if p == 0.0 { Real::powi(q, self.dimension as u32 - 1) * Real::log(q) } else { slope * q / p };
+            // not looked at where it is too singular
+            return [value, slope, if self.weak { 0.0 } else { (p + d - 2.0) * slope / q }];
+        }
         let law = match self.law {
             Law::Exponential { .. } => Law::Exponential { length: 1.0 / self.kappa },
-            Law::Screened { .. } => Law::Screened { k: self.kappa },
-            law => law,
+            _ => Law::Screened { k: self.kappa },
         };
-        match self.dimension {
+        let [value, gradient, laplacian] = match self.dimension {
             1 => law.bare::<f64, 1>(q),
             2 => law.bare::<f64, 2>(q),
             _ => law.bare::<f64, 3>(q),
-        }
+        };
+        let volume = Real::powi(q, self.dimension as u32 - 1);
+        [value * volume, gradient * q * volume, laplacian * volume]
     }
 
-    /// At q = rho + y, divided by rho^p, rho^(p-2), rho^(p-2) for powers (less log rho for the logarithm), by e^{-kappa rho}
-    /// for exponentials.
-    fn outside(&self, q: f64, y: f64, rho: f64) -> [f64; 3] {
+    /// The function itself.
+    fn inside(&self, target: Target, delta: f64) -> Option<Sample> {
+        let mut sample = self.convolution.at(target, self.weak, &mut |q, _| self.bare(q))?;
+        match self.law {
+            Law::Power { exponent: 0.0 } => sample.values[0] += Real::log(delta),
+            Law::Screened { .. } if !self.weak => {
+                // Laplacian u = psi + k^2 u
+                let psi = self.profile.density(self.dimension, target.r(), target.t());
+                let square = self.kappa * self.kappa;
+                sample.values[2] = psi + square * sample.values[0];
+                sample.sizes[2] = psi.abs() + square * sample.sizes[0];
+            }
+            _ => {}
+        }
+        sample.sizes.iter_mut().zip(self.least).for_each(|(size, least)| *size = size.max(least));
+        Some(sample)
+    }
+
+    /// The function relative to the bare kernel at the target: over r^p, r^(p-2), r^(p-2) for powers (less log r for the logarithm), over
+    /// e^{-kappa r} (1, 1/r, 1) for exponentials.
+    fn outside(&self, target: Target) -> Option<Sample> {
+        let rho = target.r();
+        // Next to the edge q still reaches 0; further out grad psi would only cancel.
+        let near = match self.profile {
+            Profile::Compact { .. } => rho < 1.5,
+            Profile::Gaussian { parts, .. } => {
+                rho < parts.iter().fold(0.0, |most: f64, &(w, c)| if w == 0.0 { most } else { most.max(c) }) * REACH
+            }
+        };
+        let weak = self.weak && near;
+        let mut sample = self.convolution.at(target, weak, &mut |q, y| self.relative(q, y, rho, weak))?;
+        sample.sizes.iter_mut().zip(self.least_outside).for_each(|(size, least)| *size = size.max(least));
+        Some(sample)
+    }
+
+    /// The bare kernel K, K' and its Laplacian at q = rho + y, times q^(d-1), over what [`Unit::outside`] says.
+    fn relative(&self, q: f64, y: f64, rho: f64, weak: bool) -> [f64; 3] {
         let d = self.dimension as f64;
+        let volume = |x: f64| Real::powi(x, self.dimension as u32 - 1);
         match self.law {
             Law::Power { exponent: p } => {
                 // 1 + y/rho would be 0 where q is tiny, next to the edge
                 let near = y < -0.5 * rho;
                 let ratio = if near { q / rho } else { 1.0 + y / rho };
-                let power = ratio.pow(p);
-                let less = power / (ratio * ratio);
+                // K'/rho^(p-2) q^(d-1) = ratio^(p+d-2) rho^d
+                let power = Real::pow(ratio, p + d - 2.0) * volume(rho);
                 let value = match (p == 0.0, near) {
-                    (true, true) => Real::log(ratio),
-                    (true, false) => (y / rho).log1p(),
-                    _ => power / p,
+                    (true, true) => volume(q) * Real::log(ratio),
+                    (true, false) => volume(q) * (y / rho).log1p(),
+                    _ => power * ratio / p,
                 };
-                [value, less, (p + d - 2.0) * less]
+                [value, power * rho, if weak { 0.0 } else { (p + d - 2.0) * power / ratio }]
             }
             _ => {
-                let e = (-(self.kappa * y)).exp();
-                let gradient = -self.kappa * e / q;
-                [e, gradient, self.kappa * self.kappa * e + (d - 1.0) * gradient]
+                let e = (-(self.kappa * y)).exp() * volume(q);
+                let slope = -self.kappa * e;
+                [e, slope * rho, self.kappa * self.kappa * e + (d - 1.0) * slope / q]
             }
         }
+    }
+}
+
+/// Magnitudes of value, gradient factor and Laplacian, the last one's at least the gradient's: it may vanish.
+fn magnitudes([value, gradient, laplacian]: [f64; 3]) -> [f64; 3] {
+    [value.abs(), gradient.abs(), laplacian.abs().max(gradient.abs())]
+}
+
+/// K_delta is smooth in t at the edge but for t^(a + j), j = 0, 1, ..., a = M + p + d - 2 in the Laplacian and one more in each
+/// integral of it, times log t where a is whole; for exponentials p = 1, or nothing in 1D and 3D. The power of t in which that is
+/// smooth enough for a Chebyshev series: v = t^(1/2) leaves coefficients like n^-(4 a + 1), v = t^(a/m) powers v^m and v^(m/a).
+fn edge_root(law: Law, d: f64, profile: Profile) -> f64 {
+    let Profile::Compact { exponent, .. } = profile else { return 1.0 };
+    let a = f64::from(exponent) - 2.0
+        + match law {
+            Law::Power { exponent: p } => p + d,
+            Law::Exponential { .. } if d == 2.0 => 1.0 + d,
+            _ => return 1.0,
+        };
+    if a >= 2.5 {
+        0.5
+    } else if a >= 1.0 {
+        0.25
+    } else if a > 0.0 {
+        a / (5.0 * a).ceil()
+    } else {
+        0.0
+    }
+}
+
+#[cfg(test)]
+mod probe {
+    use super::*;
+    use crate::mollifier::Mollifier;
+    use std::{println, vec};
+
+    fn look(law: Law, d: usize, m: Mollifier, delta: f64) {
+        let profile = Profile::new(m, d).unwrap();
+        let mut tables = vec![0.0; 20000];
+        let mut builder = Builder::new(&mut tables, f64::MAX);
+        let unit = Unit::new(law, d, delta, profile);
+        let task = Task { dimension: d, profile: Some(&profile), delta, coefficient: 1.0 };
+        println!(
+            "{law:?} {d} {m:?} kappa {} root {} least {:?} {:?}",
+            unit.kappa, unit.root, unit.least, unit.least_outside
+        );
+        let first = builder.begin(INNER + OUTER);
+        let start = std::time::Instant::now();
+        let inner = task.inside(&unit, &mut builder);
+        let after = builder.next;
+        println!("  inside {inner:?} numbers {} error {:e} {:?}", after - first, builder.error, start.elapsed());
+        builder.error = 0.0;
+        let outer = task.outside(&unit, &mut builder);
+        println!(
+            "  outside {outer:?} numbers {} error {:e} {:?}",
+            builder.next - after,
+            builder.error,
+            start.elapsed()
+        );
+        for h in tables[first..].as_chunks::<HEADER>().0.iter().take(INNER + OUTER).filter(|h| h[3] > 0.0) {
+            println!("    end {:.6} var {} len {} root {}", h[0] / delta, h[1], h[3], h[6]);
+        }
+        for t in [0.0, 0.1, 0.5, 0.9, 0.99, 1.0] {
+            println!("    out {t}: {:?}", unit.outside(Target::reciprocal(t)));
+        }
+    }
+
+    #[test]
+    fn probe() {
+        let c = |order, exponent| Mollifier::Compact { order, exponent };
+        look(Law::Exponential { length: 1.0 / 27.0 }, 2, c(2, 3), 1.0);
+        look(Law::Exponential { length: 1.0 / 22.3 }, 2, c(6, 2), 1.0);
+        look(Law::Exponential { length: 1.0 / 300.0 }, 2, c(4, 8), 1.0);
+        look(Law::Exponential { length: 1.0 / 300.0 }, 3, c(8, 1), 1.0);
+        look(Law::Exponential { length: 1.0 / 100.0 }, 2, c(8, 1), 1.0);
+        look(Law::Exponential { length: 1.0 / 10.0 }, 2, c(8, 9), 1.0);
+        look(Law::Exponential { length: 1.0 }, 2, c(2, 1), 1.0);
+        look(Law::Power { exponent: -0.5 }, 2, c(8, 1), 1.0);
+        look(Law::Power { exponent: 0.198 }, 1, c(2, 1), 1.0);
+        look(Law::Power { exponent: 0.145 }, 1, c(8, 1), 1.0);
+        look(Law::Power { exponent: 0.0 }, 1, c(4, 1), 1.0);
+        look(Law::Power { exponent: -0.95 }, 2, c(8, 1), 1.0);
+        look(Law::Power { exponent: 1.5 }, 2, c(4, 4), 1.0);
     }
 }

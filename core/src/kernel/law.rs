@@ -1,7 +1,7 @@
 //! The bare kernels: names, ranges, and K, K'/r, Laplacian K away from the origin.
 
 use crate::error::{Error, Result};
-use crate::real::Real;
+use crate::real::{DoubleWord, Real};
 use crate::special::bessel::{k0_scaled, k1_scaled};
 
 /// One radial kernel, before its coefficient. Newtonian and screened ones are fundamental solutions.
@@ -142,11 +142,88 @@ impl Law {
     }
 }
 
+impl Law {
+    /// [`Law::bare`] of one number, in double precision and for any r > 0: each result is rounded a few times, and overflows or
+    /// underflows only where its own value does.
+    pub(crate) fn alone<const D: usize>(self, r: f64) -> [f64; 3] {
+        use core::f64::consts::PI;
+        let d = D as f64;
+        match self {
+            Law::Newtonian => match D {
+                1 => [0.5 * r, 0.5 / r, 0.0],
+                2 => [Real::log(r) * (0.5 / PI), 0.5 / PI / r / r, 0.0],
+                _ => [-0.25 / PI / r, 0.25 / PI / r / r / r, 0.0],
+            },
+            Law::Power { exponent: p } => {
+                let gradient = real_power(r, p - 2.0);
+                let value = if p == 0.0 { Real::log(r) } else { real_power(r, p) / p };
+                [value, gradient, (p + d - 2.0) * gradient]
+            }
+            Law::Exponential { length } => {
+                let e = decay(1.0 / length, r);
+                [e, -(e / length / r), (e / length) * (1.0 / length - (d - 1.0) / r)]
+            }
+            Law::Screened { k } => {
+                let (x, e) = (k * r, decay(k, r));
+                let (value, gradient) = match D {
+                    1 => (-0.5 * e / k, 0.5 * e / r),
+                    2 => (-0.5 / PI * e * k0_scaled(x), 0.5 / PI * e * k * k1_scaled(x) / r),
+                    _ => (-0.25 / PI * e / r, 0.25 / PI * e * (1.0 + x) / r / r / r),
+                };
+                [value, gradient, k * (k * value)]
+            }
+        }
+    }
+}
+
+impl Law {
+    /// K'(r), likewise: finite where K'/r may not be.
+    pub(crate) fn slope<const D: usize>(self, r: f64) -> f64 {
+        use core::f64::consts::PI;
+        match self {
+            Law::Newtonian => match D {
+                1 => 0.5,
+                2 => 0.5 / PI / r,
+                _ => 0.25 / PI / r / r,
+            },
+            Law::Power { exponent: p } => real_power(r, p - 1.0),
+            Law::Exponential { length } => -(decay(1.0 / length, r) / length),
+            Law::Screened { k } => {
+                let (x, e) = (k * r, decay(k, r));
+                match D {
+                    1 => 0.5 * e,
+                    2 => 0.5 / PI * e * k * k1_scaled(x),
+                    _ => 0.25 / PI * e * (1.0 + x) / r / r,
+                }
+            }
+        }
+    }
+}
+
+/// e^{-kr}. The rounding of a large k r would be felt k r times: what it loses is made good.
+pub(crate) fn decay(k: f64, r: f64) -> f64 {
+    let product = DoubleWord::product(k, r);
+    let e = Real::exp(-(k * r));
+    // beyond 1e300 the product's second word is none, and e is 0
+    if product.lo.is_finite() { e - e * product.lo } else { e }
+}
+
 /// Whether p is a multiple of n = 1 or 2. (The remainder of two doubles would call libc's `fmod`, whose static stand-in needs
 /// an unwinder.)
 pub(crate) fn is_multiple(p: f64, n: f64) -> bool {
     let quotient = p / n;
     libm::floor(quotient) == quotient
+}
+
+/// r^p in double precision, to an ulp or two.
+pub(crate) fn real_power(r: f64, p: f64) -> f64 {
+    if p == 0.0 {
+        1.0
+    } else if p == 1.0 {
+        r
+    } else {
+        Real::pow(r, p)
+    }
 }
 
 /// r^p: by multiplications and a square root for small half-integers, by `pow` else.

@@ -1,20 +1,26 @@
 //! One prepared term: where its series are and what they multiply.
 //!
-//! Tables hold no pointers: a part counts its panels and knows where its first header starts; a header holds the panel's
-//! outer radius, its variable and where its coefficients stand. Coefficients carry the term's coefficient and all powers of
-//! delta, so that evaluating is a search, a variable and three series side by side.
+//! Tables are in double precision for either scalar and hold no pointers: a part counts its panels and knows where its first header starts; a
+//! header holds the panel's outer radius, its variable and where its coefficients stand. Coefficients carry the term's coefficient and all
+//! powers of delta, so that evaluating is a search, a variable and three series side by side.
+//!
+//! There are two ways to evaluate them. [`Part::alone`] takes one distance in double precision and is as accurate as the tables.
+//! [`Part::at`] is for sums over pairs: plain arithmetic in the sum's scalar.
 
-use super::chebyshev::{clenshaw, horner3};
-use super::law::{Law, power};
-use crate::real::Real;
+use super::chebyshev::{clenshaw, horner_words, horner3};
+use super::law::{Law, decay, power, real_power};
+use crate::real::{DoubleWord, Real};
 
 /// Numbers in a panel's header.
-pub(crate) const HEADER: usize = 6;
+pub(crate) const HEADER: usize = 7;
 
 /// Numbers in a part's record.
 pub(crate) const RECORD: usize = 12;
 
-/// The variable of a series, as a function of r and the part's radius R. With `x = scale * v + shift`:
+/// The variable of a series, as a function of r and the part's radius R.
+///
+/// Series of powers are in the variable itself. Chebyshev series are in `x = scale * v + shift`, v being the variable, or for those of
+/// the edge a power of it, [`Panel::root`]: K_delta is smooth there but for powers t^(a + j) with the same a.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub(crate) enum Variable {
@@ -24,40 +30,34 @@ pub(crate) enum Variable {
     SquarePowers = 1,
     /// Powers of z = (R/r)^2.
     InversePowers = 2,
-    /// Chebyshev in v = (r/R)^2.
+    /// Chebyshev in s.
     Square = 3,
-    /// Chebyshev in v = sqrt t: the solution is smooth in t but for a power of t at the edge.
-    RootEdge = 4,
-    /// Chebyshev in v = t^(1/4), for mollifiers with a rougher edge.
-    FourthRootEdge = 5,
-    /// Chebyshev in v = sqrt((r/R)^2 - 1), outside.
-    RootOutside = 6,
-    /// Chebyshev in v = (R/r)^2.
-    Inverse = 7,
-    /// Chebyshev in v = sqrt(1 - (R/r)^2).
-    RootInverse = 8,
-    /// Chebyshev in v = (1 - (R/r)^2)^(1/4).
-    FourthRootInverse = 9,
-    /// Chebyshev in v = R/r.
-    Reciprocal = 10,
-    /// Chebyshev in v = sqrt(1 - R/r).
-    RootReciprocal = 11,
+    /// Chebyshev in t^root.
+    Edge = 4,
+    /// Chebyshev in ((r/R)^2 - 1)^root, outside.
+    Outside = 5,
+    /// Chebyshev in z.
+    Inverse = 6,
+    /// Chebyshev in (1 - z)^root.
+    InverseEdge = 7,
+    /// Chebyshev in R/r.
+    Reciprocal = 8,
+    /// Chebyshev in (1 - R/r)^root.
+    ReciprocalEdge = 9,
 }
 
 impl Variable {
-    const ALL: [Self; 12] = [
+    const ALL: [Self; 10] = [
         Self::EdgePowers,
         Self::SquarePowers,
         Self::InversePowers,
         Self::Square,
-        Self::RootEdge,
-        Self::FourthRootEdge,
-        Self::RootOutside,
+        Self::Edge,
+        Self::Outside,
         Self::Inverse,
-        Self::RootInverse,
-        Self::FourthRootInverse,
+        Self::InverseEdge,
         Self::Reciprocal,
-        Self::RootReciprocal,
+        Self::ReciprocalEdge,
     ];
 
     /// Whether the series is one of powers, of the variable itself.
@@ -67,22 +67,46 @@ impl Variable {
 
     /// The variable's value.
     #[inline(always)]
-    pub(crate) fn at<T: Real>(self, radius: T, r: T) -> T {
-        let q = r / radius;
-        // exact where r and R are within a factor of two, so relatively accurate up to the edge
-        let t = ((radius - r) / radius * (T::ONE + q)).max(T::ZERO);
-        // Those that divide by r are for panels outside, where it is not zero.
+    pub(crate) fn at<T: Real>(self, radius: T, r: T, root: T) -> T {
+        // Differences of r and R are exact within a factor of two, so that what vanishes at the edge is relatively accurate.
         match self {
-            Self::EdgePowers => t,
-            Self::SquarePowers | Self::Square => q * q,
-            Self::InversePowers | Self::Inverse => (radius / r) * (radius / r),
-            Self::RootEdge => t.sqrt(),
-            Self::FourthRootEdge => t.sqrt().sqrt(),
-            Self::RootOutside => ((r - radius) / radius * (T::ONE + q)).max(T::ZERO).sqrt(),
-            Self::RootInverse => outside(radius, r).sqrt(),
-            Self::FourthRootInverse => outside(radius, r).sqrt().sqrt(),
+            Self::EdgePowers | Self::Edge => {
+                let t = ((radius - r) / radius * (T::ONE + r / radius)).max(T::ZERO);
+                if self == Self::Edge { rooted(t, root) } else { t }
+            }
+            Self::SquarePowers | Self::Square => {
+                let q = r / radius;
+                q * q
+            }
+            Self::InversePowers | Self::Inverse => {
+                let w = radius / r;
+                w * w
+            }
+            Self::Outside => rooted(((r - radius) / radius * (T::ONE + r / radius)).max(T::ZERO), root),
+            Self::InverseEdge => rooted(((r - radius) / r * (T::ONE + radius / r)).max(T::ZERO), root),
             Self::Reciprocal => radius / r,
-            Self::RootReciprocal => ((r - radius) / r).max(T::ZERO).sqrt(),
+            Self::ReciprocalEdge => rooted(((r - radius) / r).max(T::ZERO), root),
+        }
+    }
+
+    /// The value of a variable of powers, in two words.
+    fn words(self, radius: f64, r: f64) -> DoubleWord<f64> {
+        // Scaled, so that the words' products stay in range.
+        let (radius, exponent) = Real::frexp(radius);
+        let scaled = Real::ldexp(r, -exponent);
+        match self {
+            Self::InversePowers => {
+                let w = DoubleWord::quotient(radius, scaled);
+                w * w
+            }
+            Self::SquarePowers => {
+                let q = DoubleWord::quotient(scaled, radius);
+                q * q
+            }
+            _ => {
+                let difference = DoubleWord::sum(radius, -scaled) / radius;
+                difference * (DoubleWord::sum(radius, scaled) / radius)
+            }
         }
     }
 
@@ -91,7 +115,26 @@ impl Variable {
     }
 }
 
-/// What the series outside the last panel multiply.
+/// The smallest t > 0 that a logarithm is taken of: there is none between 0 and it.
+pub(crate) const LEAST: f64 = 1e-17;
+
+/// t^root; log t for root = 0.
+#[inline(always)]
+pub(crate) fn rooted<T: Real>(t: T, root: T) -> T {
+    if root == T::ONE {
+        t
+    } else if root == T::HALF {
+        t.sqrt()
+    } else if root == T::from_f64(0.25) {
+        t.sqrt().sqrt()
+    } else if root == T::ZERO {
+        t.max(T::from_f64(LEAST)).log()
+    } else {
+        t.pow(root)
+    }
+}
+
+/// What the series of panels beyond the first `plain` multiply.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Outer<T> {
     /// The bare law times a constant, no series.
@@ -109,7 +152,7 @@ pub(crate) enum Outer<T> {
         /// The coefficient.
         coefficient: T,
     },
-    /// e^{-kr} times all three.
+    /// e^{-kr}, e^{-kr}/r, e^{-kr}.
     Exponential {
         /// k.
         k: T,
@@ -137,7 +180,10 @@ pub(crate) enum Outer<T> {
 pub(crate) struct Part<T> {
     pub(crate) law: Law,
     pub(crate) radius: T,
+    /// Panels with an end; one more, if the outer form has a series, reaches to infinity.
     pub(crate) panels: usize,
+    /// How many of these, from the innermost on, hold the function itself.
+    pub(crate) plain: usize,
     pub(crate) first: usize,
     pub(crate) outer: Outer<T>,
 }
@@ -151,30 +197,47 @@ pub(crate) struct Panel<T> {
     pub(crate) len: usize,
     pub(crate) scale: T,
     pub(crate) shift: T,
+    pub(crate) root: T,
+}
+
+impl Panel<f64> {
+    pub(crate) fn to_header(self) -> [f64; HEADER] {
+        let variable = f64::from(self.variable as u8);
+        [self.end, variable, self.start as f64, self.len as f64, self.scale, self.shift, self.root]
+    }
+
+    /// The series, as accurate as they are: those of powers in two words, whose second ones follow the first.
+    fn alone(&self, tables: &[f64], radius: f64, r: f64) -> [f64; 3] {
+        if !self.variable.is_power() {
+            return self.series(tables, radius, r);
+        }
+        let all = tables.get(self.start..).unwrap_or(&[]).as_chunks::<3>().0;
+        let (high, low) = all.split_at_checked(self.len).unwrap_or((all, &[]));
+        horner_words(high, low.get(..self.len).unwrap_or(&[]), self.variable.words(radius, r))
+    }
 }
 
 impl<T: Real> Panel<T> {
-    pub(crate) fn to_header(self) -> [T; HEADER] {
-        let number = |n: usize| T::from_usize(n);
-        let variable = T::from_usize(self.variable as usize);
-        [self.end, variable, number(self.start), number(self.len), self.scale, self.shift]
-    }
-
-    fn from_header(h: [T; HEADER]) -> Self {
+    fn from_header(h: [f64; HEADER]) -> Self {
         Self {
-            end: h[0],
-            variable: Variable::from_number(h[1].to_f64()),
-            start: h[2].to_f64() as usize,
-            len: h[3].to_f64() as usize,
-            scale: h[4],
-            shift: h[5],
+            end: T::from_f64(h[0]),
+            variable: Variable::from_number(h[1]),
+            start: h[2] as usize,
+            len: h[3] as usize,
+            scale: T::from_f64(h[4]),
+            shift: T::from_f64(h[5]),
+            root: T::from_f64(h[6]),
         }
     }
 
-    fn series(&self, tables: &[T], radius: T, r: T) -> [T; 3] {
-        let all = tables.get(self.start..).unwrap_or(&[]).as_chunks::<3>().0;
-        let coefficients = all.get(..self.len).unwrap_or(&[]);
-        let v = self.variable.at(radius, r);
+    /// The coefficients.
+    pub(crate) fn coefficients<'t>(&self, tables: &'t [f64]) -> &'t [[f64; 3]] {
+        tables.get(self.start..).unwrap_or(&[]).as_chunks::<3>().0.get(..self.len).unwrap_or(&[])
+    }
+
+    fn series(&self, tables: &[f64], radius: T, r: T) -> [T; 3] {
+        let coefficients = self.coefficients(tables);
+        let v = self.variable.at(radius, r, self.root);
         if self.variable.is_power() {
             return horner3(coefficients, v);
         }
@@ -183,33 +246,34 @@ impl<T: Real> Panel<T> {
     }
 }
 
-/// 1 - (R/r)^2, accurate at the edge.
-fn outside<T: Real>(radius: T, r: T) -> T {
-    ((r - radius) / r * (T::ONE + radius / r)).max(T::ZERO)
-}
-
 impl<T: Real> Part<T> {
     /// The panel with this number; one beyond the last belongs to the series outside.
-    pub(crate) fn panel(&self, tables: &[T], index: usize) -> Option<Panel<T>> {
+    pub(crate) fn panel(&self, tables: &[f64], index: usize) -> Option<Panel<T>> {
         let start = self.first + index * HEADER;
         let header = tables.get(start..)?.first_chunk::<HEADER>()?;
         Some(Panel::from_header(*header))
     }
 
-    /// Value, gradient factor and Laplacian at r >= 0 of the mollified term, its coefficient included.
-    pub(crate) fn at<const D: usize>(&self, tables: &[T], r: T) -> [T; 3] {
-        let mut from = r;
-        if let Outer::Clamped { least } = self.outer {
-            from = r.max(least);
-        }
+    /// The number of the panel at r, and the distance at which its series are taken; NaN where a header is missing.
+    fn place(&self, tables: &[f64], r: T) -> (usize, T) {
+        let from = if let Outer::Clamped { least } = self.outer { r.max(least) } else { r };
         for index in 0..self.panels {
             match self.panel(tables, index) {
-                Some(panel) if from <= panel.end => return panel.series(tables, self.radius, from),
+                Some(panel) if from <= panel.end => return (index, from),
                 Some(_) => {}
-                None => return [T::NAN; 3],
+                None => return (index, T::NAN),
             }
         }
-        let series = || self.panel(tables, self.panels).map_or([T::NAN; 3], |p| p.series(tables, self.radius, r));
+        (self.panels, r)
+    }
+
+    /// Value, gradient factor and Laplacian at r >= 0 of the mollified term, its coefficient included: for sums over pairs.
+    pub(crate) fn at<const D: usize>(&self, tables: &[f64], r: T) -> [T; 3] {
+        let (index, from) = self.place(tables, r);
+        let series = || self.panel(tables, index).map_or([T::NAN; 3], |p| p.series(tables, self.radius, from));
+        if index < self.plain {
+            return series();
+        }
         match self.outer {
             Outer::Bare { factor } => self.law.bare::<T, D>(r).map(|v| factor * v),
             Outer::Power { exponent } => {
@@ -223,8 +287,8 @@ impl<T: Real> Part<T> {
                 [coefficient * r.log() + u, g / r / r, l / r / r]
             }
             Outer::Exponential { k } => {
-                let e = (-(k * r)).exp();
-                series().map(|v| v * e)
+                let (e, [u, g, l]) = ((-(k * r)).exp(), series());
+                [e * u, e / r * g, e * l]
             }
             Outer::Yukawa { .. } | Outer::Zero | Outer::Clamped { .. } => self.without_series(r),
         }
@@ -246,35 +310,102 @@ impl<T: Real> Part<T> {
             _ => [T::ZERO; 3],
         }
     }
+}
+
+impl Part<f64> {
+    /// As [`Part::at`], accurately: results overflow and underflow only where they themselves do.
+    pub(crate) fn alone<const D: usize>(&self, tables: &[f64], r: f64) -> [f64; 3] {
+        let (index, from) = self.place(tables, r);
+        let series = || self.panel(tables, index).map_or([f64::NAN; 3], |p| p.alone(tables, self.radius, from));
+        if index < self.plain {
+            return series();
+        }
+        match self.outer {
+            Outer::Bare { factor } => self.law.alone::<D>(r).map(|v| factor * v),
+            Outer::Power { exponent } => {
+                let [u, g, l] = series();
+                let less = real_power(r, exponent - 2.0);
+                [real_power(r, exponent) * u, less * g, less * l]
+            }
+            Outer::Log { coefficient } => {
+                let [u, g, l] = series();
+                [coefficient * Real::log(r) + u, g / r / r, l / r / r]
+            }
+            Outer::Exponential { k } => {
+                let (e, [u, g, l]) = (decay(k, r), series());
+                [e * u, e / r * g, e * l]
+            }
+            Outer::Yukawa { k, plain, over_r } => {
+                let (e, a) = (decay(k, r), over_r / r);
+                [
+                    (plain - a) * e,
+                    (a * (1.0 + k * r) / r - k * plain) / r * e,
+                    (k * plain - (2.0 * plain / r + a * k)) * k * e,
+                ]
+            }
+            Outer::Zero | Outer::Clamped { .. } => [0.0; 3],
+        }
+    }
+
+    /// The derivative at r > 0, the gradient factor times r: finite where that may not be.
+    pub(crate) fn slope<const D: usize>(&self, tables: &[f64], r: f64) -> f64 {
+        let (index, from) = self.place(tables, r);
+        let series = || self.panel(tables, index).map_or(f64::NAN, |p| p.alone(tables, self.radius, from)[1]);
+        match self.outer {
+            _ if index < self.plain => r * series(),
+            Outer::Bare { factor } => factor * self.law.slope::<D>(r),
+            Outer::Power { exponent } => real_power(r, exponent - 1.0) * series(),
+            Outer::Log { .. } => series() / r,
+            Outer::Exponential { k } => decay(k, r) * series(),
+            _ => r * self.alone::<D>(tables, r)[1],
+        }
+    }
+
+    /// The same in a sum's scalar.
+    pub(crate) fn narrow<T: Real>(&self) -> Part<T> {
+        let real = T::from_f64;
+        let outer = match self.outer {
+            Outer::Bare { factor } => Outer::Bare { factor: real(factor) },
+            Outer::Power { exponent } => Outer::Power { exponent },
+            Outer::Log { coefficient } => Outer::Log { coefficient: real(coefficient) },
+            Outer::Exponential { k } => Outer::Exponential { k: real(k) },
+            Outer::Yukawa { k, plain, over_r } => {
+                Outer::Yukawa { k: real(k), plain: real(plain), over_r: real(over_r) }
+            }
+            Outer::Zero => Outer::Zero,
+            Outer::Clamped { least } => Outer::Clamped { least: real(least) },
+        };
+        let &Self { law, radius, panels, plain, first, .. } = self;
+        Part { law, radius: real(radius), panels, plain, first, outer }
+    }
 
     /// The record that a prepared block keeps.
     pub(crate) fn to_record(self) -> [f64; RECORD] {
         let (law, parameter) = self.law.to_numbers();
         let (outer, a, b, c) = match self.outer {
-            Outer::Bare { factor } => (0.0, factor.to_f64(), 0.0, 0.0),
+            Outer::Bare { factor } => (0.0, factor, 0.0, 0.0),
             Outer::Power { exponent } => (1.0, exponent, 0.0, 0.0),
-            Outer::Log { coefficient } => (2.0, coefficient.to_f64(), 0.0, 0.0),
-            Outer::Exponential { k } => (3.0, k.to_f64(), 0.0, 0.0),
-            Outer::Yukawa { k, plain, over_r } => (4.0, k.to_f64(), plain.to_f64(), over_r.to_f64()),
+            Outer::Log { coefficient } => (2.0, coefficient, 0.0, 0.0),
+            Outer::Exponential { k } => (3.0, k, 0.0, 0.0),
+            Outer::Yukawa { k, plain, over_r } => (4.0, k, plain, over_r),
             Outer::Zero => (5.0, 0.0, 0.0, 0.0),
-            Outer::Clamped { least } => (6.0, least.to_f64(), 0.0, 0.0),
+            Outer::Clamped { least } => (6.0, least, 0.0, 0.0),
         };
-        let radius = self.radius.to_f64();
-        [law, parameter, radius, self.panels as f64, self.first as f64, outer, a, b, c, 0.0, 0.0, 0.0]
+        let (panels, plain, first) = (self.panels as f64, self.plain as f64, self.first as f64);
+        [law, parameter, self.radius, panels, first, outer, a, b, c, plain, 0.0, 0.0]
     }
 
     pub(crate) fn from_record(r: &[f64; RECORD]) -> Self {
-        let real = T::from_f64;
         let outer = match r[5] as u32 {
-            0 => Outer::Bare { factor: real(r[6]) },
+            0 => Outer::Bare { factor: r[6] },
             1 => Outer::Power { exponent: r[6] },
-            2 => Outer::Log { coefficient: real(r[6]) },
-            3 => Outer::Exponential { k: real(r[6]) },
-            4 => Outer::Yukawa { k: real(r[6]), plain: real(r[7]), over_r: real(r[8]) },
+            2 => Outer::Log { coefficient: r[6] },
+            3 => Outer::Exponential { k: r[6] },
+            4 => Outer::Yukawa { k: r[6], plain: r[7], over_r: r[8] },
             5 => Outer::Zero,
-            _ => Outer::Clamped { least: real(r[6]) },
+            _ => Outer::Clamped { least: r[6] },
         };
         let law = Law::from_numbers(r[0], r[1]);
-        Self { law, radius: real(r[2]), panels: r[3] as usize, first: r[4] as usize, outer }
+        Self { law, radius: r[2], panels: r[3] as usize, plain: r[9] as usize, first: r[4] as usize, outer }
     }
 }

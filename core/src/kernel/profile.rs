@@ -13,7 +13,7 @@ pub(crate) const TERMS: usize = MAX_TERMS;
 pub(crate) enum Profile {
     /// psi = b(t)/S_d, t = 1 - |y|^2, supported on |y| <= 1; coefficients of t^0, t^1, ...
     Compact {
-        /// Coefficients of b.
+        /// Coefficients of b, all of them exact.
         b: [f64; TERMS],
         /// M.
         exponent: u32,
@@ -109,8 +109,113 @@ impl Profile {
     }
 }
 
-/// sum c_k t^k.
-#[inline]
-pub(crate) fn horner(coefficients: &[f64], t: f64) -> f64 {
-    coefficients.iter().rev().fold(0.0, |sum, &c| sum * t + c)
+impl Profile {
+    /// b and b' of a compact mollifier; of a Gaussian one anything.
+    pub(crate) fn factors(&self) -> [Factors; 2] {
+        let Self::Compact { b, exponent, half_order } = self else { return [Factors::new(&[0.0; TERMS], 0, 0); 2] };
+        let mut slope = [0.0; TERMS];
+        for ((slot, &c), k) in slope.iter_mut().zip(b.iter().skip(1)).zip(1_u32..) {
+            *slot = f64::from(k) * c;
+        }
+        let count = half_order.saturating_sub(1) as usize;
+        [Factors::new(b, *exponent, count), Factors::new(&slope, exponent.saturating_sub(1), count)]
+    }
+
+    /// psi at r, where 1 - r^2 = t, in units of delta.
+    pub(crate) fn density(&self, dimension: usize, r: f64, t: f64) -> f64 {
+        match *self {
+            Self::Compact { .. } => {
+                let [b, _] = self.factors();
+                if t > 0.0 { b.at(t) / sphere(dimension) } else { 0.0 }
+            }
+            Self::Gaussian { parts, .. } => {
+                let root = PI.sqrt();
+                let one =
+                    |&(w, c): &(f64, f64)| w * (-(r / c) * (r / c)).exp() / Real::powi(root * c, dimension as u32);
+                parts.iter().map(one).sum()
+            }
+        }
+    }
+}
+
+/// A polynomial c t^n (t - t_1) ... (t - t_m), m <= 3: b and b', whose coefficients cancel by up to four digits at high orders where their
+/// factors do not. (All zeros are simple, in (0, 1) and separate: b is a Jacobi polynomial times t^M.)
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Factors {
+    leading: f64,
+    power: u32,
+    roots: [f64; 3],
+    count: usize,
+}
+
+impl Factors {
+    /// Of sum c_k t^k with lowest power `power` and at most three more terms.
+    pub(crate) fn new(coefficients: &[f64; TERMS], power: u32, count: usize) -> Self {
+        let count = count.min(3);
+        let mut rest = [0.0; 4];
+        for (slot, &c) in rest.iter_mut().take(count + 1).zip(coefficients.iter().skip(power as usize)) {
+            *slot = c;
+        }
+        let whole = rest;
+        let mut roots = [0.0; 3];
+        for (k, slot) in roots.iter_mut().take(count).enumerate() {
+            let degree = count - k;
+            // Newton's steps from the left of the smallest zero of a polynomial whose zeros are all real rise to it.
+            let mut root = 0.0;
+            for _ in 0..60 {
+                let (value, slope) = with_slope(rest.get(..=degree).unwrap_or(&[]), root);
+                root -= value / slope;
+            }
+            // Two more on the whole polynomial, its value in two words.
+            for _ in 0..2 {
+                let all = whole.get(..=count).unwrap_or(&[]);
+                let value = all.iter().rev().fold(DoubleWord::ZERO, |sum, &c| sum * root + DoubleWord::from(c));
+                root -= value.hi / with_slope(all, root).1;
+            }
+            *slot = root;
+            // divided by (t - root), from the highest coefficient down
+            let mut carry = 0.0;
+            for c in rest.iter_mut().take(degree + 1).rev() {
+                (carry, *c) = (*c + root * carry, carry);
+            }
+        }
+        Self { leading: whole.get(count).copied().unwrap_or(0.0), power, roots, count }
+    }
+
+    /// The value at t >= 0.
+    #[inline]
+    pub(crate) fn at(&self, t: f64) -> f64 {
+        let start = self.leading * Real::powi(t, self.power);
+        self.roots.iter().take(self.count).fold(start, |product, root| product * (t - root))
+    }
+}
+
+/// sum c_k x^k and its derivative.
+fn with_slope(coefficients: &[f64], x: f64) -> (f64, f64) {
+    coefficients.iter().rev().fold((0.0, 0.0), |(value, slope), &c| (value * x + c, slope * x + value))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Against sums of the exact coefficients in two words: five roundings of the value, and of each factor, which are felt next to a
+    /// zero alone, where the bound is relative to the largest value.
+    #[test]
+    fn factors_are_the_polynomial() {
+        for dimension in 1..=3 {
+            for (order, exponent) in (1..=4).flat_map(|k| (1..=9).map(move |m| (2 * k, m))) {
+                let profile = Profile::new(Mollifier::Compact { order, exponent }, dimension).unwrap();
+                let Profile::Compact { b, half_order, .. } = profile else { panic!() };
+                let factors = Factors::new(&b, exponent, half_order as usize - 1);
+                let exact = |t: f64| b.iter().rev().fold(DoubleWord::ZERO, |sum, &c| sum * t + DoubleWord::from(c)).hi;
+                let largest = (0..=1000).map(|k| exact(1e-3 * f64::from(k)).abs()).fold(0.0, f64::max);
+                for t in (0..=1000).map(|k| 1e-3 * f64::from(k)) {
+                    let error = (factors.at(t) - exact(t)).abs();
+                    let bound = f64::EPSILON * (f64::from(exponent + 5) * exact(t).abs() + 2.0 * largest);
+                    assert!(error <= bound, "{dimension} {order} {exponent} {t}: {error:e} {bound:e}");
+                }
+            }
+        }
+    }
 }

@@ -3,22 +3,20 @@
 
 use core::f64::consts::PI;
 
-use crate::real::Real;
+use crate::real::{DoubleWord, Real};
+use crate::special::elementary::exp;
 
-/// Nodes of the inner rule.
-pub(crate) const GAUSS: usize = 28;
-
-/// Gauss-Legendre on [0, 1]: (node, weight), exact to degree 2 `GAUSS` - 1.
-pub(crate) fn gauss_legendre() -> [(f64, f64); GAUSS] {
-    let n = GAUSS as f64;
-    let mut rule = [(0.0, 0.0); GAUSS];
+/// Gauss-Legendre on [0, 1]: (node, weight), exact to degree 2 N - 1.
+pub(crate) fn gauss_legendre<const N: usize>() -> [(f64, f64); N] {
+    let n = N as f64;
+    let mut rule = [(0.0, 0.0); N];
     for (k, slot) in rule.iter_mut().enumerate() {
         // Tricomi's start, then Newton on the Legendre polynomial.
         let mut x = (PI * (k as f64 + 0.75) / (n + 0.5)).cos();
         let mut slope = 1.0;
         for _ in 0..5 {
             let (mut p, mut before) = (1.0, 0.0);
-            for j in 0..GAUSS {
+            for j in 0..N {
                 let j = j as f64;
                 (p, before) = (((2.0 * j + 1.0) * x * p - j * before) / (j + 1.0), p);
             }
@@ -31,7 +29,7 @@ pub(crate) fn gauss_legendre() -> [(f64, f64); GAUSS] {
 }
 
 /// Most nodes of [`DoubleExponential`] on a side.
-const SIDE: usize = 80;
+const SIDE: usize = 140;
 
 /// The double exponential (tanh-sinh) rule of Takahasi and Mori on an interval: nodes crowd towards both ends.
 pub(crate) struct DoubleExponential {
@@ -42,14 +40,21 @@ pub(crate) struct DoubleExponential {
 
 impl DoubleExponential {
     /// x = 1/(1 + e^{pi sinh(tau)}), dx/dtau = pi cosh(tau) x (1 - x), tau = k h.
+    ///
+    /// The error falls as e^{-c/h}: for b of order 8 with M = 9 and e^{-10 q} it is 7e-14 of the integral's size at h = 1/16, its square at
+    /// h = 1/32 and 1e-18 here.
     pub(crate) fn new() -> Self {
-        let h = 1.0 / 14.0;
+        let h = 1.0 / 22.0;
         let mut side = [(0.5, 0.0); SIDE];
         let mut used = 0;
         for (k, slot) in side.iter_mut().enumerate() {
-            let e = (h * k as f64).exp();
-            let (sinh, cosh) = (0.5 * (e - 1.0 / e), 0.5 * (e + 1.0 / e));
-            let x = 1.0 / (1.0 + (PI * sinh).exp());
+            // in two words: an argument of hundreds would leave its rounding in each node
+            let (m, n) = exp(DoubleWord::from(h * k as f64));
+            let e = m.ldexp(n);
+            let below = DoubleWord::ONE / e;
+            let (sinh, cosh) = ((e - below) * 0.5, ((e + below) * 0.5).hi);
+            let (m, n) = exp(DoubleWord::<f64>::pi() * sinh);
+            let x = (DoubleWord::ONE / (DoubleWord::ONE + m.ldexp(n))).hi;
             let weight = h * PI * cosh * x * (1.0 - x);
             if x < 1e-250 {
                 break;
@@ -83,7 +88,8 @@ mod tests {
 
     #[test]
     fn gauss_integrates_polynomials() {
-        let rule = gauss_legendre();
+        const GAUSS: usize = 28;
+        let rule = gauss_legendre::<GAUSS>();
         for degree in 0..(2 * GAUSS) {
             let sum: f64 = rule.iter().map(|&(x, w)| w * Real::powi(x, degree as u32)).sum();
             let want = 1.0 / (degree as f64 + 1.0);

@@ -56,6 +56,9 @@ unsafe fn combination<T: Real, const D: usize>(
 ///
 /// weights[n_radii] is written if not null; the functions of n distances r[n] are those of mollis_mollifier2_eval.
 ///
+/// Errors are below 1 ulp where the parts do not cancel, for lengths radii[j] * delta as they are rounded to the scalar. (The rounding of
+/// that product moves each part by up to half an ulp of its length; it is exact for powers of two.)
+///
 /// Refused as there; also MOLLIS_ERR_LENGTH_MISMATCH (no radius or more than 4), MOLLIS_ERR_OUT_OF_DOMAIN (a radius outside (0, 1] or
 /// two equal ones), MOLLIS_ERR_UNSUPPORTED (no mollifier).
 #[cfg(feature = "double")]
