@@ -1981,7 +1981,9 @@ mollis_status mollis_kernel2_workspace_bytes(const struct mollis_kernel_term *te
  * milliseconds to tens of them. delta is not looked at without a mollifier.
  *
  * Refused: as by the size query, and MOLLIS_ERR_WORKSPACE_TOO_SMALL, MOLLIS_ERR_DELTA, MOLLIS_ERR_UNSUPPORTED (delta is many times
- * a screening length), MOLLIS_ERR_OUT_OF_DOMAIN (the own kernel's reach; or a coefficient leaves the scalar's range),
+ * a length l or 1/k: about 600 times, 13 to 26 under a Gaussian mollifier; or exponent M = 1 with a power 0 < p + d - 1 < 0.08, whose
+ * Laplacian is all but infinite at delta), MOLLIS_ERR_OUT_OF_DOMAIN (the own kernel's reach; or a coefficient leaves the scalar's range, in
+ * single precision at some 90 lengths, 4.7 to 13 under a Gaussian mollifier),
  * MOLLIS_ERR_NOT_FINITE (the own kernel returned such a value), or the status that the own kernel returned. After
  * MOLLIS_ERR_NOT_FINITE of an own kernel and the last two the block is not prepared; else it is as it was.
  */
@@ -1997,8 +1999,12 @@ mollis_status mollis_kernel2_prepare(void *kernel,
  * Writes K_delta(r), K_delta'(r)/r and the Laplacian of K_delta at n distances (their magnitudes), of a kernel prepared in
  * two dimensions. Null outputs are not wanted; the others are overwritten. Without a mollifier all are 0 at r = 0.
  *
- * Errors are below 1e-13 of the larger of |value| and the kernel's scale at delta, and below 8 ulp for closed forms (single
- * precision: below 5.4e-6 of the larger of |value| and the sum over the terms of their sizes at delta and at 0). From 10 (closed forms) to some hundred nanoseconds a term and distance.
+ * Either precision computes in double and rounds once. Errors of a term are below 8 ulp of |value| for closed forms (powers 2, 4, 6, ...;
+ * in one and three dimensions and without a Gaussian mollifier 1, 3, 5, ... too), and else below 1e-13 of the larger of |value| and the term's
+ * scale at delta: the magnitude that it has there without a mollifier (for a logarithm at least 1; for the Laplacian at least that of the
+ * gradient factor). Where delta is more than 5 times a length l or 1/k, the scale is |K| * |psi_delta| at r, if that is larger. Results are
+ * infinite or zero only where the true ones leave the range; K_delta'(r)/r may, where the gradient does not.
+ * From 10 (closed forms) to some hundred nanoseconds a term and distance.
  *
  * Refused, with every output as it was: MOLLIS_ERR_NOT_PREPARED, MOLLIS_ERR_WRONG_VERSION, MOLLIS_ERR_WRONG_SCALAR,
  * MOLLIS_ERR_WRONG_BYTE_ORDER, MOLLIS_ERR_WORKSPACE_TOO_SMALL, MOLLIS_ERR_NOT_FINITE (some r), MOLLIS_ERR_NULL_POINTER,
@@ -2172,6 +2178,9 @@ mollis_status mollis_kernel3_eval_f32(const void *kernel,
  * mollifier at lengths radii[j] * delta, 1 to 4 different radii in (0, 1]. Of order p + 2 (n_radii - 1) for a mollifier of order p.
  *
  * weights[n_radii] is written if not null; the functions of n distances r[n] are those of mollis_mollifier2_eval.
+ *
+ * Errors are below 1 ulp where the parts do not cancel, for lengths radii[j] * delta as they are rounded to the scalar. (The rounding of
+ * that product moves each part by up to half an ulp of its length; it is exact for powers of two.)
  *
  * Refused as there; also MOLLIS_ERR_LENGTH_MISMATCH (no radius or more than 4), MOLLIS_ERR_OUT_OF_DOMAIN (a radius outside (0, 1] or
  * two equal ones), MOLLIS_ERR_UNSUPPORTED (no mollifier).
