@@ -28,9 +28,11 @@ pub enum Merging {
     /// All that can happen: nu < 0.
     #[default]
     All,
-    /// Only those that must happen: nu <= -1. The paper's "hard" collisions.
+    /// Only those that must happen: nu <= -1. The paper's "hard" collisions. Under [`Attraction::Sum`](super::Attraction::Sum) the pairs that
+    /// collide and do not merge keep the mean of their squared distance, however close they are.
     Hard,
-    /// None: particles never merge and no cluster is searched for.
+    /// None: particles never merge and no cluster is searched for. Under [`Attraction::Sum`](super::Attraction::Sum) pairs with nu <= -1 stay together
+    /// once they have met, others as with `Hard`.
     Never,
 }
 

@@ -23,7 +23,8 @@ pub enum Attraction<'a, 'g, T: Real> {
     /// Nowhere: no field is computed, whatever chi is. Not with the feature `small`, nor is chi = 0.
     None,
     /// The sum over all particles of a kernel, K = V: exact, without a mesh; all particles share their sub-steps, and each sub-step sums
-    /// anew. A mollified kernel bounds the speed.
+    /// anew. A mollified kernel bounds the speed. Close pairs that do not merge ([`Merging::Hard`], [`Merging::Never`]) are moved
+    /// so that their mean squared distance is exact (`docs/pks.md`), if there is noise.
     Sum(&'a dyn Interaction<T, 2>, &'a field::Options),
     /// A mesh's field, solved once a step, in which every particle takes its own sub-steps, whose expected jumps stay below the
     /// mesh width. In a box with no-flux walls particles are reflected. The grid is written over. Not with the feature `small`.
