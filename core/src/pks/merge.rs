@@ -5,7 +5,7 @@ use super::collision::Criterion;
 use super::sort;
 use super::state::{Counters, Event, Events, Report, State};
 use crate::error::{Error, Result};
-use crate::real::Real;
+use crate::real::{Real, quotient};
 use crate::space::Space;
 
 /// The collapsed clusters of a step: kept from the decision to the last merge.
@@ -167,7 +167,7 @@ fn merge<T: Real>(state: &mut State<'_, T>, members: &mut [u64], absorbed: &mut 
     }
     let place = state.positions.get_mut(kept)?;
     for (x, (sum, lost)) in place.iter_mut().zip(&sums) {
-        *x += (*sum + *lost) / mass;
+        *x += quotient(*sum + *lost, mass);
     }
     *state.masses.get_mut(kept)? = mass;
     Some((label, mass))
