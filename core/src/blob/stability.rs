@@ -150,7 +150,7 @@ impl Hessian {
         Some(Self { norm: factor.abs(), trace: (D as f64 * factor).abs() })
     }
 
-    /// What twice of bounds the contribution of a mass, to velocities and to densities.
+    /// Twice this bounds what a unit of mass contributes, to velocities and to densities.
     fn larger(self) -> f64 {
         let half = 0.5 * self.trace;
         if half > self.norm { half } else { self.norm }

@@ -46,9 +46,8 @@ impl<T: Real> Plain<T> {
             let area = self.delta * self.delta;
             let half = self.square / area * T::HALF;
             let rest = (-half).expm1();
-            // (1 - E) / (r^2/(2 delta^2)), 1 at r = 0. The divisor is chosen, not the quotient, which may be computed at r = 0 too.
-            let (numerator, divisor) = if half == T::ZERO { (T::ONE, T::ONE) } else { (-rest, half) };
-            let fall = numerator / divisor;
+            // (1 - E) / (r^2/(2 delta^2)), 1 at r = 0 and, to rounding, wherever the least positive number takes the place of both.
+            let fall = (-rest).max(T::MIN_POSITIVE) / half.max(T::MIN_POSITIVE);
             let e = T::ONE + rest;
             return fall * (T::ONE + T::TWO * e) / (T::TWO * T::TWO * T::PI * area);
         }
@@ -58,7 +57,8 @@ impl<T: Real> Plain<T> {
         }
         let r = self.square.sqrt();
         let z = r / self.delta;
-        self.sum(|width| (z / width).erf()) / (T::TWO * r)
+        // The compiler may divide before it knows that r is not zero.
+        self.sum(|width| (z / width).erf()) / (T::TWO * r.max(T::MIN_POSITIVE))
     }
 
     /// The sum of w_i f(c_i).

@@ -331,10 +331,9 @@ impl<T: Real> Newtonian<T> {
     }
 
     fn factor(&self, square: T) -> T {
-        // The divisor is chosen, not the quotient: several at a time both are computed, at r = 0 too.
-        let beyond = self.is_beyond(square);
-        let far = self.strength / if beyond { square } else { self.edge };
-        if beyond { far } else { self.scale * self.inside.at(T::ONE - square / self.edge) }
+        // Several at a time both are computed, so the divisor must not be zero inside either.
+        let far = self.strength / square.max(self.edge);
+        if self.is_beyond(square) { far } else { self.scale * self.inside.at(T::ONE - square / self.edge) }
     }
 }
 

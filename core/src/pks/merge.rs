@@ -5,7 +5,7 @@ use super::collision::Criterion;
 use super::sort;
 use super::state::{Counters, Event, Events, Report, State};
 use crate::error::{Error, Result};
-use crate::real::{DoubleWord, Real};
+use crate::real::{DoubleWord, Real, quotient};
 use crate::space::Space;
 
 /// The collapsed clusters of a step: kept from the decision to the last merge.
@@ -164,7 +164,7 @@ fn merge<T: Real>(state: &mut State<'_, T>, members: &mut [u64], absorbed: &mut 
         *to = *labels.get(k)?;
     }
     let mass = mass.hi;
-    *state.positions.get_mut(kept)? = [start[0] + first.hi / mass, start[1] + second.hi / mass];
+    *state.positions.get_mut(kept)? = [start[0] + quotient(first.hi, mass), start[1] + quotient(second.hi, mass)];
     *state.masses.get_mut(kept)? = mass;
     Some((label, mass))
 }

@@ -12,9 +12,10 @@ pub const GAMMA: f64 = 0.5 * core::f64::consts::FRAC_1_PI;
 /// The critical mass `8 pi mu / chi`: above it a solution blows up in finite time (1.6), below it never does (1.7). Infinite for chi = 0.
 #[must_use]
 pub fn critical_mass<T: Real>(mu: T, chi: T) -> T {
-    let finite = chi != T::ZERO;
-    let quotient = T::from_i32(8) * T::PI * mu / if finite { chi } else { T::ONE };
-    if finite { quotient } else { T::INFINITY }
+    if chi == T::ZERO {
+        return T::INFINITY;
+    }
+    T::from_i32(8) * T::PI * mu / chi
 }
 
 /// The bound `T < 2 pi F(0) / ((chi M - 8 pi mu) M)` on the time of blow-up (1.8); infinite for a subcritical mass.
@@ -23,9 +24,10 @@ pub fn critical_mass<T: Real>(mu: T, chi: T) -> T {
 #[must_use]
 pub fn blow_up_bound<T: Real>(mass: T, mu: T, chi: T, second_moment: T) -> T {
     let excess = chi * mass - T::from_i32(8) * T::PI * mu;
-    let finite = excess > T::ZERO;
-    let quotient = T::TWO * T::PI * second_moment / if finite { excess * mass } else { T::ONE };
-    if finite { quotient } else { T::INFINITY }
+    if excess > T::ZERO {
+        return T::TWO * T::PI * second_moment / (excess * mass);
+    }
+    T::INFINITY
 }
 
 /// Number, mass and sum of squared masses of a group of particles: all that its index depends on.

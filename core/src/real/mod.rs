@@ -170,6 +170,13 @@ pub trait Real:
     }
 }
 
+/// `a / b`, as a function of its own. The compiler puts two divisions of single precision that stand side by side into one vector, whose other lanes
+/// then divide zero by zero, which raises an exception.
+#[inline(never)]
+pub(crate) fn quotient<T: Real>(a: T, b: T) -> T {
+    a / b
+}
+
 /// The Euclidean length of `x`, each component scaled by one power of two, so that squares stay in the range whenever the length does.
 /// An infinite component, and a length beyond the range, give infinity; a NaN gives NaN.
 pub(crate) fn length<T: Real, const D: usize>(x: &[T; D]) -> T {
@@ -249,7 +256,13 @@ macro_rules! real {
             }
             #[inline(always)]
             fn to_u32(self) -> u32 {
-                self as u32
+                // The conversion saturates, but may raise an exception as it does. Machines that lack double precision saturate without one.
+                if cfg!(feature = "small") {
+                    return self as u32;
+                }
+                let x = f64::from(self);
+                let x = if x > 0.0 { x } else { 0.0 };
+                (if x < 4_294_967_295.0 { x } else { 4_294_967_295.0 }) as u32
             }
             #[inline(always)]
             fn from_f32(x: f32) -> Self {
@@ -398,6 +411,18 @@ real!(f64, 8, 53, 1023, sqrt_f64, same, libm::exp, libm::log, floor ceil round l
 #[cfg(test)]
 mod tests {
     use super::{Real, length};
+
+    #[test]
+    fn conversions_saturate() {
+        for x in
+            [0.0, -0.0, 0.7, 1.0, 65_535.9, 16_777_217.0, 4e9, 4_294_967_294.0, 4_294_967_295.5, 5e9, 1e30, -1.0, -1e30]
+        {
+            assert_eq!((Real::to_u32(x), Real::to_u32(x as f32)), (x as u32, x as f32 as u32), "{x}");
+        }
+        for x in [f64::INFINITY, f64::NEG_INFINITY, f64::NAN] {
+            assert_eq!((Real::to_u32(x), Real::to_u32(x as f32)), (x as u32, x as u32));
+        }
+    }
 
     #[test]
     fn lengths_over_the_whole_range() {

@@ -11,6 +11,7 @@
 use std::ptr::{null, null_mut};
 
 use mollis_abi::*;
+use mollis_core::isa::Level;
 use mollis_tests::Aligned;
 use mollis_tests::exceptions::Rows;
 
@@ -67,6 +68,11 @@ macro_rules! check {
             // More than a block of lanes, and a rest.
             const N: usize = 41;
             let mut rows = Rows::default();
+            let mut run = std::mem::MaybeUninit::<mollis_run>::uninit();
+            let run = unsafe {
+                assert_eq!(mollis_run_init(run.as_mut_ptr(), size_of::<mollis_run>()), 0);
+                run.assume_init()
+            };
             let (x, targets) = (points!(N, $t, $d), points!(N + 5, $t, $d));
             let all: Vec<$t> = (0..N).map(|k| if k % 2 == 0 { 0.25 } else { -0.2 }).collect();
             let some: Vec<$t> = all.iter().enumerate().map(|(k, &m)| if k % 5 == 0 { 0.0 } else { m }).collect();
@@ -84,9 +90,14 @@ macro_rules! check {
                     let mut block = Aligned::new(bytes);
                     let kernel = block.pointer();
                     assert_eq!(unsafe { $prepare(kernel, bytes, terms.as_ptr(), count, null(), mollifier, 0.3) }, 0);
-                    for accumulation in [MOLLIS_ACCUMULATION_BLOCKED, MOLLIS_ACCUMULATION_COMPENSATED] {
+                    let accumulations = [MOLLIS_ACCUMULATION_BLOCKED, MOLLIS_ACCUMULATION_COMPENSATED];
+                    for (accumulation, level) in
+                        accumulations.iter().flat_map(|a| Level::available().map(move |l| (*a, l)))
+                    {
                         let options = mollis_field_options { accumulation, ..options };
                         let options = &raw const options;
+                        let run = mollis_run { level: level as i32, ..run };
+                        let run = &raw const run;
                         for wanted in 1..8 {
                             for (kind, targets, masses) in [
                                 ("targets are the sources", &x[..], &all),
@@ -94,9 +105,10 @@ macro_rules! check {
                                 ("other targets", &targets[..], &all),
                             ] {
                                 let m = targets.len();
-                                let kind = format!("{kind}, wanted {wanted}, accumulation {accumulation}");
+                                let kind =
+                                    format!("{kind}, wanted {wanted}, accumulation {accumulation}, {}", level.name());
                                 rows.row(what(stringify!($size), &kind), || unsafe {
-                                    $size(kernel, bytes, N, m, wanted, options, null(), &raw mut needed)
+                                    $size(kernel, bytes, N, m, wanted, options, run, &raw mut needed)
                                 });
                                 rows.row(what(stringify!($text), &kind), || unsafe {
                                     let mut length = 0;
@@ -114,7 +126,8 @@ macro_rules! check {
                                     let (x, masses, to) = (x.as_ptr(), masses.as_ptr(), targets.as_ptr());
                                     let none = null_mut();
                                     $field(
-                                        kernel, bytes, N, x, masses, m, to, u, g, l, options, workspace, needed, null(), none,
+                                        kernel, bytes, N, x, masses, m, to, u, g, l, options, workspace, needed, run,
+                                        none,
                                     )
                                 });
                             }
