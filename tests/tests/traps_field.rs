@@ -1,7 +1,5 @@
 //! Field sums and what is made of them (steps of the blob method, coalescing particles that are summed) raise none of invalid, divide-by-zero and
 //! overflow over ordinary input. A row a function of the header and kind of input.
-//!
-//! NOT COMPILED YET: some rows fail. Move this file to tests/tests/traps_field.rs when none does.
 #![expect(unsafe_code, reason = "calls the C ABI as a C program does")]
 #![allow(
     clippy::undocumented_unsafe_blocks,
