@@ -217,8 +217,7 @@ pub fn evaluate<T: Real, const D: usize>(
     checked::<T, D, true>(plan, kernel, sources, targets, outputs, workspace, run)
 }
 
-/// As [`evaluate`], for solvers that want gradients and Laplacians by default options. Without the feature `methods` every sum is one over
-/// pairs, and what leads to potentials is not linked.
+/// As [`evaluate`], for solvers. Firmware's want gradients and Laplacians by default options, and what leads to potentials is not linked.
 pub(crate) fn flow<T: Real, const D: usize>(
     plan: &Plan,
     kernel: &dyn Interaction<T, D>,
@@ -228,10 +227,7 @@ pub(crate) fn flow<T: Real, const D: usize>(
     workspace: &mut [u8],
     run: &mut Run<'_>,
 ) -> Result<()> {
-    if outputs.potential.is_some() {
-        return Err(Error::Unsupported);
-    }
-    checked::<T, D, false>(plan, kernel, sources, targets, outputs, workspace, run)
+    checked::<T, D, { !cfg!(feature = "small") }>(plan, kernel, sources, targets, outputs, workspace, run)
 }
 
 /// The gradient of the sum over sources that are the targets too, for solvers that have checked everything but the positions.

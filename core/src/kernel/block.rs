@@ -10,7 +10,7 @@ use super::{KEPT, Kernel, OTHERS, Others};
 use crate::error::{Error, Result};
 use crate::isa::{ROW, ROWS};
 use crate::mollifier::{Blob, Mollifier};
-use crate::real::Real;
+use crate::real::{Real, quotient};
 use crate::space::{ALIGN, Carve, Measure, Space, View};
 
 /// "mollis K" in ASCII, as a number: swapped bytes show another machine's block.
@@ -119,7 +119,7 @@ fn reach(law: Law) -> Option<f64> {
     match law {
         Law::Newtonian | Law::Power { .. } => None,
         Law::Exponential { length } => Some(EXPONENTIAL_REACH * length),
-        Law::Screened { k } => Some(EXPONENTIAL_REACH / k),
+        Law::Screened { k } => Some(quotient(EXPONENTIAL_REACH, k)),
     }
 }
 
@@ -131,7 +131,7 @@ fn has_table(terms: &[Term], supplied: bool, mollifier: Mollifier, dimension: us
     match mollifier {
         Mollifier::Gaussian { .. } => true,
         Mollifier::Compact { .. } => supplied || others.next().is_some(),
-        Mollifier::None => supplied || others.any(|term| reach(term.law).is_some()),
+        Mollifier::None => supplied || others.any(|term| !matches!(term.law, Law::Newtonian | Law::Power { .. })),
     }
 }
 
@@ -151,7 +151,7 @@ fn domain(terms: &[Term], supplied: Option<Supplied<'_>>, mollifier: Mollifier, 
         return Domain { unit, shift: 0.0, until: 65536.0, ends, edge: false };
     }
     let edge = matches!(mollifier, Mollifier::Compact { .. });
-    let ratio = until / delta;
+    let ratio = quotient(until, delta);
     Domain { unit: delta, shift: 1.0, until: ratio * ratio + 1.0, ends, edge }
 }
 

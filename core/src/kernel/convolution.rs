@@ -38,12 +38,7 @@ pub(crate) struct Convolution {
     line: [(f64, f64); LINE],
     /// The rate at which the kernel decays: under a Gaussian it moves the integrand's peak.
     kappa: f64,
-    /// The half-width, in widths of a Gaussian, beyond which its product with the kernel counts for nothing.
-    reach: f64,
 }
-
-/// What decays over 1/kappa counts for nothing after so many, the growth of a mollifier's power t^9 included.
-const DECAYED: f64 = 90.0;
 
 /// Below this q the integral over directions of grad psi is taken from its Taylor series: its terms cancel there.
 const SMALL: f64 = 1e-6;
@@ -124,8 +119,7 @@ impl Sums {
 }
 
 impl Convolution {
-    /// For a kernel that decays like e^{-kappa q}, or grows like q^`growth`.
-    pub(crate) fn new(dimension: usize, profile: Profile, kappa: f64, growth: f64) -> Self {
+    pub(crate) fn new(dimension: usize, profile: Profile, kappa: f64) -> Self {
         Self {
             dimension,
             profile,
@@ -134,8 +128,6 @@ impl Convolution {
             plane: gauss_legendre(),
             line: gauss_legendre(),
             kappa,
-            // q^p e^{-q^2} is largest at sqrt(p/2), and below 1e-17 of that from here on, up to p = 50
-            reach: REACH + 0.125 * growth.max(0.0),
         }
     }
 
@@ -156,12 +148,10 @@ impl Convolution {
                 // 1 + y = gap + q, without a cancellation where q starts at -gap
                 if inside {
                     let mut directions = |q, y, x| self.compact(r, gap + x, small, q, y);
-                    let near = gap.min(DECAYED / self.kappa);
-                    self.segment([0.0, -r, near], weak, kernel, 1.0, &mut total, &mut directions);
+                    self.segment([0.0, -r, gap], weak, kernel, 1.0, &mut total, &mut directions);
                 }
                 let (start, from, lift) = if inside { (gap, gap - r, 2.0 * gap) } else { (-gap, -1.0, 0.0) };
-                // Where the kernel decays at a large rate, the rule's nodes are for the rest of it.
-                let whole = (if inside { 2.0 * r } else { 2.0 }).min(DECAYED / self.kappa);
+                let whole = if inside { 2.0 * r } else { 2.0 };
                 // Next to the edge of a rough mollifier the integrand is a power of q from q = |gap| on: decade by decade.
                 let decades = weak && exponent == 1 && start > 0.0;
                 let mut done = 0.0;
@@ -175,18 +165,11 @@ impl Convolution {
             }
             Profile::Gaussian { parts, .. } => {
                 for (weight, width) in parts.into_iter().filter(|&(weight, _)| weight != 0.0) {
-                    // e^{-kappa y - (y/width)^2} is largest at y = -shift, if q > 0 there: both sides of it, as far as it counts.
-                    let shift = 0.5 * self.kappa * width * width;
-                    let before = r.min(shift);
-                    let steep = (shift - before) / width;
-                    let left = (r - before).min(self.reach * width);
-                    let right = width * ((steep * steep + self.reach * self.reach).sqrt() - steep);
+                    let reach = REACH * width;
+                    let before = r.min(reach + 0.5 * self.kappa * width * width);
                     let mut directions = |q, y, _| self.gaussian(width, r, q, y);
-                    let peak = r - before;
-                    let sides = [[peak - left, -before - left, left], [peak, -before, right]];
-                    for side in sides {
-                        self.segment(side, weak, kernel, weight, &mut total, &mut directions);
-                    }
+                    self.segment([r - before, -before, before], weak, kernel, weight, &mut total, &mut directions);
+                    self.segment([r, 0.0, reach], weak, kernel, weight, &mut total, &mut directions);
                 }
             }
         }

@@ -569,7 +569,7 @@ impl Task<'_> {
             let outer = Outer::Clamped { least };
             return Ok(Part { law, radius: reach, panels: USER_OCTAVES, plain: USER_OCTAVES, first, outer });
         };
-        let convolution = Convolution::new(self.dimension, *profile, 0.0, 0.0);
+        let convolution = Convolution::new(self.dimension, *profile, 0.0);
         let square = self.delta * self.delta;
         // the integrals may not look at each value, but a kernel that is not finite somewhere is refused
         let finite = Cell::new(true);
@@ -652,7 +652,7 @@ struct Unit {
     convolution: Convolution,
     /// delta / length, or k delta.
     kappa: f64,
-    /// Whether the Laplacian is that of grad K * grad psi.
+    /// Whether the Laplacian is too singular to convolve.
     weak: bool,
     /// The power of t in which the functions are smooth at a compact mollifier's edge; 0 for log t.
     root: f64,
@@ -665,14 +665,12 @@ impl Unit {
     fn new(law: Law, dimension: usize, delta: f64, profile: Profile) -> Self {
         let d = dimension as f64;
         let (kappa, weak) = match law {
-            // of a kernel much narrower than psi, the Laplacian is nearly that of psi, but a difference of large integrals
-            Law::Exponential { length } => (delta / length, delta / length > SERIES_KAPPA),
-            Law::Screened { k } => (delta * k, delta * k > SERIES_KAPPA),
+            Law::Exponential { length } => (delta / length, false),
+            Law::Screened { k } => (delta * k, false),
             Law::Power { exponent } => (0.0, exponent < 2.5 - d),
             Law::Newtonian => (0.0, true),
         };
-        let growth = if let Law::Power { exponent } = law { exponent } else { 0.0 };
-        let convolution = Convolution::new(dimension, profile, kappa, growth);
+        let convolution = Convolution::new(dimension, profile, kappa);
         let (root, least) = (edge_root(law, d, profile), [0.0; 3]);
         let mut unit = Self { law, dimension, profile, convolution, kappa, weak, root, least, least_outside: least };
         unit.least = magnitudes(unit.bare(1.0));
@@ -710,7 +708,7 @@ impl Unit {
         let mut sample = self.convolution.at(target, self.weak, &mut |q, _| self.bare(q))?;
         match self.law {
             Law::Power { exponent: 0.0 } => sample.values[0] += Real::log(delta),
-            Law::Screened { .. } if !self.weak => {
+            Law::Screened { .. } => {
                 // Laplacian u = psi + k^2 u
                 let psi = self.profile.density(self.dimension, target.r(), target.t());
                 let square = self.kappa * self.kappa;
