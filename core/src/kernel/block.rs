@@ -127,7 +127,7 @@ fn reach(law: Law) -> Option<f64> {
 ///
 /// Newtonian kernels with a compact mollifier, or none, have loops of their own. Without a mollifier there must be a length to begin from.
 fn has_table(terms: &[Term], supplied: bool, mollifier: Mollifier, dimension: usize) -> bool {
-    let mut others = terms.iter().filter(|term| term.law.canonical(dimension).0 != Law::Newtonian);
+    let mut others = terms.iter().filter(|term| !term.law.is_newtonian(dimension));
     match mollifier {
         Mollifier::Gaussian { .. } => true,
         Mollifier::Compact { .. } => supplied || others.next().is_some(),
@@ -273,7 +273,7 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
                 let (law, factor) = term.law.canonical(D);
                 let coefficient = factor * term.coefficient;
                 // 1/l of a subnormal length
-                let rate = if let Law::Exponential { length } = law { 1.0 / length } else { 0.0 };
+                let rate = if let Law::Exponential { length } = law { quotient(1.0, length) } else { 0.0 };
                 if !(Real::is_finite(coefficient) && Real::is_finite(rate)) {
                     return Err(Error::OutOfDomain);
                 }

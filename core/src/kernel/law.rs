@@ -58,6 +58,15 @@ impl Law {
         if allowed { Ok(()) } else { Err(Error::KernelParameter) }
     }
 
+    /// Whether [`Law::canonical`] is Newtonian: a question without a division, which a compiler may take out of its branch.
+    pub(crate) fn is_newtonian(self, dimension: usize) -> bool {
+        match self {
+            Law::Newtonian => true,
+            Law::Power { exponent } => exponent == 2.0 - dimension as f64,
+            Law::Exponential { .. } | Law::Screened { .. } => false,
+        }
+    }
+
     /// The same kernel as a multiple of a simpler law: powers that are Newtonian, and 1D exponentials, which are screened.
     pub(crate) fn canonical(self, dimension: usize) -> (Self, f64) {
         use core::f64::consts::PI;
