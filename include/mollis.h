@@ -2013,7 +2013,8 @@ mollis_status mollis_kernel2_prepare(void *kernel,
  * Either precision computes in double and rounds once. Errors of a term are below 8 ulp of |value| for closed forms (powers 2, 4, 6, ...;
  * in one and three dimensions and without a Gaussian mollifier 1, 3, 5, ... too), and else below 1e-13 of the larger of |value| and the term's
  * scale at delta: the magnitude that it has there without a mollifier (for a logarithm at least 1; for the Laplacian at least that of the
- * gradient factor). Where delta is more than 5 times a length l or 1/k, the scale is |K| * |psi_delta| at r, if that is larger. Results are
+ * gradient factor). Where delta is more than 5 times a length l or 1/k, the scale is |K| * |psi_delta| at r, if that is larger. (Beyond some 100 lengths, and beyond power 12 under a
+ * Gaussian mollifier, errors are up to 2e-12.) Results are
  * infinite or zero only where the true ones leave the range; K_delta'(r)/r may, where the gradient does not.
  * From 10 (closed forms) to some hundred nanoseconds a term and distance.
  *
