@@ -1,6 +1,8 @@
 //! Mollified kernels at random parameters against their definition, integrated with 60 digits by `data/kernels_random.py`, and kernels of
 //! one distance at the ends of the number range.
 
+#![allow(clippy::excessive_precision, reason = "reference values keep the digits that they were computed with")]
+
 use mollis_core::Error;
 use mollis_core::Real;
 use mollis_core::kernel::{Kernel, Law, Term};
