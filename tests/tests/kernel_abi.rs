@@ -240,7 +240,7 @@ macro_rules! blow_up {
         let run = |steps: usize| {
             let mut x = start.clone();
             let mut report = mollis_blob_report { steps: 0, first_bad: 0, energy_first: 0.0, energy_last: 0.0 };
-            let (mut block, mut bytes) = (Aligned::new(1 << 16), 0);
+            let (mut block, mut bytes) = (Aligned::new(1 << 20), 0);
             let (mut memory, mut memory_bytes) = (Aligned::new(1 << 20), 0);
             let (kernel, none) = (block.pointer(), null_mut::<$t>());
             // SAFETY: live arrays of the stated lengths.
