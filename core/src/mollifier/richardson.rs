@@ -16,7 +16,7 @@ use crate::real::{DoubleWord, Real};
 /// `alpha_j = c gamma_j^-p / product over i != j of (gamma_j^2 - gamma_i^2)`. Where the radii lie close together
 /// the weights are large, and so is the cancellation.
 ///
-/// Functions as those of [`Blob`], each K times as dear, at lengths gamma_j delta rounded to `T`. For these lengths their error is that of the
+/// Functions as those of [`Blob`], at K times their cost, at lengths gamma_j delta rounded to `T`. For these lengths their error is that of the
 /// sum of |alpha_j| times the parts, in units of u^2, before one rounding: 1 ulp, except of that sum times u where the parts cancel to less.
 /// For gamma_j delta itself the rounding of the product comes on top, as an error of u/2 in the length of a part: up to u/2 times
 /// |alpha_j gamma_j delta dB/d(gamma_j delta)|, some ulp of the larger parts. Radii whose products are exact (powers of two) have none.

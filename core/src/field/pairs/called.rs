@@ -1,6 +1,6 @@
 //! A kernel that is known by its functions alone: they are called for every pair.
 
-use super::exact::{norm, product};
+use super::exact::product;
 use super::instances::Radial;
 use super::lanes::{Group, Noted, Want, distances};
 use super::output::{Contribution, Scales};
@@ -8,7 +8,7 @@ use super::packed::{Units, least_square_exponent, power_of_two};
 use super::{Block, PairKernel};
 use crate::field::{Counters, Wanted};
 use crate::isa::{Isa, MAX_LANES};
-use crate::real::Real;
+use crate::real::{Real, length};
 
 /// A kernel that is called. c is that of its own functions plus 8: 3 for r, 5 for products and sums.
 pub(in crate::field) struct Called<'a>(pub &'a dyn Radial);
@@ -132,7 +132,7 @@ pub(super) fn pair<T: Real, const D: usize>(
     want: Want,
 ) -> Contribution<T, D> {
     let x = x.map(T::to_f64);
-    let r = norm(&x);
+    let r = length(&x);
     let mut sums = Contribution::ZERO;
     if r == 0.0 && kernel.is_singular() {
         return sums;

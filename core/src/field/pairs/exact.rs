@@ -34,14 +34,6 @@ pub(super) fn add_pairs<T: Real, const D: usize, K: PairKernel<T, D>>(
     count
 }
 
-/// |x|, without overflow or underflow on the way.
-pub(super) fn norm<T: Real, const D: usize>(x: &[T; D]) -> T {
-    let largest = x.iter().fold(T::ZERO, |largest, c| if c.abs() > largest { c.abs() } else { largest });
-    let exponent = largest.frexp().1;
-    let square = x.iter().map(|c| c.ldexp(-exponent)).fold(T::ZERO, |sum, c| sum + c * c);
-    square.sqrt().ldexp(exponent)
-}
-
 /// a b c, rounded three times, without overflow or underflow on the way.
 pub(super) fn product<T: Real>(factors: [T; 3]) -> T {
     let mut exponent = 0_i32;
