@@ -216,7 +216,7 @@ macro_rules! names {
 macro_rules! real {
     ($t:tt, $bytes:literal, $digits:literal, $max_exponent:literal, $sqrt:path, $narrow:ident,
      $exp:path, $log:path,
-     $floor:ident $ceil:ident $round:ident $ldexp:ident $expm1:ident $log1p:ident
+     $floor:ident $ceil:ident $round:ident $expm1:ident $log1p:ident
      $pow:ident $sin:ident $cos:ident $erf:ident $erfc:ident $gamma:ident $log_gamma:ident) => {
         impl Real for $t {
             const ZERO: Self = 0.0;
@@ -327,7 +327,25 @@ macro_rules! real {
             }
             #[inline]
             fn ldexp(self, n: i32) -> Self {
-                libm::$ldexp(self, n)
+                // Three factors, for 2^n from the least subnormal number to the largest one. The factors are chosen, not the products, which
+                // would overflow for other n if the compiler computed all. A product that becomes subnormal leaves only factors that bring
+                // the result below all numbers, so nothing is rounded twice.
+                const LARGEST: i32 = $max_exponent;
+                const LEAST: i32 = 1 - LARGEST + $digits;
+                let part = |n: i32| {
+                    if n > LARGEST {
+                        LARGEST
+                    } else if n < 1 - LARGEST {
+                        LEAST
+                    } else {
+                        n
+                    }
+                };
+                let first = part(n);
+                let second = part(n.saturating_sub(first));
+                let third = n.saturating_sub(first).saturating_sub(second).clamp(1 - LARGEST, LARGEST);
+                let power = |n: i32| $t::from_bits((((n + LARGEST) as u64) << ($digits - 1)) as _);
+                self * power(first) * power(second) * power(third)
             }
             #[inline]
             fn frexp(self) -> (Self, i32) {
@@ -403,9 +421,9 @@ macro_rules! real {
     };
 }
 
-real!(f32, 4, 24, 127, sqrt_f32, narrow, single::exp, single::log, floorf ceilf roundf ldexpf expm1f log1pf powf sinf cosf
+real!(f32, 4, 24, 127, sqrt_f32, narrow, single::exp, single::log, floorf ceilf roundf expm1f log1pf powf sinf cosf
       erff erfcf tgammaf lgammaf);
-real!(f64, 8, 53, 1023, sqrt_f64, same, libm::exp, libm::log, floor ceil round ldexp expm1 log1p pow sin cos erf erfc tgamma
+real!(f64, 8, 53, 1023, sqrt_f64, same, libm::exp, libm::log, floor ceil round expm1 log1p pow sin cos erf erfc tgamma
       lgamma);
 
 #[cfg(test)]
@@ -422,6 +440,29 @@ mod tests {
         for x in [f64::INFINITY, f64::NEG_INFINITY, f64::NAN] {
             assert_eq!((Real::to_u32(x), Real::to_u32(x as f32)), (x as u32, x as u32));
         }
+    }
+
+    #[test]
+    fn powers_of_two_are_multiplied_as_by_libm() {
+        let mut bits = 1_u64;
+        for n in (-2300..2300).chain([i32::MIN, i32::MAX, -1_000_000, 1_000_000]) {
+            for _ in 0..40 {
+                bits = bits.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+                // subnormal numbers among them
+                let bits = if bits % 3 == 0 { bits & !(0x7FF << 52) } else { bits };
+                let (x, y) = (f64::from_bits(bits), f32::from_bits((bits >> 32) as u32));
+                if !x.is_nan() {
+                    assert_eq!(Real::ldexp(x, n).to_bits(), libm::ldexp(x, n).to_bits(), "{x:e} {n}");
+                }
+                if !y.is_nan() {
+                    assert_eq!(Real::ldexp(y, n).to_bits(), libm::ldexpf(y, n).to_bits(), "{y:e} {n}");
+                }
+            }
+            for x in [0.0, -0.0, f64::INFINITY, f64::NEG_INFINITY, f64::MAX, f64::MIN_POSITIVE, 5e-324] {
+                assert_eq!(Real::ldexp(x, n).to_bits(), libm::ldexp(x, n).to_bits(), "{x:e} {n}");
+            }
+        }
+        assert!(Real::ldexp(f64::NAN, 3).is_nan() && Real::ldexp(f32::NAN, -3).is_nan());
     }
 
     #[test]

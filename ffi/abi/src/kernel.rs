@@ -535,7 +535,7 @@ mod tests {
     ];
 
     #[repr(align(64))]
-    struct Memory([u8; 1 << 16]);
+    struct Memory([u8; 1 << 19]);
 
     fn bytes_of(terms: &[mollis_kernel_term], own: *const mollis_radial_kernel) -> usize {
         let mut bytes = 0;
@@ -546,7 +546,7 @@ mod tests {
 
     #[test]
     fn a_sum_prepares_moves_and_evaluates_as_in_core() {
-        let mut memory = Box::new(Memory([0xA5; 1 << 16]));
+        let mut memory = Box::new(Memory([0xA5; 1 << 19]));
         let bytes = bytes_of(&SUM, null());
         let prepare = |memory: &mut Memory, bytes| unsafe {
             let kernel = memory.0.as_mut_ptr().cast();
@@ -556,7 +556,7 @@ mod tests {
         assert_eq!(prepare(&mut memory, bytes), 0);
         assert!(memory.0[bytes..].iter().all(|&b| b == 0xA5), "written beyond the block");
         // elsewhere
-        let mut moved = Box::new(Memory([0; 1 << 16]));
+        let mut moved = Box::new(Memory([0; 1 << 19]));
         moved.0[..bytes].copy_from_slice(&memory.0[..bytes]);
         let r = [0.0, 0.1, 0.3, 2.0];
         let (mut u, mut g) = ([7.0; 4], [7.0; 4]);
@@ -628,10 +628,10 @@ mod tests {
         assert_eq!(ask(&good, mollis_mollifier { order: 3, ..COMPACT }), Error::Order as i32);
         assert_eq!(ask(&good, mollis_mollifier { exponent: 10, ..COMPACT }), Error::Exponent as i32);
         assert_eq!(bytes, 7);
-        let mut memory = Box::new(Memory([0xA5; 1 << 16]));
+        let mut memory = Box::new(Memory([0xA5; 1 << 19]));
         for delta in [0.0, -1.0, nan] {
             let kernel = memory.0.as_mut_ptr().cast();
-            let status = unsafe { mollis_kernel2_prepare(kernel, 1 << 16, good.as_ptr(), 1, null(), COMPACT, delta) };
+            let status = unsafe { mollis_kernel2_prepare(kernel, 1 << 19, good.as_ptr(), 1, null(), COMPACT, delta) };
             assert_eq!(status, Error::Delta as i32);
         }
         assert!(memory.0.iter().all(|&b| b == 0xA5));

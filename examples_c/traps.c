@@ -1,0 +1,212 @@
+/*
+ * The library in a program that traps floating-point exceptions: invalid, divide-by-zero and overflow stop it, as -ffpe-trap=invalid,zero,overflow
+ * does in Fortran. Ordinary calls raise none of them, at distance zero, for a total mass of zero and without attraction either.
+ *
+ * Where the C library has no feenableexcept the calls run without traps.
+ *
+ * usage: traps
+ */
+#define _GNU_SOURCE
+#include <fenv.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "mollis.h"
+
+enum { N = 40, CELLS = 24, NODES = (CELLS + 1) * (CELLS + 1), RADII = 7 };
+
+/* What is being called, for the handler. */
+static const char *volatile now = "nothing";
+
+static void trapped(int number) {
+    (void)number;
+    const char *const texts[] = {"trapped in ", now, "\n"};
+    for (int i = 0; i < 3; ++i) {
+        if (write(2, texts[i], strlen(texts[i])) < 0) {
+            break;
+        }
+    }
+    _exit(1);
+}
+
+static void check(mollis_status status) {
+    if (status != 0) {
+        fprintf(stderr, "%s: %s\n", now, mollis_status_text(status));
+        exit(1);
+    }
+}
+
+/* Calls a function and checks its status. */
+#define CALL(function, ...) (now = #function, check(function(__VA_ARGS__)))
+
+/* Aligned as the library needs it. */
+static void *memory_of(size_t bytes) {
+    void *memory = NULL;
+    if (posix_memalign(&memory, 64, bytes + 64) != 0) {
+        exit(1);
+    }
+    return memory;
+}
+
+static const mollis_mollifier mollifiers[] = {
+    {MOLLIS_MOLLIFIER_NONE, 0, 0},
+    {MOLLIS_MOLLIFIER_COMPACT, 2, 4},
+    {MOLLIS_MOLLIFIER_COMPACT, 8, 2},
+    {MOLLIS_MOLLIFIER_GAUSSIAN, 4, 0},
+};
+
+static const mollis_kernel_term sums[][2] = {
+    {{MOLLIS_KERNEL_NEWTONIAN, 0, 1, {0, 0}}, {MOLLIS_KERNEL_POWER, 0, 1, {4, 0}}},
+    {{MOLLIS_KERNEL_POWER, 0, 1, {1.5, 0}}, {MOLLIS_KERNEL_POWER, 0, -1, {3, 0}}},
+    {{MOLLIS_KERNEL_EXPONENTIAL, 0, 1, {1, 0}}, {MOLLIS_KERNEL_SCREENED, 0, 1, {2, 0}}},
+};
+
+/* The origin, two places on the border of the mesh, one outside, pairs at one place. */
+static double place(int k, int axis) {
+    static const double first[4][2] = {{0, 0}, {1, 0.3}, {1, 1}, {1.5, -7}};
+    return k < 4 ? first[k][axis % 2] : (k / 2 * (7 - 4 * axis) % 20 - 10) / 11.0;
+}
+
+/* Functions of distances and of points, kernels, moments, overlaps, norms, stable steps in one dimension and scalar. */
+#define FUNCTIONS(NAME, D, REAL, _F32)                                                                                      \
+    static void NAME(void) {                                                                                                \
+        const REAL r[RADII] = {0, (REAL)1e-6, (REAL)0.1, (REAL)0.3, (REAL)0.31, 5, 300};                                    \
+        REAL out[6][N], x[N][D], gradient[N][D], hessian[N][D][D], centre[D];                                               \
+        REAL mass[N], opposite[N], zeros[N] = {0};                                                                          \
+        for (int k = 0; k < N; ++k) {                                                                                       \
+            for (int axis = 0; axis < D; ++axis) {                                                                          \
+                x[k][axis] = (REAL)place(k, axis);                                                                          \
+            }                                                                                                               \
+            mass[k] = (REAL)0.25;                                                                                           \
+            opposite[k] = (REAL)(k % 2 == 0 ? 0.25 : -0.25);                                                                \
+        }                                                                                                                   \
+        const REAL(*at)[D] = (const REAL(*)[D])x;                                                                           \
+        for (size_t i = 0; i < sizeof mollifiers / sizeof *mollifiers - (D == 3); ++i) {                                    \
+            const mollis_mollifier psi = mollifiers[i];                                                                     \
+            const REAL delta = (REAL)0.3;                                                                                   \
+            CALL(mollis_mollifier##D##_eval##_F32, psi, delta, RADII, r, out[0], out[1], out[2], out[3], out[4], out[5]);   \
+            CALL(mollis_mollifier_field##D##_eval##_F32, psi, delta, N, at, out[0], out[1], gradient, hessian);             \
+            for (size_t k = 0; k < sizeof sums / sizeof *sums; ++k) {                                                       \
+                size_t bytes;                                                                                               \
+                CALL(mollis_kernel##D##_workspace_bytes##_F32, sums[k], 2, NULL, psi, &bytes);                              \
+                void *kernel = memory_of(bytes);                                                                            \
+                CALL(mollis_kernel##D##_prepare##_F32, kernel, bytes, sums[k], 2, NULL, psi, delta);                        \
+                CALL(mollis_kernel##D##_eval##_F32, kernel, bytes, RADII, r, out[0], out[1], out[2]);                       \
+                if (psi.kind != MOLLIS_MOLLIFIER_NONE) {                                                                    \
+                    CALL(mollis_stable_step##D##_eval##_F32, kernel, bytes, N, mass, at, out[0]);                           \
+                    CALL(mollis_stable_step_anywhere##D##_eval##_F32, kernel, bytes, 10, 3, out[0]);                        \
+                }                                                                                                           \
+                free(kernel);                                                                                               \
+            }                                                                                                               \
+        }                                                                                                                   \
+        const REAL *const masses[] = {mass, opposite, zeros};                                                               \
+        for (int i = 0; i < 3; ++i) {                                                                                       \
+            CALL(mollis_moments##D##_eval##_F32, N, at, masses[i], out[0], out[1], &centre, out[2]);                        \
+            CALL(mollis_overlap##D##_eval##_F32, N, (REAL)0.3, masses[i], mass, out[0]);                                    \
+            CALL(mollis_overlap##D##_eval##_F32, N, (REAL)0.3, mass, masses[i], out[0]);                                    \
+            CALL(mollis_norm_eval##_F32, N, masses[i], (REAL)0.1, 2, out[0]);                                               \
+        }                                                                                                                   \
+        CALL(mollis_distance##D##_eval##_F32, N, at, at, (REAL)0.1, 2, out[0]);                                             \
+    }
+
+FUNCTIONS(line, 1, double, )
+FUNCTIONS(plane, 2, double, )
+FUNCTIONS(space, 3, double, )
+FUNCTIONS(line_f32, 1, float, _f32)
+FUNCTIONS(plane_f32, 2, float, _f32)
+FUNCTIONS(space_f32, 3, float, _f32)
+
+static const mollis_mesh2 mesh = {{-1, -1}, {1, 1}, {CELLS, CELLS}};
+
+/* Mesh fields with all walls, by both schemes; steps on meshes with walls, without attraction, without noise. */
+#define MESHES(NAME, REAL, _F32)                                                                                            \
+    static void NAME(void) {                                                                                                \
+        static REAL node_mass[NODES], potential[NODES], node_gradient[NODES][2];                                            \
+        REAL x[N][2], gradient[N][2], total[3], mass[N], opposite[N], zeros[N] = {0};                                       \
+        uint64_t outside, labels[N], absorbed[N];                                                                           \
+        for (int k = 0; k < N; ++k) {                                                                                       \
+            x[k][0] = (REAL)place(k, 0);                                                                                    \
+            x[k][1] = (REAL)place(k, 1);                                                                                    \
+            mass[k] = (REAL)0.25;                                                                                           \
+            opposite[k] = (REAL)(k % 2 == 0 ? 0.25 : -0.25);                                                                \
+            labels[k] = (uint64_t)k;                                                                                        \
+        }                                                                                                                   \
+        const REAL(*at)[2] = (const REAL(*)[2])x;                                                                           \
+        const REAL *const masses[] = {mass, opposite, zeros};                                                               \
+        mollis_grid2_options grid;                                                                                          \
+        CALL(mollis_grid2_options_init, &grid, sizeof grid);                                                                \
+        const int32_t walls[] = {MOLLIS_WALLS_FREE, MOLLIS_WALLS_NO_FLUX, MOLLIS_WALLS_FREE_QUADRUPOLE};                    \
+        size_t bytes;                                                                                                       \
+        for (int i = 0; i < 18; ++i) {                                                                                      \
+            grid.walls = walls[i % 3];                                                                                      \
+            grid.order = i < 9 ? 2 : 4;                                                                                     \
+            CALL(mollis_grid2_workspace_bytes##_F32, &mesh, &grid, NULL, &bytes);                                           \
+            void *memory = memory_of(bytes);                                                                                \
+            CALL(mollis_grid2_eval##_F32, &mesh, &grid, N, at, masses[i / 3 % 3], N, at, gradient, node_mass, potential,    \
+                 node_gradient, &total, &outside, memory, bytes, NULL);                                                     \
+            free(memory);                                                                                                   \
+        }                                                                                                                   \
+        grid.order = 2;                                                                                                     \
+        for (int i = 0; i < 5; ++i) {                                                                                       \
+            mollis_pks_options options;                                                                                     \
+            CALL(mollis_pks_options_init, &options, sizeof options);                                                        \
+            options.chi = i == 2 ? 0 : 20;                                                                                  \
+            options.noise = i == 3 ? 0 : 0.02;                                                                              \
+            options.law = i == 4 ? MOLLIS_PKS_LAW_PRINTED : MOLLIS_PKS_LAW_EXACT;                                           \
+            grid.walls = i == 1 ? MOLLIS_WALLS_NO_FLUX : MOLLIS_WALLS_FREE;                                                 \
+            mollis_pks_attraction attraction;                                                                               \
+            memset(&attraction, 0, sizeof attraction);                                                                      \
+            attraction.kind = MOLLIS_PKS_ATTRACTION_MESH;                                                                   \
+            attraction.mesh = &mesh;                                                                                        \
+            attraction.grid = &grid;                                                                                        \
+            REAL moving[N][2], weights[N];                                                                                  \
+            uint64_t names[N];                                                                                              \
+            memcpy(moving, x, sizeof x);                                                                                    \
+            memcpy(weights, mass, sizeof mass);                                                                             \
+            memcpy(names, labels, sizeof labels);                                                                           \
+            mollis_pks_event log[N];                                                                                        \
+            mollis_pks_events events = {log, N, 0, absorbed, N, 0};                                                         \
+            mollis_pks_counters counters = {0, 0, N, 0};                                                                    \
+            CALL(mollis_pks_workspace_bytes##_F32, N, &options, &attraction, NULL, &bytes);                                 \
+            void *memory = memory_of(bytes);                                                                                \
+            CALL(mollis_pks_step##_F32, &options, &attraction, N, moving, weights, names, NULL, &counters, NULL, 7,         \
+                 (REAL)1e-3, 5, &events, NULL, memory, bytes, NULL);                                                        \
+            free(memory);                                                                                                   \
+        }                                                                                                                   \
+    }
+
+MESHES(meshes, double, )
+MESHES(meshes_f32, float, _f32)
+
+static void closed_forms(void) {
+    const double masses[] = {2, 3};
+    double index[3];
+    mollis_pks_prediction known;
+    for (int chi = -1; chi < 2; ++chi) {
+        for (int noise = 0; noise < 2; ++noise) {
+            CALL(mollis_pks_prediction_eval, 20, noise, chi, 7, 2, masses, &known);
+            CALL(mollis_pks_index_eval, 2, masses, chi, noise, 0.16, index);
+        }
+    }
+}
+
+int main(void) {
+    signal(SIGFPE, trapped);
+#ifdef __GLIBC__
+    feenableexcept(FE_INVALID | FE_DIVBYZERO | FE_OVERFLOW);
+#endif
+    line();
+    plane();
+    space();
+    line_f32();
+    plane_f32();
+    space_f32();
+    meshes();
+    meshes_f32();
+    closed_forms();
+    printf("no floating-point exception was trapped\n");
+    return 0;
+}
