@@ -70,6 +70,37 @@ static double place(int k, int axis) {
     return k < 4 ? first[k][axis % 2] : (k / 2 * (7 - 4 * axis) % 20 - 10) / 11.0;
 }
 
+static const int32_t levels[] = {MOLLIS_LEVEL_PORTABLE, MOLLIS_LEVEL_NEON, MOLLIS_LEVEL_AVX2, MOLLIS_LEVEL_AVX512};
+static const uint32_t everything = MOLLIS_WANT_POTENTIAL | MOLLIS_WANT_GRADIENT | MOLLIS_WANT_LAPLACIAN;
+
+/* Sums and steps with the kernel, on every level of instructions that the machine has. */
+#define SUMS(D, REAL, _F32)                                                                                                 \
+    for (int level = 0; level < 4; ++level) {                                                                               \
+        mollis_run run;                                                                                                     \
+        CALL(mollis_run_init, &run, sizeof run);                                                                            \
+        run.level = levels[level];                                                                                          \
+        size_t needed;                                                                                                      \
+        now = "mollis_field" #D "_workspace_bytes" #_F32;                                                                   \
+        if (mollis_field##D##_workspace_bytes##_F32(kernel, bytes, N, N, everything, NULL, &run, &needed) != 0) {           \
+            continue; /* not on this machine */                                                                             \
+        }                                                                                                                   \
+        void *memory = memory_of(needed);                                                                                   \
+        for (int i = 0; i < 3; ++i) {                                                                                       \
+            CALL(mollis_field##D##_eval##_F32, kernel, bytes, N, at, masses[i], N, at, out[0], gradient, out[1], NULL,      \
+                 memory, needed, &run, NULL);                                                                               \
+        }                                                                                                                   \
+        free(memory);                                                                                                       \
+        if (psi.kind != MOLLIS_MOLLIFIER_NONE && psi.order == 4) {                                                          \
+            REAL moving[N][D];                                                                                              \
+            memcpy(moving, x, sizeof x);                                                                                    \
+            CALL(mollis_blob##D##_workspace_bytes##_F32, kernel, bytes, N, 0, 0, NULL, &run, &needed);                      \
+            void *scratch = memory_of(needed);                                                                              \
+            CALL(mollis_blob##D##_step##_F32, kernel, bytes, N, mass, moving, NULL, NULL, NULL, 0, NULL, NULL, NULL,        \
+                 (REAL)1e-3, 2, NULL, &run, NULL, scratch, needed);                                                         \
+            free(scratch);                                                                                                  \
+        }                                                                                                                   \
+    }
+
 /* Functions of distances and of points, kernels, moments, overlaps, norms, stable steps in one dimension and scalar. */
 #define FUNCTIONS(NAME, D, REAL, _F32)                                                                                      \
     static void NAME(void) {                                                                                                \
@@ -84,6 +115,7 @@ static double place(int k, int axis) {
             opposite[k] = (REAL)(k % 2 == 0 ? 0.25 : -0.25);                                                                \
         }                                                                                                                   \
         const REAL(*at)[D] = (const REAL(*)[D])x;                                                                           \
+        const REAL *const masses[] = {mass, opposite, zeros};                                                               \
         for (size_t i = 0; i < sizeof mollifiers / sizeof *mollifiers - (D == 3); ++i) {                                    \
             const mollis_mollifier psi = mollifiers[i];                                                                     \
             const REAL delta = (REAL)0.3;                                                                                   \
@@ -99,10 +131,10 @@ static double place(int k, int axis) {
                     CALL(mollis_stable_step##D##_eval##_F32, kernel, bytes, N, mass, at, out[0]);                           \
                     CALL(mollis_stable_step_anywhere##D##_eval##_F32, kernel, bytes, 10, 3, out[0]);                        \
                 }                                                                                                           \
+                SUMS(D, REAL, _F32)                                                                                         \
                 free(kernel);                                                                                               \
             }                                                                                                               \
         }                                                                                                                   \
-        const REAL *const masses[] = {mass, opposite, zeros};                                                               \
         for (int i = 0; i < 3; ++i) {                                                                                       \
             CALL(mollis_moments##D##_eval##_F32, N, at, masses[i], out[0], out[1], &centre, out[2]);                        \
             CALL(mollis_overlap##D##_eval##_F32, N, (REAL)0.3, masses[i], mass, out[0]);                                    \

@@ -1,6 +1,6 @@
 //! The field of all mass at its centre, with or without its second moments: Dirichlet data, and the drift outside the mesh.
 
-use crate::real::{Real, length};
+use crate::real::{Real, length, quotient};
 use crate::special::bessel::{k0_scaled, k1_scaled};
 use crate::special::elementary::{euler, log_2};
 
@@ -64,7 +64,7 @@ impl<T: Real> Monopole<T> {
         let [a, b] = self.quadrupole;
         if a != T::ZERO || b != T::ZERO {
             let r = self.limited(&seen);
-            let [x, y] = seen.d.map(|d| d / r);
+            let [x, y] = seen.d.map(|d| quotient(d, r));
             let s = self.reach.ldexp(-seen.exponent) / r;
             sum -= T::HALF * (a * (x * x - y * y) + b * T::TWO * x * y) * (s * s);
         }
@@ -84,14 +84,14 @@ impl<T: Real> Monopole<T> {
         if a != T::ZERO || b != T::ZERO {
             // conj(Q / z^3) = conj(Q) z^3 / r^6
             let r = self.limited(&seen);
-            let [x, y] = d.map(|d| d / r);
+            let [x, y] = d.map(|d| quotient(d, r));
             let (x2, y2, three) = (x * x, y * y, T::from_i32(3));
             let (re, im) = (x * (x2 - three * y2), y * (three * x2 - y2));
             let s = self.reach.ldexp(-exponent) / r;
             let per = s * s / r;
             sum = [sum[0] + (a * re + b * im) * per, sum[1] + (a * im - b * re) * per];
         }
-        sum.map(|g| (g / (T::TWO * T::PI)).ldexp(-exponent))
+        sum.map(|g| quotient(g, T::TWO * T::PI).ldexp(-exponent))
     }
 }
 
