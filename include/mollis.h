@@ -386,7 +386,7 @@ typedef struct mollis_executor {
    */
   void *context;
   /**
-   * How many tasks may run at a time: 1 to 64. Workspaces are sized for this number.
+   * How many tasks may run at a time: 1 to 256. Workspaces are sized for this number; others are refused (`MOLLIS_ERR_OUT_OF_DOMAIN`).
    */
   size_t workers;
   /**
@@ -1564,8 +1564,12 @@ mollis_status mollis_field1_text(const void *kernel,
  * overwritten; null is not computed. A mollified kernel counts every pair, a target on a source included; without a
  * mollifier coincident pairs contribute nothing. `workspace` is garbage afterwards. `options`, `run`, `counters` may be null.
  *
- * The error is at most (16 + 256 + n/256) u times the sum of |m_j| |K_j|, componentwise (in 2D |K_j| + 1/(2 pi) for the
- * potential). Results do not depend on the number of threads, bit for bit. A refused call writes nothing (but `run->first_bad`, with
+ * The error is at most (c + 256 + n/256) u S, u the unit roundoff; with MOLLIS_ACCUMULATION_COMPENSATED (c + 12) u S + (n/4) u^2 S. S is the
+ * sum of |m_j| s_j, componentwise, where s is the size of the kernel or of its derivative at the pair (Newtonian in 2D: plus 1/(2 pi) for the
+ * potential); for a Laplacian that of the mollifier's or the kernel's largest. c = 16 for the Newtonian kernel; with compact mollifiers of
+ * order 6 or 8, whose coefficients have both signs, up to 112. c = 64 for the other kernels, Gaussian mollifiers and a
+ * host's own, and 1000 for their Laplacian in double.
+ * Results do not depend on the number of threads, bit for bit. A refused call writes nothing (but `run->first_bad`, with
  * `MOLLIS_ERR_NOT_FINITE`: sources, then targets); a stopped one has written some outputs.
  *
  * # Safety

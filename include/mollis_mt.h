@@ -22,7 +22,7 @@ extern "C" {
 /* A pool of threads. */
 typedef struct mollis_pool mollis_pool;
 
-/* Starts a pool of `threads` threads (0: as many as the machine has, at most 64) and sets *pool. */
+/* Starts a pool of `threads` threads (0: as many as the machine has, at most 256) and sets *pool. */
 mollis_status mollis_pool_init(size_t threads, mollis_pool **pool);
 
 /* Sets *executor to run tasks on the pool: put its address into a mollis_run. Valid as long as the pool. */

@@ -52,7 +52,7 @@ pub struct Args {
     /// Particles (for `hitting`: pairs, for `soft`: paths); the experiment's own number if 0.
     #[arg(long, default_value_t = 0)]
     particles: usize,
-    /// Threads, at most 64.
+    /// Threads, at most 256.
     #[arg(long, default_value_t = 1, value_parser = |text: &str| crate::threads(text, 1))]
     threads: usize,
     /// Decide collisions by the printed increment test.

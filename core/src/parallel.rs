@@ -10,7 +10,8 @@ use crate::error::Result;
 /// Soundness does not depend on an implementation being right: mollis counts task indices itself, so a task that is
 /// started too often does nothing and one that is never started is reported as [`crate::Error::Executor`].
 pub trait Executor: Sync {
-    /// How many tasks may run at the same time, at least 1. Scratch memory is this many times a task's need.
+    /// How many tasks may run at the same time, 1 to [`MAX_WORKERS`](crate::space::MAX_WORKERS); workers beyond are refused tasks. Scratch
+    /// memory is this many times a task's need.
     fn workers(&self) -> usize;
 
     /// Calls `task(worker)` exactly `tasks` times, with `worker < self.workers()` and never two calls with the same

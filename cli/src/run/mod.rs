@@ -43,7 +43,7 @@ pub struct Args {
     /// Where data and pictures go; otherwise `out/NAME`.
     #[arg(long)]
     out: Option<PathBuf>,
-    /// Threads, at most 64; 0 takes as many as the machine has. Results don't depend on it.
+    /// Threads, at most 256; 0 takes as many as the machine has. Results don't depend on it.
     #[arg(long, default_value_t = 0, value_parser = |text: &str| crate::threads(text, 0))]
     threads: usize,
     /// In place of the scene's own seed.

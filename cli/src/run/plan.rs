@@ -27,7 +27,7 @@ const MORE: usize = 50_000;
 pub struct Args {
     /// The scene.
     scene: PathBuf,
-    /// Threads that the run would have, at most 64; 0 takes as many as the machine has.
+    /// Threads that the run would have, at most 256; 0 takes as many as the machine has.
     #[arg(long, default_value_t = 0, value_parser = |text: &str| crate::threads(text, 0))]
     threads: usize,
     /// The scene's quick size.

@@ -152,19 +152,27 @@ fn merge<T: Real>(state: &mut State<'_, T>, members: &mut [u64], absorbed: &mut 
     let kept = particle(kept);
     let (start, label) = (*state.positions.get(kept)?, *labels.get(kept)?);
     let mut mass = DoubleWord::from(*state.masses.get(kept)?);
-    // First moments about the kept particle.
-    let [mut first, mut second] = [DoubleWord::ZERO; 2];
     for (&word, to) in others.iter().zip(absorbed) {
         let k = particle(word);
-        let (x, m) = (*state.positions.get(k)?, state.masses.get_mut(k)?);
-        first = first.plus(*m * (x[0] - start[0]));
-        second = second.plus(*m * (x[1] - start[1]));
-        mass = mass.plus(*m);
-        *m = T::ZERO;
+        mass = mass.plus(*state.masses.get(k)?);
         *to = *labels.get(k)?;
     }
     let mass = mass.hi;
-    *state.positions.get_mut(kept)? = [start[0] + quotient(first.hi, mass), start[1] + quotient(second.hi, mass)];
+    // First moments about the kept particle: of halves of the differences, and of masses in units of their sum, so that no product and no
+    // difference overflows.
+    let (_, unit) = mass.frexp();
+    let share = |m: T| m.ldexp(1 - unit);
+    let [mut first, mut second] = [DoubleWord::ZERO; 2];
+    for &word in others {
+        let k = particle(word);
+        let (x, m) = (*state.positions.get(k)?, state.masses.get_mut(k)?);
+        let from_start = |axis: usize| T::HALF * x[axis] - T::HALF * start[axis];
+        first = first.plus(share(*m) * from_start(0));
+        second = second.plus(share(*m) * from_start(1));
+        *m = T::ZERO;
+    }
+    let whole = mass.ldexp(-unit);
+    *state.positions.get_mut(kept)? = [start[0] + quotient(first.hi, whole), start[1] + quotient(second.hi, whole)];
     *state.masses.get_mut(kept)? = mass;
     Some((label, mass))
 }
@@ -227,6 +235,20 @@ mod tests {
             let bound = (4.0 * u + slack) * 1024.0;
             assert!((positions[0][k].to_f64() - centre).abs() <= bound, "{k}: {} {centre}", positions[0][k]);
         }
+    }
+
+    #[test]
+    fn products_of_mass_and_distance_may_be_out_of_range() {
+        let mut positions = [[-3e38_f32, 1.0], [3e38, 1.0], [3e38, 5.0]];
+        let (mut masses, mut labels, mut absorbed) = ([1e30_f32, 5e29, 5e29], [4, 9, 11], [0; 2]);
+        let state = &mut State { positions: &mut positions, masses: &mut masses, labels: &mut labels, species: None };
+        assert_eq!(merge(state, &mut [0, 1, 2], &mut absorbed), Some((4, 2e30)));
+        assert!((positions[0][0] / 3e38).abs() < 1e-6 && (positions[0][1] - 2.0).abs() < 1e-6, "{:?}", positions[0]);
+        let mut positions = [[1.0_f64, 1.0], [1e-200, -1e-200]];
+        let (mut masses, mut labels, mut absorbed) = ([1e-300, 3e-300], [0, 1], [0]);
+        let state = &mut State { positions: &mut positions, masses: &mut masses, labels: &mut labels, species: None };
+        merge(state, &mut [0, 1], &mut absorbed).unwrap();
+        assert_eq!(positions[0], [0.25, 0.25]);
     }
 
     #[test]

@@ -144,8 +144,8 @@ unsafe impl Divide for () {
     unsafe fn piece<'p>(&self, _index: usize) -> Self::Piece<'p> {}
 }
 
-/// The most workers that are used, whatever an executor states: their flags live on the stack, in one cache line.
-pub const MAX_WORKERS: usize = 64;
+/// The most workers that are used, whatever an executor states: their flags live on the stack.
+pub const MAX_WORKERS: usize = 256;
 
 /// What a task does with its index, its piece of the outputs and a worker's piece of the scratch.
 pub type Body<'b, O, S> =

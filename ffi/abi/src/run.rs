@@ -43,7 +43,7 @@ pub type mollis_task = Option<unsafe extern "C" fn(data: *mut c_void, index: usi
 pub struct mollis_executor {
     /// Passed to `parallel_for`.
     pub context: *mut c_void,
-    /// How many tasks may run at a time: 1 to 64. Workspaces are sized for this number.
+    /// How many tasks may run at a time: 1 to 256. Workspaces are sized for this number; others are refused (`MOLLIS_ERR_OUT_OF_DOMAIN`).
     pub workers: usize,
     /// Runs the tasks.
     pub parallel_for:

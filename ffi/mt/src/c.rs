@@ -14,7 +14,7 @@ use crate::Pool;
 /// A pool of threads. Opaque in C.
 pub struct mollis_pool(Pool);
 
-/// Starts a pool of `threads` threads (0: as many as the machine has, at most 64) and sets `*pool`.
+/// Starts a pool of `threads` threads (0: as many as the machine has, at most 256) and sets `*pool`.
 ///
 /// # Safety
 /// `pool` is null or writable. End the pool with `mollis_pool_free`.
