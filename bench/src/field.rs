@@ -4,12 +4,13 @@ use std::time::Duration;
 
 use anyhow::{Context, Result, bail};
 use clap::{Args, ValueEnum};
-use mollis_core::field::{self, Accumulation, Counters, Method, Options, Outputs, Run, Sources, Wanted};
-use mollis_core::isa::Level;
+use mollis_core::exec::{Executor, Serial};
+use mollis_core::exec::{Run, Statistics};
+use mollis_core::field::{self, Accumulation, Method, Options, Outputs, Sources, Wanted};
 use mollis_core::kernel::{Kernel, Law, RadialKernel, Supplied, Term};
 use mollis_core::mollifier::Mollifier;
-use mollis_core::parallel::{Executor, Serial};
 use mollis_core::real::Real;
+use mollis_core::simd::Level;
 
 use crate::peers::Peer;
 use crate::scene::{Scene, aligned};
@@ -21,7 +22,7 @@ enum MethodName {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
-enum Scalar {
+enum Precision {
     F32,
     F64,
 }
@@ -114,7 +115,7 @@ pub struct Field {
     #[arg(long, default_value_t = 4)]
     exponent: u32,
     #[arg(long, value_enum, default_value = "f64")]
-    scalar: Scalar,
+    scalar: Precision,
     /// Threads; times are then wall times, else CPU times of the thread.
     #[arg(long, default_value_t = 1)]
     threads: usize,
@@ -174,12 +175,12 @@ impl Field {
     /// Measures and prints.
     pub fn run(&self) -> Result<()> {
         let report = match (self.dim, self.scalar) {
-            (1, Scalar::F64) => self.measure::<f64, 1>()?,
-            (2, Scalar::F64) => self.measure::<f64, 2>()?,
-            (3, Scalar::F64) => self.measure::<f64, 3>()?,
-            (1, Scalar::F32) => self.measure::<f32, 1>()?,
-            (2, Scalar::F32) => self.measure::<f32, 2>()?,
-            (3, Scalar::F32) => self.measure::<f32, 3>()?,
+            (1, Precision::F64) => self.measure::<f64, 1>()?,
+            (2, Precision::F64) => self.measure::<f64, 2>()?,
+            (3, Precision::F64) => self.measure::<f64, 3>()?,
+            (1, Precision::F32) => self.measure::<f32, 1>()?,
+            (2, Precision::F32) => self.measure::<f32, 2>()?,
+            (3, Precision::F32) => self.measure::<f32, 3>()?,
             _ => bail!("the dimension is 1, 2 or 3"),
         };
         if self.json {
@@ -254,8 +255,8 @@ impl Field {
         let workspace = aligned(&mut memory);
         let (mut potential, mut gradient) = (vec![T::ZERO; n_targets], vec![[T::ZERO; D]; n_targets]);
         let mut laplacian = vec![T::ZERO; n_targets];
-        let mut counters = Counters::default();
-        let mut once = |counters: Option<&mut Counters>| {
+        let mut counters = Statistics::default();
+        let mut once = |counters: Option<&mut Statistics>| {
             let sources = Sources { positions: &positions, masses: &masses };
             let outputs = Outputs {
                 potential: wanted.potential.then_some(&mut potential[..]),

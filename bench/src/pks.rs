@@ -6,15 +6,15 @@ use std::time::Duration;
 
 use anyhow::{Context, Result, bail};
 use clap::Args;
-use mollis_core::field::Run;
+use mollis_core::exec::Run;
+use mollis_core::exec::{Chunks, par_chunks};
+use mollis_core::exec::{Executor, Serial};
 use mollis_core::grid::{Equation, Grid, MassScale, Mesh, Order};
-use mollis_core::parallel::{Executor, Serial};
 use mollis_core::pks::{
     Attraction, Counters, Event, Events, Heavy, Merging, Options, Report as Made, Setting, State, step, theory,
     workspace_bytes,
 };
 use mollis_core::random::Philox;
-use mollis_core::space::{Chunks, each_piece};
 
 use crate::field::{cpu_time, minimum, wall_time};
 use crate::scene::aligned;
@@ -160,7 +160,7 @@ impl Pks {
                 let solved = clock();
                 let grid = &grid;
                 let tasks = self.n.div_ceil(TASK);
-                each_piece(executor, tasks, Chunks::new(&mut positions, TASK), (), &|task, positions, ()| {
+                par_chunks(executor, tasks, Chunks::new(&mut positions, TASK), (), &|task, positions, ()| {
                     let (mut gradient, mut normals) = ([[0.0; 2]; TASK], [[0.0; 2]; TASK]);
                     grid.interpolate_here(positions, &mut gradient);
                     philox.normals(&labels[task * TASK..][..positions.len()], step, 0, &mut normals);

@@ -2,7 +2,8 @@
 //!
 //! Prints the best of several runs on one core, and what was asked for; ends with an error where a limit is missed.
 
-use mollis_core::field::{Options, Outputs, Run, Sources, Wanted, evaluate, plan};
+use mollis_core::exec::Run;
+use mollis_core::field::{Options, Outputs, Sources, Wanted, evaluate, plan};
 use mollis_core::kernel::{Kernel, Law, Term};
 use mollis_core::mollifier::Mollifier;
 

@@ -23,7 +23,7 @@ mod verify;
 const CLOSED: u8 = 141;
 
 /// The largest number of threads that can be asked for: as many as the library uses.
-const THREADS: u64 = mollis_core::space::MAX_WORKERS as u64;
+const THREADS: u64 = mollis_core::exec::MAX_WORKERS as u64;
 
 /// Particles with softened potentials: run a scene, see it move, check it against an oracle.
 #[derive(Parser)]
@@ -103,8 +103,8 @@ mod tests {
 
     #[test]
     fn threads_are_few() {
-        assert_eq!((threads("0", 0), threads("64", 0)), (Ok(0), Ok(64)));
-        for (text, least) in [("65", 0), ("100000", 0), ("0", 1), ("-1", 0), ("two", 0), ("18446744073709551616", 0)] {
+        assert_eq!((threads("0", 0), threads("256", 0)), (Ok(0), Ok(256)));
+        for (text, least) in [("257", 0), ("100000", 0), ("0", 1), ("-1", 0), ("two", 0), ("18446744073709551616", 0)] {
             assert!(threads(text, least).unwrap_err().contains("from"), "{text}");
         }
     }

@@ -1,6 +1,6 @@
 //! Memory aligned as the library asks.
 
-use mollis_core::space::ALIGN;
+use mollis_core::memory::ALIGN;
 
 /// Bytes at a multiple of [`ALIGN`].
 #[derive(Debug)]

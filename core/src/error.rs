@@ -96,7 +96,7 @@ mod tests {
         }
         for &e in Error::ALL {
             assert_eq!(Error::from_code(e as i32), Some(e));
-            // `space::each_piece` keeps a code in eight bits, and the C header promises the rest to hosts.
+            // `space::par_chunks` keeps a code in eight bits, and the C header promises the rest to hosts.
             assert!((1..256).contains(&(e as i32)));
             assert!(!e.text().is_empty() && e.text().to_bytes().is_ascii());
         }

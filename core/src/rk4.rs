@@ -8,8 +8,8 @@
 //! Wanner, *Solving Ordinary Differential Equations I*, section II.1, table 1.2 (left).
 
 use crate::error::{Error, Result};
+use crate::memory::Space;
 use crate::real::Real;
-use crate::space::Space;
 
 /// Where the method's interval of stability on the negative real axis ends: the real root of
 /// 1 + z/2 + z^2/6 + z^3/24 = 0, which is R(z) = 1, is -2.785293563...
@@ -112,7 +112,7 @@ pub fn step<T: Real>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::space::{ALIGN, Carve, Measure};
+    use crate::memory::{ALIGN, Carve, Measure};
     use std::{vec, vec::Vec};
 
     fn with_scratch<T: Real, R>(n: usize, body: impl FnOnce(&mut Scratch<'_, T>) -> R) -> R {

@@ -6,9 +6,9 @@ use std::ffi::c_void;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use mollis_core::Result;
-use mollis_core::parallel::Executor;
+use mollis_core::exec::Executor;
+use mollis_core::memory::ALIGN;
 use mollis_core::random::Generator;
-use mollis_core::space::ALIGN;
 
 /// Dirty bytes that start at a multiple of [`ALIGN`], in a little more memory, which is dirty too.
 #[derive(Debug)]

@@ -12,12 +12,13 @@ use std::ptr::{null, null_mut};
 
 use mollis_abi::*;
 use mollis_core::Error;
-use mollis_core::blob;
-use mollis_core::field::{self, Options, Outputs, Run, Sources, Wanted};
+use mollis_core::aggregation;
+use mollis_core::exec::Run;
+use mollis_core::field::{self, Options, Outputs, Sources, Wanted};
 use mollis_core::kernel::{Kernel, Law, Term};
+use mollis_core::memory::ALIGN;
 use mollis_core::mollifier::{Blob, Mollifier, Quantity, Richardson};
 use mollis_core::real::Real;
-use mollis_core::space::ALIGN;
 use mollis_tests::Aligned;
 
 fn number(k: usize) -> f64 {
@@ -162,8 +163,8 @@ macro_rules! same {
                 let (block, to) = (c_block.pointer(), &raw mut wanted_bytes);
                 $bb(block, bytes, n, 0, MOLLIS_BLOB_DENSITY, null(), null(), to)
             });
-            let plan_wanted = blob::Wanted { density: true, ..blob::Wanted::default() };
-            let plan = blob::plan(&kernel, n, 0, plan_wanted, &Options::default()).unwrap();
+            let plan_wanted = aggregation::Wanted { density: true, ..aggregation::Wanted::default() };
+            let plan = aggregation::plan(&kernel, n, 0, plan_wanted, &Options::default()).unwrap();
             assert_eq!(wanted_bytes, plan.workspace_bytes::<$t, $d>(1).unwrap());
             let mass = masses::<$t>(n);
             let (mut c_x, mut c_rho) = (points::<$t, $d>(n, 3), vec![1.0 as $t; n]);
@@ -192,25 +193,25 @@ macro_rules! same {
                     wanted_bytes,
                 )
             });
-            let state = blob::State {
+            let state = aggregation::State {
                 masses: &mass,
-                particles: blob::Trajectories {
+                particles: aggregation::Trajectories {
                     positions: &mut x,
                     density: Some(&mut rho),
                     velocity: None,
                     divergence: None,
                 },
-                tracers: blob::Trajectories::none(),
+                tracers: aggregation::Trajectories::none(),
             };
-            let advance = blob::Advance { dt: 0.01 as $t, steps: 2, after_step: None };
-            blob::step(
+            let advance = aggregation::Advance { dt: 0.01 as $t, steps: 2, after_step: None };
+            aggregation::step(
                 &plan,
                 &kernel,
                 state,
                 advance,
                 space.bytes(),
                 &mut Run::default(),
-                &mut blob::Report::default(),
+                &mut aggregation::Report::default(),
             )
             .unwrap();
             assert_eq!((c_x, c_rho), (x, rho));

@@ -7,8 +7,8 @@ use std::ptr::{null, null_mut};
 use mollis_abi::*;
 use mollis_core::Error;
 use mollis_core::kernel::{Kernel, Law, Term};
+use mollis_core::memory::ALIGN;
 use mollis_core::mollifier::Mollifier;
-use mollis_core::space::ALIGN;
 
 /// Bytes at a multiple of 64, between canaries that every check compares too.
 #[derive(Clone)]

@@ -1,10 +1,12 @@
 //! The blob method through `mollis-core`: against the plain twin, RK4's order, refusals, stops, the energy watch.
 
-use mollis_core::blob::{self, Advance, Moments, Report, State, Trajectories, Wanted};
-use mollis_core::field::{Interaction, Options, Run};
+use mollis_core::aggregation::{self, Advance, Report, State, Trajectories, Wanted};
+use mollis_core::diagnostics::{self, Moments};
+use mollis_core::exec::Run;
+use mollis_core::field::{Interaction, Options};
 use mollis_core::kernel::{Kernel, Law, Term};
+use mollis_core::memory::ALIGN;
 use mollis_core::mollifier::{Blob, Mollifier};
-use mollis_core::space::ALIGN;
 use mollis_core::{Error, Real};
 use mollis_reference::blob::{self as twin, Points};
 
@@ -106,12 +108,13 @@ impl<T: Real, const D: usize> Case<T, D> {
         dt: f64,
         steps: usize,
     ) -> (Result<(), Error>, Report) {
-        let plan = blob::plan(kernel, self.x.len(), self.tracer_x.len(), wanted, &Options::default()).unwrap();
+        let plan = aggregation::plan(kernel, self.x.len(), self.tracer_x.len(), wanted, &Options::default()).unwrap();
         let mut workspace = Workspace::new(plan.workspace_bytes::<T, D>(1).unwrap());
         let mut report = Report::default();
         let advance = Advance { dt: T::from_f64(dt), steps, after_step: None };
         let state = self.state(wanted);
-        let result = blob::step(&plan, kernel, state, advance, workspace.get(), &mut Run::default(), &mut report);
+        let result =
+            aggregation::step(&plan, kernel, state, advance, workspace.get(), &mut Run::default(), &mut report);
         (result, report)
     }
 
@@ -304,17 +307,24 @@ fn refusals_write_nothing() {
 
     let mut case = Case::<f64, 2>::random(9, 4);
     let before = bits(&case);
-    let plan = blob::plan(&kernel, 9, 4, ALL, &Options::default()).unwrap();
+    let plan = aggregation::plan(&kernel, 9, 4, ALL, &Options::default()).unwrap();
     let bytes = plan.workspace_bytes::<f64, 2>(1).unwrap();
     let mut workspace = Workspace::new(bytes);
     for (range, want) in [(0..bytes - 1, Error::WorkspaceTooSmall), (1..bytes, Error::Misaligned)] {
         let advance = Advance { dt: 0.1, steps: 1, after_step: None };
         let memory = &mut workspace.get()[range];
-        let result =
-            blob::step(&plan, &kernel, case.state(ALL), advance, memory, &mut Run::default(), &mut Report::default());
+        let result = aggregation::step(
+            &plan,
+            &kernel,
+            case.state(ALL),
+            advance,
+            memory,
+            &mut Run::default(),
+            &mut Report::default(),
+        );
         assert_eq!((result, bits(&case)), (Err(want), before.clone()));
     }
-    assert_eq!(blob::plan(&kernel, usize::MAX, 1, ALL, &Options::default()).err(), Some(Error::TooLarge));
+    assert_eq!(aggregation::plan(&kernel, usize::MAX, 1, ALL, &Options::default()).err(), Some(Error::TooLarge));
 }
 
 /// A callback sees each state and may stop the run; so may `should_stop`, within a step.
@@ -326,17 +336,17 @@ fn stops_keep_the_last_completed_step() {
     want.run(&kernel, Wanted { density: true, ..Wanted::default() }, 0.02, 3).0.unwrap();
 
     let mut case = start.clone();
-    let plan = blob::plan(&kernel, 20, 2, ALL, &Options::default()).unwrap();
+    let plan = aggregation::plan(&kernel, 20, 2, ALL, &Options::default()).unwrap();
     let mut workspace = Workspace::new(plan.workspace_bytes::<f64, 2>(1).unwrap());
     let mut seen = Vec::new();
     let mut report = Report::default();
-    let mut after_step = |p: blob::Progress<'_, f64, 2>| {
+    let mut after_step = |p: aggregation::Progress<'_, f64, 2>| {
         seen.push((p.steps, p.positions.to_vec(), p.density.unwrap().to_vec()));
         p.steps < 3
     };
     let advance = Advance { dt: 0.02, steps: 10, after_step: Some(&mut after_step) };
     let result =
-        blob::step(&plan, &kernel, case.state(ALL), advance, workspace.get(), &mut Run::default(), &mut report);
+        aggregation::step(&plan, &kernel, case.state(ALL), advance, workspace.get(), &mut Run::default(), &mut report);
     assert_eq!((result, report.steps, seen.len()), (Err(Error::Stopped), 3, 3));
     assert_eq!((&case.x, &case.rho, &case.tracer_x), (&want.x, &want.rho, &want.tracer_x));
     assert_eq!(seen[2], (3, want.x.clone(), want.rho.clone()));
@@ -347,7 +357,7 @@ fn stops_keep_the_last_completed_step() {
     let mut run = Run { should_stop: Some(&should_stop), ..Run::default() };
     let mut case = start.clone();
     let advance = Advance { dt: 0.02, steps: 10, after_step: None };
-    let result = blob::step(&plan, &kernel, case.state(ALL), advance, workspace.get(), &mut run, &mut report);
+    let result = aggregation::step(&plan, &kernel, case.state(ALL), advance, workspace.get(), &mut run, &mut report);
     assert_eq!(result, Err(Error::Stopped));
     assert!(report.steps < 3, "{report:?}");
     let mut again = start.clone();
@@ -454,12 +464,12 @@ fn energy_falls_below_the_step_estimate() {
     for coefficient in [1.0, -1.0] {
         let kernel = Newtonian::<f64, 2>::new(coefficient, 0.3);
         let mut case = Case::<f64, 2>::random(30, 0);
-        let mass = blob::moments(&case.x, &case.masses).unwrap().absolute_mass;
-        let dt = blob::stable_step_anywhere(&kernel, mass, 10.0).unwrap();
+        let mass = diagnostics::moments(&case.x, &case.masses).unwrap().absolute_mass;
+        let dt = diagnostics::stable_step_anywhere(&kernel, mass, 10.0).unwrap();
         let mut last_energy = f64::INFINITY;
         for _ in 0..40 {
             // No state needs a shorter step than the estimate for all of them.
-            assert!(blob::stable_step(&kernel, &case.x, &case.masses).unwrap() >= dt);
+            assert!(diagnostics::stable_step(&kernel, &case.x, &case.masses).unwrap() >= dt);
             let (result, report) = case.run(&kernel, watched, dt, 5);
             let (first, last) = report.energy.unwrap();
             // The run itself judges by rounding; between runs the same energy is computed twice.
@@ -479,16 +489,16 @@ fn energy_falls_below_the_step_estimate() {
 #[test]
 fn step_estimates_refuse_and_know_rest() {
     let kernel = Newtonian::<f64, 2>::new(1.0, 0.3);
-    assert_eq!(blob::stable_step(&kernel, &[], &[]), Ok(f64::INFINITY));
-    assert_eq!(blob::stable_step(&kernel, &[[0.0; 2], [1.0; 2]], &[0.0, 0.0]), Ok(f64::INFINITY));
-    assert_eq!(blob::stable_step(&kernel, &[[0.0; 2]], &[]), Err(Error::LengthMismatch));
-    assert_eq!(blob::stable_step(&kernel, &[[0.0; 2], [f64::NAN; 2]], &[1.0, 1.0]), Err(Error::NotFinite));
-    assert_eq!(blob::stable_step(&kernel, &[[0.0; 2]], &[f64::INFINITY]), Err(Error::NotFinite));
-    assert_eq!(blob::stable_step_anywhere(&kernel, -1.0, 1.0), Err(Error::OutOfDomain));
-    assert_eq!(blob::stable_step_anywhere(&kernel, 1.0, f64::NAN), Err(Error::NotFinite));
+    assert_eq!(diagnostics::stable_step(&kernel, &[], &[]), Ok(f64::INFINITY));
+    assert_eq!(diagnostics::stable_step(&kernel, &[[0.0; 2], [1.0; 2]], &[0.0, 0.0]), Ok(f64::INFINITY));
+    assert_eq!(diagnostics::stable_step(&kernel, &[[0.0; 2]], &[]), Err(Error::LengthMismatch));
+    assert_eq!(diagnostics::stable_step(&kernel, &[[0.0; 2], [f64::NAN; 2]], &[1.0, 1.0]), Err(Error::NotFinite));
+    assert_eq!(diagnostics::stable_step(&kernel, &[[0.0; 2]], &[f64::INFINITY]), Err(Error::NotFinite));
+    assert_eq!(diagnostics::stable_step_anywhere(&kernel, -1.0, 1.0), Err(Error::OutOfDomain));
+    assert_eq!(diagnostics::stable_step_anywhere(&kernel, 1.0, f64::NAN), Err(Error::NotFinite));
     // M = 4, order 2 in the plane: |H| is largest at the centre, 5 / (2 pi delta^2).
     let want = 2.785_293_563 / (2.0 * 5.0 / (2.0 * std::f64::consts::PI * 0.09));
-    assert!((blob::stable_step_anywhere(&kernel, 1.0, 4.0).unwrap() / want - 1.0).abs() < 1e-12);
+    assert!((diagnostics::stable_step_anywhere(&kernel, 1.0, 4.0).unwrap() / want - 1.0).abs() < 1e-12);
 }
 
 /// The centre of mass stays, and the second moment follows its own law before any pair is within delta: in the plane
@@ -497,7 +507,7 @@ fn step_estimates_refuse_and_know_rest() {
 fn conserved_and_dissipated() {
     let kernel = Newtonian::<f64, 2>::new(1.0, 1e-3);
     let mut case = Case::<f64, 2>::random(6, 0);
-    let moments = |case: &Case<f64, 2>| -> Moments<f64, 2> { blob::moments(&case.x, &case.masses).unwrap() };
+    let moments = |case: &Case<f64, 2>| -> Moments<f64, 2> { diagnostics::moments(&case.x, &case.masses).unwrap() };
     let before = moments(&case);
     case.run(&kernel, Wanted::default(), 1e-3, 50).0.unwrap();
     let after = moments(&case);

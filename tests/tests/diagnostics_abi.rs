@@ -4,7 +4,7 @@
 use std::ptr::{null, null_mut};
 
 use mollis_abi::*;
-use mollis_core::blob::{self, Lattice};
+use mollis_core::diagnostics::{self, Lattice};
 use mollis_core::kernel::{Kernel, Law, Term};
 use mollis_core::mollifier::Mollifier;
 use mollis_core::{Error, Real};
@@ -37,7 +37,7 @@ macro_rules! check {
             unsafe {
                 let (xp, yp, mp, rp) = (x.as_ptr(), y.as_ptr(), m.as_ptr(), rho.as_ptr());
                 assert_eq!($moments(n, xp, mp, a, b, &raw mut centre, c), OK);
-                let want = blob::moments(&x, &m).unwrap();
+                let want = diagnostics::moments(&x, &m).unwrap();
                 assert_eq!((out, centre), ([want.mass, want.absolute_mass, want.second], want.centre));
                 assert_eq!($moments(n, xp, mp, null_mut(), null_mut(), null_mut(), null_mut()), OK);
                 out = untouched;
@@ -51,7 +51,8 @@ macro_rules! check {
                 let mut block = kernel_block::<$t, $d>(COMPACT);
                 let bytes = block.bytes().len();
                 let kernel = Kernel::<$t, $d>::open(block.bytes()).unwrap();
-                let want = (blob::stable_step(&kernel, &x, &m), blob::stable_step_anywhere(&kernel, 2.0, 3.0));
+                let want =
+                    (diagnostics::stable_step(&kernel, &x, &m), diagnostics::stable_step_anywhere(&kernel, 2.0, 3.0));
                 let kp = block.bytes().as_ptr().cast();
                 assert_eq!(($step(kp, bytes, n, mp, xp, a), Ok(out[0])), (OK, want.0));
                 assert_eq!(($anywhere(kp, bytes, 2.0, 3.0, a), Ok(out[0])), (OK, want.1));
@@ -71,7 +72,7 @@ macro_rules! check {
                 assert_eq!($step(sp, bytes, n, mp, xp, a), OK);
 
                 assert_eq!($overlap(n, 0.4, mp, rp, a), OK);
-                assert_eq!(Some(out[0]), blob::smallest_overlap::<$t, $d>(0.4, &m, &rho).unwrap());
+                assert_eq!(Some(out[0]), diagnostics::smallest_overlap::<$t, $d>(0.4, &m, &rho).unwrap());
                 assert_eq!(($overlap(0, 0.4, mp, rp, a), out[0].is_nan()), (OK, true));
                 out = untouched;
                 assert_eq!($overlap(n, 0.0, mp, rp, a), Error::Delta as i32);
@@ -79,8 +80,11 @@ macro_rules! check {
                 assert_eq!(out, untouched);
 
                 for p in [1.0, 2.0, <$t>::INFINITY] {
-                    assert_eq!(($distance(n, xp, yp, 0.01, p, a), Ok(out[0])), (OK, blob::distance(&x, &y, 0.01, p)));
-                    assert_eq!(($norm(n, rp, 0.01, p, a), Ok(out[0])), (OK, blob::norm(&rho, 0.01, p)));
+                    assert_eq!(
+                        ($distance(n, xp, yp, 0.01, p, a), Ok(out[0])),
+                        (OK, diagnostics::distance(&x, &y, 0.01, p))
+                    );
+                    assert_eq!(($norm(n, rp, 0.01, p, a), Ok(out[0])), (OK, diagnostics::norm(&rho, 0.01, p)));
                 }
                 out = untouched;
                 assert_eq!($distance(n, xp, yp, 0.01, 0.5, a), Error::OutOfDomain as i32);

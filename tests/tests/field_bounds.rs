@@ -1,10 +1,11 @@
 //! The error bound of sums for every kernel and method, the range of their arguments, and what outputs do to each other.
 
 use mollis_core::Real;
-use mollis_core::field::{self, Accumulation, Counters, Method, Options, Outputs, Run, Sources, Wanted};
-use mollis_core::isa::Level;
+use mollis_core::exec::{Run, Statistics};
+use mollis_core::field::{self, Accumulation, Method, Options, Outputs, Sources, Wanted};
 use mollis_core::kernel::{Kernel, Law, Term};
 use mollis_core::mollifier::Mollifier;
+use mollis_core::simd::Level;
 use mollis_tests::{Aligned, Split};
 
 const ALL: Wanted = Wanted { potential: true, gradient: true, laplacian: true };
@@ -15,7 +16,7 @@ struct Sums<T, const D: usize> {
     potential: Vec<T>,
     gradient: Vec<[T; D]>,
     laplacian: Vec<T>,
-    counters: Counters,
+    counters: Statistics,
 }
 
 fn term(law: Law, coefficient: f64) -> Term {
@@ -50,7 +51,7 @@ fn sums_of<T: Real, const D: usize>(
         potential: vec![T::NAN; n],
         gradient: vec![[T::NAN; D]; n],
         laplacian: vec![T::NAN; n],
-        counters: Counters::default(),
+        counters: Statistics::default(),
     };
     let outputs = Outputs {
         potential: wanted.potential.then_some(&mut sums.potential[..]),

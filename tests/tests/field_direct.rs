@@ -1,11 +1,12 @@
 //! The direct sum against its twin in double-double arithmetic, at every level this machine has; and what it promises about
 //! bits, counts, refusals and extreme distances.
 
-use mollis_core::field::{self, Accumulation, Counters, Options, Outputs, Plan, Run, Sources, Wanted};
-use mollis_core::isa::Level;
+use mollis_core::exec::{Executor, Serial};
+use mollis_core::exec::{Run, Statistics};
+use mollis_core::field::{self, Accumulation, Options, Outputs, Plan, Sources, Wanted};
 use mollis_core::kernel::Kernel;
 use mollis_core::mollifier::Mollifier;
-use mollis_core::parallel::{Executor, Serial};
+use mollis_core::simd::Level;
 use mollis_core::{Error, Real};
 use mollis_reference::field::{Soft, newtonian};
 use mollis_tests::Threads;
@@ -23,7 +24,7 @@ struct Result3<T, const D: usize> {
     potential: Vec<T>,
     gradient: Vec<[T; D]>,
     laplacian: Vec<T>,
-    counters: Counters,
+    counters: Statistics,
 }
 
 fn kernel<T: Real, const D: usize>(soft: Option<Soft>) -> Kernel<'static, T, D> {
@@ -60,7 +61,7 @@ fn sum<T: Real, const D: usize>(
         potential: vec![T::NAN; n],
         gradient: vec![[T::NAN; D]; n],
         laplacian: vec![T::NAN; n],
-        counters: Counters::default(),
+        counters: Statistics::default(),
     };
     let plan = field::plan(&kernel, positions.len(), n, wanted, options).unwrap();
     in_workspace(&plan, executor.workers(), |workspace| {
@@ -325,7 +326,7 @@ fn skipped_work_is_counted() {
         let mut case = grid_case::<2>(70, 40, soft(0.1));
         case.masses.iter_mut().step_by(7).for_each(|m| *m = 0.0);
         case.targets.iter_mut().for_each(|x| x[0] += 5.0);
-        let want = Counters { pairs: 60 * 40, massless_sources: 10, ..Counters::default() };
+        let want = Statistics { pairs: 60 * 40, massless_sources: 10, ..Statistics::default() };
         assert_eq!(run(&case), want);
         // Everything inside: every block, none mixed.
         let mut case = grid_case::<2>(70, 40, soft(8.0));

@@ -1,11 +1,12 @@
 //! Moments, sorted sums and neighbour sums against all pairs, by values and by counters.
 
 use mollis_core::Error;
-use mollis_core::field::{Counters, Method, Options, Outputs, Reason, Run, Sources, Wanted, evaluate, plan};
-use mollis_core::isa::Level;
+use mollis_core::exec::{Executor, Serial};
+use mollis_core::exec::{Run, Statistics};
+use mollis_core::field::{Method, Options, Outputs, Reason, Sources, Wanted, evaluate, plan};
 use mollis_core::kernel::{Kernel, Law, Term};
 use mollis_core::mollifier::Mollifier;
-use mollis_core::parallel::{Executor, Serial};
+use mollis_core::simd::Level;
 
 const ALL: Wanted = Wanted { potential: true, gradient: true, laplacian: true };
 const COMPACT: Mollifier = Mollifier::Compact { order: 4, exponent: 4 };
@@ -69,7 +70,7 @@ struct Case<'a, const D: usize> {
 
 impl<const D: usize> Case<'_, D> {
     /// With a workspace of exactly the stated size, dirty and ringed by canaries.
-    fn run(&self, wanted: Wanted, options: &Options, executor: &dyn Executor) -> (Method, Reason, Sums<D>, Counters) {
+    fn run(&self, wanted: Wanted, options: &Options, executor: &dyn Executor) -> (Method, Reason, Sums<D>, Statistics) {
         let bytes = Kernel::<f64, D>::workspace_bytes(self.terms, self.mollifier).unwrap();
         let mut block = vec![0xA5_u8; bytes + 64];
         let at = block.as_ptr().align_offset(64);
@@ -82,7 +83,7 @@ impl<const D: usize> Case<'_, D> {
         let bytes = plan.workspace_bytes(executor.workers()).unwrap();
         let mut workspace = vec![0x5A_u8; bytes + 192];
         let start = workspace.as_ptr().align_offset(64) + 64;
-        let mut counters = Counters::default();
+        let mut counters = Statistics::default();
         for short in [1, 0] {
             let Some(bytes) = bytes.checked_sub(short) else { continue };
             let mut run = Run { executor, counters: Some(&mut counters), ..Run::default() };
@@ -167,7 +168,7 @@ fn quartic_moments_are_within_1e_14_of_all_pairs_for_1e4_particles() {
         let case = Case { terms: &terms, mollifier, delta: 0.1, sources: (&positions, &masses), targets };
         let (method, reason, sums, counters) = case.run(ALL, &Options::default(), &Serial);
         assert_eq!((method, reason), (Method::Moments, Reason::EvenPowers));
-        assert_eq!(counters, Counters::default());
+        assert_eq!(counters, Statistics::default());
         let errors = case.errors(&sums, ALL);
         println!("at {at}: {errors:?}");
         assert!(errors.iter().all(|&e| e < 1e-14), "{errors:?}");

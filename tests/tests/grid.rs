@@ -3,10 +3,10 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use mollis_core::exec::{Executor, Serial};
 use mollis_core::grid::{Equation, Grid, MassScale, Mesh, Order, Walls};
-use mollis_core::parallel::{Executor, Serial};
-use mollis_core::space::ALIGN;
-use mollis_core::{Error, Real, Result};
+use mollis_core::memory::ALIGN;
+use mollis_core::{Error, Real, Result, Scalar};
 use mollis_reference::grid as twin;
 use mollis_tests::Threads;
 

@@ -5,6 +5,7 @@
 
 use mollis_core::Error;
 use mollis_core::Real;
+use mollis_core::Scalar;
 use mollis_core::kernel::{Kernel, Law, Term};
 use mollis_core::mollifier::Mollifier;
 use mollis_tests::Aligned;
@@ -239,7 +240,7 @@ const MORSE: [(usize, f64, [f64; 3]); 6] = [
 fn powers_keep_their_range() {
     fn at<T: Real>(p: f64, r: f64) -> [f64; 3] {
         let terms = one(Law::Power { exponent: p });
-        with::<T, 2, _>(&terms, Mollifier::None, T::ONE, |k| k.at(T::from_f64(r))).unwrap().map(Real::to_f64)
+        with::<T, 2, _>(&terms, Mollifier::None, T::ONE, |k| k.at(T::from_f64(r))).unwrap().map(Scalar::to_f64)
     }
     let inf = f64::INFINITY;
     for (p, r, want) in [

@@ -1,6 +1,7 @@
 //! Mollifiers against their definition, the facts that need no reference, and the extremes of the number range.
 
 use mollis_core::Real;
+use mollis_core::Scalar;
 use mollis_core::mollifier::{Blob, Mollifier, Quantity, Richardson};
 use mollis_reference::mollifier::Compact;
 

@@ -1,12 +1,12 @@
 //! The search for clusters by sorting against the descent through cells.
 
-use mollis_core::parallel::Serial;
-use mollis_core::pks::clusters::{Mesh, Particles, Scratch, Search, find};
+use mollis_core::exec::Serial;
+use mollis_core::memory::{ALIGN, Carve, Measure};
 use mollis_core::pks::collision::Criterion;
 use mollis_core::pks::extent::Extent;
+use mollis_core::pks::search::{Mesh, Particles, Scratch, Search, find};
 use mollis_core::pks::theory::{Group, Law};
 use mollis_core::pks::{CollisionLaw, Merging};
-use mollis_core::space::{ALIGN, Carve, Measure};
 use mollis_core::special::{incomplete_gamma, normal};
 use mollis_tests::Split;
 

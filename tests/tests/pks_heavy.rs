@@ -1,15 +1,16 @@
 //! Heavy particles beside a mesh: their pairs are exact, they conserve momentum, they are chosen by mass, and nothing changes where there are none.
 
-use mollis_core::field::{Interaction, Run};
+use mollis_core::exec::Run;
+use mollis_core::exec::{Executor, Serial};
+use mollis_core::field::Interaction;
 use mollis_core::grid::{Equation, Grid, Mesh, Order, Walls};
 use mollis_core::kernel::{Kernel, Law, Term};
 use mollis_core::mollifier::{Blob, Mollifier};
-use mollis_core::parallel::{Executor, Serial};
 use mollis_core::pks::{
     Attraction, Counters, Events, Heavy, MAX_HEAVY, Merging, Options, Scheme, Setting, State, step, workspace_bytes,
 };
 use mollis_core::random::Philox;
-use mollis_core::{Error, Real, Result};
+use mollis_core::{Error, Real, Result, Scalar};
 use mollis_tests::{Aligned, Threads};
 
 const CELLS: usize = 32;
@@ -103,7 +104,7 @@ fn a_heavy_particle_attracts_exactly_at_every_distance() {
         steps(&mut end, &options, equation, with.then_some(&heavy), dt, 1, &Serial).unwrap();
         let mut worst = 0.0_f64;
         for (x, y) in start.positions.iter().zip(&end.positions).skip(1) {
-            let d = [x[0] - at[0], x[1] - at[1]].map(Real::to_f64);
+            let d = [x[0] - at[0], x[1] - at[1]].map(Scalar::to_f64);
             let r = d[0].hypot(d[1]);
             let factor = kernel.gradient_factor(T::from_f64(r)).to_f64();
             let miss = [0, 1].map(|k| (y[k] - x[k]).to_f64() + chi * dt * factor * d[k]);

@@ -1,7 +1,8 @@
 //! Two particles: the time of their collision against the exact law.
 
 use mollis_core::euler_maruyama::Control;
-use mollis_core::field::{self, Interaction, Run};
+use mollis_core::exec::Run;
+use mollis_core::field::{self, Interaction};
 use mollis_core::pks::{
     Attraction, CollisionLaw, Counters, Event, Events, Options, Report, Setting, State, step, workspace_bytes,
 };

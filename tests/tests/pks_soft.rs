@@ -1,6 +1,7 @@
 //! Particles whose pairs collide and do not merge: the second moment follows the law of a squared Bessel process all the same.
 
-use mollis_core::field::{self, Run, Sources};
+use mollis_core::exec::Run;
+use mollis_core::field::{self, Sources};
 use mollis_core::mollifier::{Blob, Mollifier};
 use mollis_core::pks::theory::{Group, Law};
 use mollis_core::pks::{

@@ -1,16 +1,17 @@
 //! A step as a whole: what it conserves, reports, refuses, skips, and that a run may be interrupted anywhere.
 
 use mollis_core::euler_maruyama::Control;
-use mollis_core::field::{self, Interaction, Run};
+use mollis_core::exec::Run;
+use mollis_core::exec::{Executor, Serial};
+use mollis_core::field::{self, Interaction};
 use mollis_core::grid::{Equation, Grid, Mesh, Walls};
-use mollis_core::parallel::{Executor, Serial};
+use mollis_core::memory::ALIGN;
 use mollis_core::pks::{
     Attraction, Counters, Event, Events, Heavy, Merging, Options, Report, Scheme, Setting, State, step, theory,
     workspace_bytes,
 };
 use mollis_core::random::{Generator, Philox, Stream};
 use mollis_core::real::DoubleWord;
-use mollis_core::space::ALIGN;
 use mollis_core::{Error, Real, Result};
 use mollis_tests::{Split, Threads};
 

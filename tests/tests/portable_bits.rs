@@ -4,14 +4,15 @@
 //! The numbers were printed by this test on x86-64. `cargo xtask neon` runs it on aarch64.
 
 use mollis_core::Real;
-use mollis_core::field::{self, Options, Outputs, Run, Sources, Wanted};
+use mollis_core::exec::Run;
+use mollis_core::exec::Serial;
+use mollis_core::field::{self, Options, Outputs, Sources, Wanted};
 use mollis_core::grid::{Equation, Grid, Mesh, Order};
-use mollis_core::isa::Level;
 use mollis_core::kernel::{Kernel, Law, Term};
 use mollis_core::mollifier::Mollifier;
-use mollis_core::parallel::Serial;
 use mollis_core::pks::{self, Attraction, Counters, Event, Events, Setting, State, theory};
 use mollis_core::random::Philox;
+use mollis_core::simd::Level;
 use mollis_tests::Aligned;
 
 /// The bits, mixed in order as by FNV-1a, a word at a time.

@@ -9,7 +9,7 @@
 use std::ptr::{null, null_mut};
 
 use mollis_abi::*;
-use mollis_core::isa::Level;
+use mollis_core::simd::Level;
 use mollis_tests::Aligned;
 use mollis_tests::exceptions::Rows;
 

@@ -131,7 +131,7 @@ fn constants() -> Result<String> {
    ((n) > 512 ? 2 * MOLLIS_WORKSPACE_PADDED(8 * (n)) + 73792 * (((n) + 32767) / 32768) + 204928 : 0) + \\
    MOLLIS_SUM2_WORKSPACE_BYTES_F32(n))
 ",
-        mollis_core::space::ALIGN
+        mollis_core::memory::ALIGN
     )?;
     Ok(out)
 }

@@ -1,113 +1,273 @@
-//! The floors of `core`, as its crate page lists them: no module uses one that stands above it, and `unsafe` stays in
-//! its rooms.
+//! The architecture of `core`, checked: a module uses only its own layer and those below, no two modules beside each other use each other, and
+//! `unsafe` stands only in the modules that exist for it.
+//!
+//! The layers are read from the numbered list of `core/src/lib.rs`, the uses from every path that begins with `crate`, `super` or `self`.
+//! Re-exports are followed to the file that holds the item. Tests may use anything: they ship nothing.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-use anyhow::{Result, bail, ensure};
+use anyhow::{Context, Result, bail, ensure};
+use syn::visit::{self, Visit};
 
 use crate::{shell, text};
 
-/// The rooms of `core` that may hold `unsafe`.
-const UNSAFE_ROOMS: [&str; 2] = ["space", "isa"];
+/// The modules of `core` that may hold `unsafe`.
+const UNSAFE_MODULES: [&str; 4] = ["exec", "memory", "simd", "scalar::root"];
+
+/// A module's path below the crate.
+type Module = Vec<String>;
 
 /// Checks every file of `core/src`.
 pub fn run() -> Result<()> {
     let source = shell::root().join("core/src");
-    let floors = floors(&shell::read(&source.join("lib.rs"))?)?;
-    let mut faults = Vec::new();
-    let mut files = 0;
+    let layers = layers(&shell::read(&source.join("lib.rs"))?)?;
+    let mut tree = Tree::default();
     for path in shell::files("core/src", &["rs"])? {
-        let Some(module) = module(&path, &source) else { continue };
-        ensure!(floors.contains_key(&module), "core/src/lib.rs gives no floor for `{module}`");
-        files += 1;
-        let faulty = check(&shell::read(&path)?, &module, &floors, path.ends_with("tests.rs"));
-        faults.extend(faulty.into_iter().map(|fault| format!("{}: {fault}", shell::short(&path))));
+        tree.add(module(path.strip_prefix(&source)?), &shell::read(&path)?).with_context(|| shell::short(&path))?;
     }
-    ensure!(files > 0, "no file found below core/src");
+    ensure!(tree.files.len() > 1, "no file found below core/src");
+    let faults = tree.faults(&layers);
     if !faults.is_empty() {
         bail!("{}", faults.join("\n"));
     }
-    println!("{files} files of core: every use points down, unsafe stays in {UNSAFE_ROOMS:?}");
+    println!("{} files of core: every use points down, no circle, unsafe only in {UNSAFE_MODULES:?}", tree.files.len());
     Ok(())
 }
 
-/// The top module a file belongs to; none for `lib.rs`.
-fn module(path: &Path, source: &Path) -> Option<String> {
-    let first = path.strip_prefix(source).ok()?.components().next()?;
-    let name = first.as_os_str().to_string_lossy().trim_end_matches(".rs").to_owned();
-    (name != "lib").then_some(name)
+/// The module that a file holds.
+fn module(path: &Path) -> Module {
+    let mut names: Module = path.with_extension("").iter().map(|part| part.to_string_lossy().into_owned()).collect();
+    if names.last().is_some_and(|last| last == "mod" || last == "lib") {
+        names.pop();
+    }
+    names
 }
 
-/// Module to floor, from the numbered list of the crate's page.
-fn floors(lib: &str) -> Result<BTreeMap<String, u32>> {
-    let mut floors = BTreeMap::new();
-    let mut floor = 0;
+/// Module to layer, from the numbered list of the crate's page.
+fn layers(lib: &str) -> Result<BTreeMap<String, u32>> {
+    let mut layers = BTreeMap::new();
+    let mut layer = 0;
     for line in lib.lines().filter_map(|line| line.strip_prefix("//! ")) {
         match line.split_once(". ").and_then(|(number, _)| number.parse().ok()) {
-            Some(number) => floor = number,
-            None if !line.starts_with(' ') => floor = 0,
+            Some(number) => layer = number,
+            None if !line.starts_with(' ') => layer = 0,
             None => {}
         }
-        if floor > 0 {
+        if layer > 0 {
             for name in line.split("[`").skip(1).filter_map(|part| part.split_once("`]")).map(|(name, _)| name) {
-                floors.insert(name.to_owned(), floor);
+                layers.insert(name.to_owned(), layer);
             }
         }
     }
-    ensure!(floors.len() > 1, "core/src/lib.rs lists no floors");
-    Ok(floors)
+    ensure!(layers.len() > 1, "core/src/lib.rs lists no layers");
+    Ok(layers)
 }
 
-/// What a file does against the rules.
-fn check(source: &str, module: &str, floors: &BTreeMap<String, u32>, tests: bool) -> Vec<String> {
-    let code = text::code_only(source);
-    let mut faults = Vec::new();
-    if !UNSAFE_ROOMS.contains(&module) && text::identifiers(&code).any(|(_, word)| word == "unsafe") {
-        faults.push("`unsafe` outside its rooms".to_owned());
-    }
-    // Tests may look up: they ship nothing.
-    if tests {
-        return faults;
-    }
-    let code = text::without_tests(&code);
-    let own = floors.get(module).copied().unwrap_or(0);
-    for used in uses(&code) {
-        if let Some(&floor) = floors.get(used).filter(|&&floor| floor > own) {
-            faults.push(format!("`{module}` (floor {own}) uses `{used}` (floor {floor})"));
-        }
-    }
-    faults
+/// What the files of a crate hold and use.
+#[derive(Default)]
+struct Tree {
+    /// Paths that each module names.
+    files: BTreeMap<Module, BTreeSet<Module>>,
+    /// Re-exports: module and name to path.
+    exports: BTreeMap<(Module, String), Module>,
+    faults: Vec<String>,
 }
 
-/// The top modules named after `crate::`, alone or in braces.
-fn uses(code: &str) -> Vec<&str> {
-    let mut found = Vec::new();
-    for (at, _) in code.match_indices("crate::") {
-        let tail = &code[at + "crate::".len()..];
-        if !tail.starts_with('{') {
-            found.extend(text::identifiers(tail).next().map(|(_, word)| word));
-            continue;
+impl Tree {
+    fn add(&mut self, module: Module, source: &str) -> Result<()> {
+        let code = text::code_only(source);
+        let name = module.join("::");
+        let allowed = UNSAFE_MODULES.iter().any(|room| name == *room || name.starts_with(&format!("{room}::")));
+        if !allowed && text::identifiers(&code).any(|(_, word)| word == "unsafe") {
+            self.faults.push(format!("{name}: `unsafe` outside {UNSAFE_MODULES:?}"));
         }
-        let (mut depth, mut first) = (0, false);
-        for (k, c) in tail.char_indices() {
-            match c {
-                '{' => depth += 1,
-                '}' => depth -= 1,
-                _ => {}
+        // A file of tests ships nothing.
+        if module.last().is_some_and(|last| last == "tests" || last == "testing") {
+            return Ok(());
+        }
+        let mut names = Names { module: &module, found: BTreeSet::new(), exports: Vec::new() };
+        names.visit_file(&syn::parse_file(source)?);
+        let Names { found, exports, .. } = names;
+        for (name, path) in exports {
+            self.exports.insert((module.clone(), name), path);
+        }
+        self.files.insert(module, found);
+        Ok(())
+    }
+
+    /// The module that holds what a path names.
+    fn holder(&self, path: &Module) -> Module {
+        let mut path = path.clone();
+        // As many re-exports as can follow one another.
+        for _ in 0..16 {
+            let long = (0..=path.len()).rev().find(|&n| self.files.contains_key(&path[..n])).unwrap_or(0);
+            let next = path.get(long).and_then(|name| self.exports.get(&(path[..long].to_vec(), name.clone())));
+            match next {
+                Some(target) if *target != path => {
+                    let rest = path[long + 1..].to_vec();
+                    path = target.iter().cloned().chain(rest).collect();
+                }
+                _ => return path[..long].to_vec(),
             }
-            if depth == 0 {
-                break;
+        }
+        path
+    }
+
+    fn faults(&self, layers: &BTreeMap<String, u32>) -> Vec<String> {
+        let mut faults = self.faults.clone();
+        let layer_of = |module: &Module| module.first().map(|top| (top.clone(), layers.get(top).copied()));
+        // Uses between modules that stand beside each other, below the same parent.
+        let mut beside: BTreeMap<Module, BTreeMap<Module, String>> = BTreeMap::new();
+        for (user, paths) in &self.files {
+            if let Some((top, None)) = layer_of(user) {
+                faults.push(format!("core/src/lib.rs gives no layer for `{top}`"));
             }
-            if depth == 1 && (c == '{' || c == ',') {
-                first = true;
-            } else if first && !c.is_whitespace() {
-                first = false;
-                found.extend(text::identifiers(&tail[k..]).next().map(|(_, word)| word));
+            for used in paths.iter().map(|path| self.holder(path)) {
+                if let (Some((from, Some(own))), Some((to, Some(layer)))) = (layer_of(user), layer_of(&used))
+                    && layer > own
+                {
+                    faults.push(format!("`{}` (`{from}`, layer {own}) uses `{to}` (layer {layer})", user.join("::")));
+                }
+                let common = user.iter().zip(&used).take_while(|(a, b)| a == b).count();
+                if user.len() > common && used.len() > common {
+                    let reason = format!("{} uses {}", user.join("::"), used.join("::"));
+                    let row = beside.entry(user[..=common].to_vec()).or_default();
+                    row.entry(used[..=common].to_vec()).or_insert(reason);
+                }
+            }
+        }
+        for circle in circles(&beside) {
+            faults.push(format!("circle: {}", circle.join("; ")));
+        }
+        faults.sort();
+        faults.dedup();
+        faults
+    }
+}
+
+/// One circle through each module that is on one, as the uses that close it.
+fn circles(uses: &BTreeMap<Module, BTreeMap<Module, String>>) -> Vec<Vec<String>> {
+    let mut found: BTreeMap<BTreeSet<&Module>, Vec<String>> = BTreeMap::new();
+    for start in uses.keys() {
+        // The shortest way back.
+        let mut ways: Vec<(&Module, Vec<&Module>)> = vec![(start, vec![start])];
+        let mut seen = BTreeSet::new();
+        let mut at = 0;
+        while at < ways.len() {
+            let (module, way) = ways[at].clone();
+            at += 1;
+            for next in uses.get(module).into_iter().flat_map(BTreeMap::keys) {
+                if next == start {
+                    let closed = way.iter().chain([&start]).copied().collect::<Vec<_>>();
+                    let reasons = closed.windows(2).map(|pair| uses[pair[0]][pair[1]].clone()).collect();
+                    found.entry(way.iter().copied().collect()).or_insert(reasons);
+                } else if seen.insert(next) {
+                    ways.push((next, way.iter().copied().chain([next]).collect()));
+                }
             }
         }
     }
-    found
+    found.into_values().collect()
+}
+
+/// Collects the paths of a file.
+struct Names<'a> {
+    module: &'a Module,
+    found: BTreeSet<Module>,
+    exports: Vec<(String, Module)>,
+}
+
+impl Names<'_> {
+    /// A path as one below the crate; none if it is relative or another crate's.
+    fn absolute(&self, names: &[String]) -> Option<Module> {
+        let mut path = self.module.clone();
+        let mut rest = names;
+        match names.first()?.as_str() {
+            "crate" => path.clear(),
+            "self" => {}
+            "super" => {
+                while rest.first().is_some_and(|name| name == "super") {
+                    path.pop();
+                    rest = &rest[1..];
+                }
+                return Some(path.into_iter().chain(rest.iter().cloned()).collect());
+            }
+            // A child's name, in the file that declares it.
+            _ => return None,
+        }
+        Some(path.into_iter().chain(rest[1..].iter().cloned()).collect())
+    }
+
+    fn tree(&mut self, tree: &syn::UseTree, before: &mut Vec<String>, public: bool) {
+        match tree {
+            syn::UseTree::Path(path) => {
+                before.push(path.ident.to_string());
+                self.tree(&path.tree, before, public);
+                before.pop();
+            }
+            syn::UseTree::Group(group) => group.items.iter().for_each(|tree| self.tree(tree, before, public)),
+            syn::UseTree::Name(name) => self.leaf(before, &name.ident.to_string(), None, public),
+            syn::UseTree::Rename(to) => self.leaf(before, &to.ident.to_string(), Some(to.rename.to_string()), public),
+            syn::UseTree::Glob(_) => {
+                if let Some(path) = self.absolute(before) {
+                    self.found.insert(path);
+                }
+            }
+        }
+    }
+
+    fn leaf(&mut self, before: &[String], name: &str, rename: Option<String>, public: bool) {
+        let mut names = before.to_vec();
+        if name != "self" {
+            names.push(name.to_owned());
+        }
+        let known = rename.unwrap_or_else(|| names.last().cloned().unwrap_or_default());
+        // `use child::Item` in the file that declares the child.
+        let path = self.absolute(&names).unwrap_or_else(|| self.module.iter().cloned().chain(names).collect());
+        // Private ones too: a child sees them.
+        self.exports.push((known, path.clone()));
+        if !public {
+            self.found.insert(path);
+        }
+    }
+}
+
+impl<'ast> Visit<'ast> for Names<'_> {
+    fn visit_item_mod(&mut self, item: &'ast syn::ItemMod) {
+        if !is_test(&item.attrs) {
+            visit::visit_item_mod(self, item);
+        }
+    }
+
+    fn visit_item_fn(&mut self, item: &'ast syn::ItemFn) {
+        if !is_test(&item.attrs) {
+            visit::visit_item_fn(self, item);
+        }
+    }
+
+    fn visit_item_use(&mut self, item: &'ast syn::ItemUse) {
+        if !is_test(&item.attrs) {
+            let public = !matches!(item.vis, syn::Visibility::Inherited);
+            self.tree(&item.tree, &mut Vec::new(), public);
+        }
+    }
+
+    fn visit_path(&mut self, path: &'ast syn::Path) {
+        let names: Vec<String> = path.segments.iter().map(|segment| segment.ident.to_string()).collect();
+        if let Some(path) = self.absolute(&names).filter(|_| names.len() > 1) {
+            self.found.insert(path);
+        }
+        visit::visit_path(self, path);
+    }
+}
+
+/// `#[cfg(test)]`, alone or among others.
+fn is_test(attributes: &[syn::Attribute]) -> bool {
+    attributes.iter().any(|attribute| {
+        attribute.path().is_ident("cfg")
+            && attribute.meta.require_list().is_ok_and(|list| list.tokens.to_string().trim() == "test")
+    })
 }
 
 #[cfg(test)]
@@ -115,31 +275,64 @@ mod tests {
     use super::*;
 
     const LIB: &str =
-        "//! Floors:\n//!\n//! 1. [`error`], [`space`]\n//!    and [`isa`]\n//! 2. [`field`]\n//! 3. [`blob`] \n";
+        "//! Layers:\n//!\n//! 1. [`error`], [`memory`]\n//!    and [`simd`]\n//! 2. [`field`]\n//! 3. [`pks`] \n";
+
+    fn faults(files: &[(&str, &str)]) -> Vec<String> {
+        let mut tree = Tree::default();
+        for (path, source) in
+            [("lib.rs", "pub use error::Error;"), ("error.rs", ""), ("memory.rs", ""), ("simd.rs", "")]
+        {
+            tree.add(module(Path::new(path)), source).unwrap();
+        }
+        for (path, source) in files {
+            tree.add(module(Path::new(path)), source).unwrap();
+        }
+        tree.faults(&layers(LIB).unwrap())
+    }
 
     #[test]
-    fn floors_are_read() {
-        let floors = floors(LIB).unwrap();
-        assert_eq!(floors["isa"], 1);
-        assert_eq!(floors["blob"], 3);
+    fn layers_are_read() {
+        let layers = layers(LIB).unwrap();
+        assert_eq!((layers["simd"], layers["pks"]), (1, 3));
     }
 
     #[test]
     fn upward_uses_are_refused() {
-        let floors = floors(LIB).unwrap();
-        let faults = |source: &str| check(source, "field", &floors, false).len();
-        assert_eq!(faults("use crate::space::Carve; use crate::{error::{self, blob}, isa};"), 0);
-        assert_eq!(faults("use crate::blob::Step;"), 1);
-        assert_eq!(faults("use crate::{error::Error, blob::Step};"), 1);
-        assert_eq!(faults("fn f() { crate::blob::g() }"), 1);
-        assert_eq!(faults("// use crate::blob;\n#[cfg(test)]\nmod tests { use crate::blob; }"), 0);
+        let field = |source: &str| faults(&[("field.rs", source), ("pks.rs", "pub struct Step;")]).len();
+        assert_eq!(field("use crate::memory::Carve; use crate::{error::{self, pks}, simd};"), 0);
+        assert_eq!(field("use crate::pks::Step;"), 1);
+        assert_eq!(field("use crate::{error::Error, pks::Step};"), 1);
+        assert_eq!(field("fn f() { crate::pks::g() }"), 1);
+        assert_eq!(field("// use crate::pks;\n#[cfg(test)]\nmod tests { use crate::pks; }"), 0);
+        assert_eq!(faults(&[("other.rs", "")]).len(), 1, "a module without a layer");
     }
 
     #[test]
-    fn unsafe_is_refused_outside_its_rooms() {
-        let floors = floors(LIB).unwrap();
-        assert_eq!(check("unsafe fn f() {}", "field", &floors, false).len(), 1);
-        assert_eq!(check("unsafe fn f() {}", "space", &floors, false).len(), 0);
-        assert_eq!(check("#![expect(unsafe_code)] // unsafe", "field", &floors, false).len(), 0);
+    fn circles_are_refused_through_re_exports_too() {
+        let sum = ("field/sum.rs", "use super::Pairs; pub struct Sum;");
+        let with = |pairs: &'static str| {
+            faults(&[
+                ("field/mod.rs", "mod sum; mod pairs; pub use sum::Sum; pub use pairs::Pairs;"),
+                sum,
+                ("field/pairs.rs", pairs),
+            ])
+        };
+        assert_eq!(with("pub struct Pairs;"), [""; 0]);
+        assert_eq!(with("use super::Sum; pub struct Pairs;").len(), 1);
+        assert_eq!(with("pub struct Pairs; fn f() { super::sum::g() }").len(), 1);
+        assert_eq!(with("use crate::Error; pub struct Pairs;"), [""; 0]);
+        let three = [
+            ("field/a.rs", "use super::b;"),
+            ("field/b.rs", "use super::c::C;"),
+            ("field/c.rs", "use crate::field::a::A;"),
+        ];
+        assert_eq!(faults(&three).len(), 1);
+    }
+
+    #[test]
+    fn unsafe_is_refused_outside_its_modules() {
+        assert_eq!(faults(&[("field.rs", "unsafe fn f() {}")]).len(), 1);
+        assert_eq!(faults(&[("memory/carve.rs", "unsafe fn f() {}")]).len(), 0);
+        assert_eq!(faults(&[("field.rs", "#![expect(unsafe_code)] // unsafe")]).len(), 0);
     }
 }

@@ -95,34 +95,6 @@ pub fn identifiers(code: &str) -> impl Iterator<Item = (usize, &str)> {
     })
 }
 
-/// The code without blocks that are compiled for tests alone (`#[cfg(test)] mod ... { ... }`), blanked.
-pub fn without_tests(code: &str) -> String {
-    let mut out = code.to_owned();
-    while let Some(start) = out.find("#[cfg(test)]") {
-        let tail = &out[start..];
-        let end = match (tail.find('{'), tail.find(';')) {
-            (Some(brace), semicolon) if semicolon.is_none_or(|s| brace < s) => closing(&tail[brace..]) + brace,
-            (_, Some(semicolon)) => semicolon + 1,
-            _ => tail.len(),
-        };
-        let blank: String = out[start..start + end].chars().map(|c| if c == '\n' { '\n' } else { ' ' }).collect();
-        out.replace_range(start..start + end, &blank);
-    }
-    out
-}
-
-/// The offset after the brace that closes the one at the start.
-fn closing(text: &str) -> usize {
-    let mut depth = 0_i32;
-    for (k, c) in text.char_indices() {
-        depth += i32::from(c == '{') - i32::from(c == '}');
-        if depth == 0 {
-            return k + 1;
-        }
-    }
-    text.len()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -134,12 +106,5 @@ mod tests {
         let words: Vec<_> = identifiers(&code).map(|(_, word)| word).collect();
         assert_eq!(words, ["a", "b", "life", "c", "b"]);
         assert_eq!(code.matches('\n').count(), 1);
-    }
-
-    #[test]
-    fn test_blocks_go() {
-        let code = without_tests("use a;\n#[cfg(test)]\nmod tests { fn f() { g(); } }\nuse b;\n#[cfg(test)] mod t;\nc");
-        let words: Vec<_> = identifiers(&code).map(|(_, word)| word).collect();
-        assert_eq!(words, ["use", "a", "use", "b", "c"]);
     }
 }

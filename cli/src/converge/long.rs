@@ -1,7 +1,8 @@
 //! Long runs: steady states and conservation.
 
 use anyhow::Result;
-use mollis_core::blob::{moments, radial, stable_step, steady};
+use mollis_core::diagnostics::{moments, stable_step};
+use mollis_core::exact::{radial, steady};
 use mollis_core::kernel::{Kernel, Law};
 use mollis_core::mollifier::Mollifier;
 use mollis_core::{Error, Real};

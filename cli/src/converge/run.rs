@@ -1,8 +1,10 @@
 //! One solution: particles on a lattice, advanced by the library, and what is measured of it.
 
 use anyhow::Result;
-use mollis_core::blob::{self, Advance, Report, State, Trajectories, Wanted};
-use mollis_core::field::{self, Options, Outputs, Run, Sources};
+use mollis_core::aggregation::{self, Advance, Report, State, Trajectories, Wanted};
+use mollis_core::diagnostics;
+use mollis_core::exec::Run;
+use mollis_core::field::{self, Options, Outputs, Sources};
 use mollis_core::kernel::{Kernel, Law, Term};
 use mollis_core::mollifier::Mollifier;
 use mollis_core::{Error, Real};
@@ -66,7 +68,7 @@ impl<T: Real, const D: usize> Cloud<T, D> {
         let mut report = Report::default();
         let wanted = Wanted { density, energy, ..Wanted::default() };
         let mut attempt = || {
-            let plan = blob::plan(kernel, self.x.len(), 0, wanted, &Options::default())?;
+            let plan = aggregation::plan(kernel, self.x.len(), 0, wanted, &Options::default())?;
             let mut memory = Memory::new(plan.workspace_bytes::<T, D>(1)?);
             let particles = Trajectories {
                 positions: &mut self.x,
@@ -76,7 +78,7 @@ impl<T: Real, const D: usize> Cloud<T, D> {
             };
             let state = State { masses: &self.m, particles, tracers: Trajectories::none() };
             let advance = Advance { dt: T::from_f64(dt), steps, after_step: None };
-            blob::step(&plan, kernel, state, advance, memory.slice(), &mut Run::default(), &mut report)
+            aggregation::step(&plan, kernel, state, advance, memory.slice(), &mut Run::default(), &mut report)
         };
         let result = attempt();
         (result, report)
@@ -105,7 +107,7 @@ impl<T: Real, const D: usize> Cloud<T, D> {
 
     /// Distances from the centre of mass.
     pub fn radii(&self) -> Result<Vec<f64>> {
-        let centre = blob::moments(&self.x, &self.m)?.centre;
+        let centre = diagnostics::moments(&self.x, &self.m)?.centre;
         let apart = |x: &[T; D]| x.iter().zip(&centre).map(|(a, c)| (a.to_f64() - c.to_f64()).powi(2)).sum::<f64>();
         Ok(self.x.iter().map(|x| apart(x).sqrt()).collect())
     }

@@ -1,8 +1,9 @@
 //! Tables of errors against h, with observed rates.
 
 use anyhow::Result;
-use mollis_core::blob::Lattice;
-use mollis_core::blob::{distance, norm, radial, smallest_overlap};
+use mollis_core::diagnostics::Lattice;
+use mollis_core::diagnostics::{distance, norm, smallest_overlap};
+use mollis_core::exact::radial;
 use mollis_core::kernel::{Kernel, Law};
 use mollis_core::mollifier::Mollifier;
 

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use mollis_core::blob::radial::Bump;
+use mollis_core::exact::radial::Bump;
 
 use crate::scene::{Part, Shape};
 

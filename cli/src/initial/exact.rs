@@ -1,6 +1,6 @@
 //! Exact radial solutions: one round part under a Newtonian kernel.
 
-use mollis_core::blob::radial::{self, Bump};
+use mollis_core::exact::radial::{self, Bump};
 
 use super::Density;
 use crate::scene::{Law, Scene, Shape};

@@ -4,7 +4,8 @@ use super::Args;
 use crate::console::say;
 use crate::memory::Memory;
 use mollis_core::euler_maruyama::Control;
-use mollis_core::field::{self, Interaction, Run};
+use mollis_core::exec::Run;
+use mollis_core::field::{self, Interaction};
 use mollis_core::pks::{
     Attraction, CollisionLaw, Counters, Event, Events, Options, Report, Setting, State, step, workspace_bytes,
 };

@@ -2,7 +2,8 @@
 
 use core::f64::consts::TAU;
 
-use mollis_core::field::{self, Run};
+use mollis_core::exec::Run;
+use mollis_core::field;
 use mollis_core::mollifier::{Blob, Mollifier};
 use mollis_core::pks::{
     Attraction, Counters, Event, Events, Merging, Options, Report, Scheme, Setting, State, step, workspace_bytes,

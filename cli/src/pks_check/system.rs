@@ -1,8 +1,8 @@
 //! A run: particles, grid and workspace in one place.
 
+use mollis_core::exec::{Executor, Serial};
 use mollis_core::grid::{Equation, Grid, Mesh};
 use mollis_core::mollifier::Blob;
-use mollis_core::parallel::{Executor, Serial};
 use mollis_core::pks::theory::{Group, Law};
 use mollis_core::pks::{self, Attraction, Counters, Event, Events, Heavy, Options, Report, Setting, State};
 use mollis_core::random::{Generator, Philox};
@@ -123,7 +123,7 @@ impl System {
     /// One step; events are appended to the log.
     pub fn step(&mut self, generator: &mut dyn Generator, dt: f64) -> Result<()> {
         let executor = Threads(self.threads);
-        let mut run = mollis_core::field::Run { executor: &executor, ..Default::default() };
+        let mut run = mollis_core::exec::Run { executor: &executor, ..Default::default() };
         let mut grid = match &mut self.mesh {
             Some((mesh, equation, memory)) => Some(Grid::prepare(memory.slice(), *mesh, *equation, self.threads)?),
             None => None,

@@ -10,7 +10,7 @@ mod curves;
 mod planes;
 
 use anyhow::{Result, bail, ensure};
-use mollis_core::parallel::Executor;
+use mollis_core::exec::Executor;
 
 use crate::run::CaseResult;
 use crate::scene::Picture;

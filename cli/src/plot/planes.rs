@@ -1,9 +1,9 @@
 //! Pictures of the plane: density maps, particles, the field of the chemical.
 
 use anyhow::{Context, Result, ensure};
+use mollis_core::exec::Executor;
 use mollis_core::field::Sources;
 use mollis_core::grid::{Equation, Grid};
-use mollis_core::parallel::Executor;
 
 use super::axis::Axis;
 use super::canvas::Canvas;

@@ -1,9 +1,11 @@
 //! The aggregation equation: blob method and particle method.
 
 use anyhow::{Context, Result, ensure};
-use mollis_core::blob::{self, Advance, Report, State, Trajectories, Wanted};
-use mollis_core::field::{self, Interaction, Options, Outputs, Run, Sources};
-use mollis_core::isa::Level;
+use mollis_core::aggregation::{self, Advance, Report, State, Trajectories, Wanted};
+use mollis_core::diagnostics;
+use mollis_core::exec::Run;
+use mollis_core::field::{self, Interaction, Options, Outputs, Sources};
+use mollis_core::simd::Level;
 
 use super::host::{Pool, stopped};
 use super::kernel;
@@ -18,7 +20,7 @@ pub struct Flow<'a, const D: usize> {
     scene: &'a Scene,
     pool: &'a Pool,
     kernel: &'a dyn Interaction<f64, D>,
-    plan: blob::Plan,
+    plan: aggregation::Plan,
     energy: Option<field::Plan>,
     memory: Memory,
     positions: Vec<[f64; D]>,
@@ -48,10 +50,10 @@ impl<'a, const D: usize> Flow<'a, D> {
         let (density, summed) = if carried { density::<D>(scene, &start, h, pool)? } else { (Vec::new(), 0) };
         let wanted = Wanted { density: carried, ..Wanted::default() };
         let options = options(scene);
-        let plan = blob::plan(kernel, n, 0, wanted, &options).context("plan")?;
+        let plan = aggregation::plan(kernel, n, 0, wanted, &options).context("plan")?;
         let outputs = field::Wanted { potential: true, ..field::Wanted::default() };
         let energy = scene.output.energy.then(|| field::plan(kernel, n, n, outputs, &options)).transpose()?;
-        let workers = mollis_core::parallel::Executor::workers(pool);
+        let workers = mollis_core::exec::Executor::workers(pool);
         let mut bytes = plan.workspace_bytes::<f64, D>(workers)?;
         if let Some(energy) = &energy {
             bytes = bytes.max(energy.workspace_bytes(workers)?);
@@ -86,7 +88,7 @@ impl<'a, const D: usize> Flow<'a, D> {
         let outputs = Outputs { potential: Some(&mut potential), ..Outputs::default() };
         let mut run = run(self.pool);
         field::evaluate(plan, self.kernel, sources, &self.positions, outputs, self.memory.slice(), &mut run)?;
-        Ok(Some(blob::energy_of(&self.start.masses, &potential)))
+        Ok(Some(aggregation::energy_of(&self.start.masses, &potential)))
     }
 
     /// L1 errors of positions and of densities against the exact solution, while there is one.
@@ -104,8 +106,9 @@ impl<'a, const D: usize> Flow<'a, D> {
                 differences.push(density[index] - exact.density(start, self.time()));
             }
         }
-        let of_positions = blob::distance(&self.positions, &positions, self.cell, 1.0)?;
-        let of_density = if self.density.is_some() { blob::norm(&differences, self.cell, 1.0)? } else { f64::NAN };
+        let of_positions = diagnostics::distance(&self.positions, &positions, self.cell, 1.0)?;
+        let of_density =
+            if self.density.is_some() { diagnostics::norm(&differences, self.cell, 1.0)? } else { f64::NAN };
         Ok([of_positions, of_density])
     }
 }
@@ -155,13 +158,21 @@ impl<const D: usize> Simulation for Flow<'_, D> {
         };
         let advance = Advance { dt: self.scene.dt, steps: 1, after_step: None };
         let mut report = Report::default();
-        blob::step(&self.plan, self.kernel, state, advance, self.memory.slice(), &mut run(self.pool), &mut report)?;
+        aggregation::step(
+            &self.plan,
+            self.kernel,
+            state,
+            advance,
+            self.memory.slice(),
+            &mut run(self.pool),
+            &mut report,
+        )?;
         self.step += 1;
         Ok(())
     }
 
     fn row(&mut self) -> Result<Vec<f64>> {
-        let moments = blob::moments(&self.positions, &self.start.masses)?;
+        let moments = diagnostics::moments(&self.positions, &self.start.masses)?;
         let mut row = vec![self.time()];
         row.extend(moments.centre);
         row.push(moments.second / moments.mass);
@@ -170,7 +181,7 @@ impl<const D: usize> Simulation for Flow<'_, D> {
             row.push(density.iter().copied().fold(0.0, f64::max));
             // Without a mollifier nothing overlaps.
             let overlap = match self.delta {
-                Some(delta) => blob::smallest_overlap::<f64, D>(delta, &self.start.masses, density)?,
+                Some(delta) => diagnostics::smallest_overlap::<f64, D>(delta, &self.start.masses, density)?,
                 None => None,
             };
             row.push(overlap.unwrap_or(f64::NAN));
@@ -198,7 +209,7 @@ impl<const D: usize> Simulation for Flow<'_, D> {
 
     fn plan(&self, particles: usize) -> Result<Vec<String>> {
         let wanted = Wanted { density: self.density.is_some(), ..Wanted::default() };
-        let plan = blob::plan(self.kernel, particles, 0, wanted, &options(self.scene)).context("plan")?;
+        let plan = aggregation::plan(self.kernel, particles, 0, wanted, &options(self.scene)).context("plan")?;
         let field = plan.field();
         let mut lines = vec![format!("velocity: {:?} sum, because {:?}", field.method(), field.reason())];
         let massless = self.start.masses.iter().filter(|mass| **mass == 0.0).count();

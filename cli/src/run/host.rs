@@ -3,8 +3,8 @@
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use anyhow::{Context, Result};
-use mollis_core::parallel::Executor;
-use mollis_core::space::MAX_WORKERS;
+use mollis_core::exec::Executor;
+use mollis_core::exec::MAX_WORKERS;
 
 /// A pool of threads as an executor.
 pub struct Pool {

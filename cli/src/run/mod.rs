@@ -587,7 +587,7 @@ fn summary(
         "scene": args.scene.display().to_string(),
         "quick": args.quick,
         "version": env!("CARGO_PKG_VERSION"),
-        "level": format!("{:?}", mollis_core::isa::Level::best()),
+        "level": format!("{:?}", mollis_core::simd::Level::best()),
         "threads": args.threads,
         "cases": cases,
         "expectations": expectations,

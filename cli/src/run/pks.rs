@@ -2,15 +2,15 @@
 
 use anyhow::{Context, Result, bail, ensure};
 use mollis_core::Error;
-use mollis_core::field::Run;
+use mollis_core::exec::Executor;
+use mollis_core::exec::Run;
 use mollis_core::grid::{Equation, Grid, Mesh, Order, Walls};
-use mollis_core::isa::Level;
 use mollis_core::mollifier::Blob;
-use mollis_core::parallel::Executor;
 use mollis_core::pks::{
     self, Attraction, CollisionLaw, Counters, Events, Heavy, Merging, Options, Report, Setting, State, theory,
 };
 use mollis_core::random::Philox;
+use mollis_core::simd::Level;
 
 use super::history::Event;
 use super::host::{Pool, stopped};
@@ -220,7 +220,7 @@ impl Simulation for Coalescing<'_> {
 
     fn row(&mut self) -> Result<Vec<f64>> {
         let n = self.count();
-        let moments = mollis_core::blob::moments(&self.positions[..n], &self.masses[..n])?;
+        let moments = mollis_core::diagnostics::moments(&self.positions[..n], &self.masses[..n])?;
         let mut heaviest = [0.0_f64; 2];
         for (_, &mass, _) in self.alive() {
             if mass > heaviest[0] {

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use anyhow::Result;
-use mollis_core::parallel::Executor;
+use mollis_core::exec::Executor;
 
 use super::host::Pool;
 use super::{build, jobs};

@@ -1,7 +1,7 @@
 //! Reference values of 25 digits, and the distance of a result from one in units in the last place.
 
 use anyhow::{Context, Result};
-use mollis_core::Real;
+use mollis_core::Scalar as _;
 use mollis_core::real::DoubleWord;
 
 /// The scalar that results were computed in.

@@ -1,6 +1,6 @@
 //! Sums of kernels as the field sums see them.
 
-use super::{Interaction, Wanted};
+use super::problem::{Interaction, Wanted};
 use crate::kernel::Kernel;
 use crate::mollifier::Blob;
 use crate::real::Real;

@@ -11,13 +11,16 @@
 //! All of it is computed in units ([`Units`]) taken from the targets and a few sources; where that was not good enough for a power to stay in range, from all
 //! sources. So a true result in range is computed, whatever the scene's units.
 
+use super::finite::finite;
+use super::options::Options;
 use super::pairs::{Units, power_of_two_pair as power_of_two};
-use super::{Counters, Options, Outputs, Run, Sources, Wanted, finite};
+use super::problem::{Outputs, Sources, Wanted};
 use crate::error::{Error, Result};
-use crate::isa::{Plain, widest};
+use crate::exec::{Chunks, MAX_WORKERS, Run, Statistics, par_chunks};
 use crate::kernel::Far;
+use crate::memory::{Carve, Measure, Space};
 use crate::real::{DoubleWord, Real};
-use crate::space::{Carve, Chunks, MAX_WORKERS, Measure, Space, each_piece};
+use crate::simd::{Plain, widest};
 
 /// Particles side by side: two registers of AVX2.
 const LANES: usize = 8;
@@ -514,7 +517,7 @@ pub(super) fn evaluate<T: Real, const D: usize>(
     for _ in 0..4 {
         let pieces = Chunks::new(&mut *arrays.partial, each);
         let running = Chunks::new(&mut *arrays.running, count);
-        each_piece(run.executor, n.div_ceil(TASK), pieces, running, &|task, partial: &mut [T], running| {
+        par_chunks(run.executor, n.div_ceil(TASK), pieces, running, &|task, partial: &mut [T], running| {
             if stop() {
                 return Err(Error::Stopped);
             }
@@ -569,7 +572,7 @@ pub(super) fn evaluate<T: Real, const D: usize>(
         outputs.gradient.map(|g| Chunks::new(g, TASK)),
         outputs.laplacian.map(|l| Chunks::new(l, TASK)),
     );
-    each_piece(
+    par_chunks(
         run.executor,
         targets.len().div_ceil(TASK),
         pieces,
@@ -587,7 +590,7 @@ pub(super) fn evaluate<T: Real, const D: usize>(
     )?;
     if let Some(counters) = run.counters.as_deref_mut() {
         let massless = sources.masses.iter().filter(|&&m| m == T::ZERO).count();
-        counters.add(&Counters { massless_sources: massless as u64, ..Counters::default() });
+        counters.add(&Statistics { massless_sources: massless as u64, ..Statistics::default() });
     }
     Ok(())
 }

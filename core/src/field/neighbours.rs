@@ -6,12 +6,13 @@
 use core::sync::atomic::{AtomicUsize, Ordering};
 
 use super::pairs::BLOCK;
-use super::radix::{Entry, sort};
-use super::{Counters, Outputs, Run, Sources};
+use super::problem::{Outputs, Sources};
 use crate::error::{Error, Result};
+use crate::exec::{Chunks, Run, Statistics, par_chunks};
+use crate::memory::{Carve, Measure, Space};
 use crate::mollifier::Blob;
 use crate::real::Real;
-use crate::space::{Carve, Chunks, Measure, Space, each_piece};
+use crate::sort::radix::{Entry, sort};
 
 /// Targets of one task.
 const TASK: usize = 512;
@@ -33,7 +34,7 @@ struct Arrays<'w, T, const D: usize> {
 
 fn lay<'w, T: Real, const D: usize>(space: &mut impl Space<'w>, n: usize) -> Result<Arrays<'w, T, D>>
 where
-    [T; D]: crate::space::Plain,
+    [T; D]: crate::memory::Plain,
 {
     Ok(Arrays { entries: space.array(n)?, spare: space.array(n)?, positions: space.array(n)?, masses: space.array(n)? })
 }
@@ -101,7 +102,7 @@ pub(super) fn evaluate<T: Real, const D: usize>(
     run: &mut Run<'_>,
 ) -> Result<()>
 where
-    [T; D]: crate::space::Plain,
+    [T; D]: crate::memory::Plain,
 {
     let Some(laplacian) = outputs.laplacian else { return Ok(()) };
     let Some(polynomials) = blob.polynomials() else {
@@ -135,7 +136,7 @@ where
     let should_stop = run.should_stop;
     let (pairs, near) = (AtomicUsize::new(0), AtomicUsize::new(0));
     let tasks = targets.len().div_ceil(TASK);
-    each_piece(run.executor, tasks, Chunks::new(laplacian, TASK), (), &|task, out: &mut [T], ()| {
+    par_chunks(run.executor, tasks, Chunks::new(laplacian, TASK), (), &|task, out: &mut [T], ()| {
         if should_stop.is_some_and(|stop| stop()) {
             return Err(Error::Stopped);
         }
@@ -174,11 +175,11 @@ where
         Ok(())
     })?;
     if let Some(counters) = run.counters.as_deref_mut() {
-        counters.add(&Counters {
+        counters.add(&Statistics {
             pairs: pairs.load(Ordering::Relaxed) as u64,
             near_pairs: near.load(Ordering::Relaxed) as u64,
             massless_sources: massless as u64,
-            ..Counters::default()
+            ..Statistics::default()
         });
     }
     Ok(())

@@ -1,12 +1,14 @@
 //! Sums that need no pair, or only near ones: which of them serves a kernel, and the way to it.
 
-use super::{Interaction, Method, Options, Outputs, Plan, Reason, Run, Sources, Wanted};
+use super::options::{Method, Options, Reason};
+use super::problem::{Interaction, Outputs, Sources, Wanted};
 use super::{moments, neighbours, pairs, sorted};
 use crate::error::{Error, Result};
+use crate::exec::Run;
 use crate::kernel::{Far, Kernel};
+use crate::memory::{Carve, Measure, Space};
 use crate::mollifier::Mollifier;
 use crate::real::Real;
-use crate::space::{Carve, Measure, Space};
 
 /// Fewer pairs than this are faster one by one than sorted.
 const FEW_PAIRS: usize = 2048;
@@ -123,7 +125,7 @@ struct Split<'w, T, const D: usize> {
 
 impl<'w, T: Real, const D: usize> Split<'w, T, D>
 where
-    [T; D]: crate::space::Plain,
+    [T; D]: crate::memory::Plain,
 {
     fn lay(
         space: &mut impl Space<'w>,
@@ -146,7 +148,7 @@ where
 
 /// Writes the sums of the terms that are not even powers, then adds those that are.
 fn split<T: Real, const D: usize>(
-    plan: &Plan,
+    options: &Options,
     kernel: &Kernel<'_, T, D>,
     sources: Sources<'_, T, D>,
     targets: &[[T; D]],
@@ -167,13 +169,13 @@ fn split<T: Real, const D: usize>(
     };
     // The sources without mass are counted with the pairs.
     let mut quiet = Run { level: run.level, executor: run.executor, should_stop: run.should_stop, counters: None };
-    moments::evaluate((&far, kernel.delta()), plan.options(), sources, targets, some, memory, &mut quiet)?;
+    moments::evaluate((&far, kernel.delta()), options, sources, targets, some, memory, &mut quiet)?;
     let pairs = Outputs {
         potential: outputs.potential.as_deref_mut(),
         gradient: outputs.gradient.as_deref_mut(),
         laplacian: outputs.laplacian.as_deref_mut(),
     };
-    let call = pairs::Call { options: plan.options(), sources, targets, outputs: pairs };
+    let call = pairs::Call { options, sources, targets, outputs: pairs };
     pairs::evaluate::<T, D, true>(&rest, call, of_pairs, run)?;
     let add = |to: Option<&mut [T]>, from: &[T]| {
         to.unwrap_or_default().iter_mut().zip(from).for_each(|(to, &from)| *to += from);
@@ -187,7 +189,8 @@ fn split<T: Real, const D: usize>(
 /// Runs one of these methods; the caller has checked the arguments against the plan.
 #[allow(clippy::too_many_arguments, reason = "the front door's arguments")]
 pub(super) fn evaluate<T: Real, const D: usize>(
-    plan: &Plan,
+    (method, wanted): (Method, Wanted),
+    options: &Options,
     kernel: &dyn Interaction<T, D>,
     sources: Sources<'_, T, D>,
     targets: &[[T; D]],
@@ -197,16 +200,16 @@ pub(super) fn evaluate<T: Real, const D: usize>(
 ) -> Result<()> {
     // A plan for another kernel may ask for what this one cannot do.
     let kernel = kernel.sum().ok_or(Error::Unsupported)?;
-    let skip = skip(kernel, plan.wanted()).filter(|skip| skip.method().0 == plan.method()).ok_or(Error::Unsupported)?;
+    let skip = skip(kernel, wanted).filter(|skip| skip.method().0 == method).ok_or(Error::Unsupported)?;
     match skip {
         Skip::Neighbours => {
             let coefficient = kernel.newtonian_coefficient();
             neighbours::evaluate(coefficient, kernel.blob(), sources, targets, outputs, workspace, run)
         }
         Skip::Moments(far) => {
-            moments::evaluate((&far, kernel.delta()), plan.options(), sources, targets, outputs, workspace, run)
+            moments::evaluate((&far, kernel.delta()), options, sources, targets, outputs, workspace, run)
         }
         Skip::Sorted(far) => sorted::evaluate(kernel, &far, sources, targets, outputs, workspace, run),
-        Skip::Split => split(plan, kernel, sources, targets, outputs, workspace, run),
+        Skip::Split => split(options, kernel, sources, targets, outputs, workspace, run),
     }
 }

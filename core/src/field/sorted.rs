@@ -10,13 +10,14 @@
 //! computed in units ([`Units`]), so that a true result in range is computed whatever the scene's units.
 
 use super::pairs::{BLOCK, Units, power_of_two_pair as power_of_two};
-use super::radix::{Entry, order};
-use super::{Counters, Outputs, Run, Sources, Wanted};
+use super::problem::{Outputs, Sources, Wanted};
 use crate::error::{Error, Result};
-use crate::isa::{Plain, widest};
+use crate::exec::{Run, Statistics};
 use crate::kernel::{Far, Kernel, Near, POWERS};
+use crate::memory::{Carve, Measure, Space};
 use crate::real::{DoubleWord, Real};
-use crate::space::{Carve, Measure, Space};
+use crate::simd::{Plain, widest};
+use crate::sort::radix::{Entry, order};
 
 /// Targets whose results are written together: the outputs' order is another, so each write may miss every cache, and one after the other
 /// they wait for memory at the same time.
@@ -156,7 +157,7 @@ pub(super) fn evaluate<T: Real, const D: usize>(
     }?;
     if let Some(counters) = run.counters.as_deref_mut() {
         let count =
-            Counters { pairs: near_pairs, near_pairs, massless_sources: massless as u64, ..Counters::default() };
+            Statistics { pairs: near_pairs, near_pairs, massless_sources: massless as u64, ..Statistics::default() };
         counters.add(&count);
     }
     Ok(())

@@ -4,8 +4,8 @@ use super::fixed::nearest;
 use super::mesh::{BLOCK, Locator, Mesh, OUTSIDE, Places};
 use super::{MassScale, Walls};
 use crate::error::{Error, Result};
-use crate::isa::Plain;
-use crate::real::Real;
+use crate::real::{Real, Scalar};
+use crate::simd::Plain;
 
 /// Words after the nodes' masses: what lies outside the mesh (number, mass, first moments about the centre), padded to a
 /// cache line.

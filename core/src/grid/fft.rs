@@ -6,8 +6,8 @@
 //! operation is the same for all lanes and the compiler keeps them in vector registers.
 
 use crate::error::{Error, Result};
-use crate::real::Real;
-use crate::space::Space;
+use crate::memory::Space;
+use crate::real::{Real, Scalar};
 
 /// Complex sequences transformed together.
 pub(super) const LANES: usize = 4;
@@ -82,7 +82,7 @@ fn root<T: Real>(k: usize, n: usize) -> [T; 2] {
     let (octant, rest) = (eight / n.max(1), eight % n.max(1));
     let (odd, rest) = if octant % 2 == 1 { (true, n - rest) } else { (false, rest) };
     let angle = core::f64::consts::FRAC_PI_4 * (rest as f64 / n as f64);
-    let (mut c, mut s) = (angle.cos(), angle.sin());
+    let (mut c, mut s) = (Scalar::cos(angle), Scalar::sin(angle));
     if odd {
         (c, s) = (s, c);
     }
@@ -438,7 +438,7 @@ fn butterfly5<T: Real>([a, b, c, d, e]: [Element<T>; 5]) -> [Element<T>; 5] {
 mod tests {
     use super::*;
     use crate::grid::tests::{aligned, unit};
-    use crate::space::{Carve, Measure};
+    use crate::memory::{Carve, Measure};
     use std::vec;
 
     /// The largest error of all lanes against the sum itself in f64, over the l2 norm of the sequence.

@@ -6,7 +6,7 @@
 //! no sum can overflow 2^63 before n reaches 2^63.
 
 use crate::error::{Error, Result};
-use crate::real::Real;
+use crate::real::{Real, Scalar};
 
 /// Bits of the total mass in units.
 pub(super) const BITS: i32 = 50;

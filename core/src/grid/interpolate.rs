@@ -3,8 +3,8 @@
 use super::Walls;
 use super::mesh::{BLOCK, Locator, Mesh, OUTSIDE, Places};
 use super::monopole::Monopole;
-use crate::isa::Plain;
 use crate::real::Real;
+use crate::simd::Plain;
 
 /// Overwrites `out` with the gradient at `positions`.
 pub(super) struct Interpolate<'a, T> {

@@ -1,7 +1,7 @@
 //! The mesh: a rectangle cut into equal cells.
 
 use crate::error::{Error, Result};
-use crate::real::Real;
+use crate::real::{Real, Scalar};
 
 /// The most cells along an axis: node numbers and their first moments stay exact in 64 bits.
 pub const MAX_CELLS: usize = 1 << 20;
@@ -146,7 +146,7 @@ impl Places {
 
 impl Locator {
     pub(super) fn new<T: Real>(mesh: &Mesh<T>) -> Self {
-        let (l, u) = (mesh.lower.map(Real::to_f64), mesh.upper.map(Real::to_f64));
+        let (l, u) = (mesh.lower.map(Scalar::to_f64), mesh.upper.map(Scalar::to_f64));
         let cells = mesh.cells.map(|n| n as f64);
         let inverse = [cells[0] / (u[0] - l[0]), cells[1] / (u[1] - l[1])];
         Self { lower: l, upper: u, inverse, cells, pitch: cells[0] + 1.0 }
@@ -167,7 +167,7 @@ impl Locator {
     /// Branch-free, so that it is compiled for several particles at a time. NaN counts as outside.
     #[inline(always)]
     pub(super) fn place<T: Real>(&self, x: [T; 2]) -> (u64, [f64; 2]) {
-        let [x, y] = x.map(Real::to_f64);
+        let [x, y] = x.map(Scalar::to_f64);
         let ([lx, ly], [ux, uy]) = (self.lower, self.upper);
         let inside = (x >= lx) & (x <= ux) & (y >= ly) & (y <= uy);
         let (gx, gy) = ((x - lx) * self.inverse[0], (y - ly) * self.inverse[1]);

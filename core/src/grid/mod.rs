@@ -30,10 +30,11 @@ pub use mesh::{MAX_CELLS, Mesh};
 pub use monopole::Monopole;
 
 use crate::error::{Error, Result};
-use crate::isa::{Level, widest};
-use crate::parallel::Executor;
-use crate::real::Real;
-use crate::space::{Carve, Chunks, MAX_WORKERS, Measure, Space, each_piece};
+use crate::exec::Executor;
+use crate::exec::{Chunks, MAX_WORKERS, par_chunks};
+use crate::memory::{Carve, Measure, Space};
+use crate::real::{Real, Scalar};
+use crate::simd::{Level, widest};
 use deposit::TAIL;
 use mesh::Locator;
 
@@ -263,7 +264,7 @@ impl<'w, T: Real> Grid<'w, T> {
         let (mesh, locator, walls, scale) = (&self.mesh, self.locator, self.equation.walls, self.scale);
         let each = mesh.nodes() + TAIL;
         let tasks = positions.len().div_ceil(PARTICLES);
-        each_piece(executor, tasks, (), Chunks::new(self.arrays.words, each), &|task, (), words| {
+        par_chunks(executor, tasks, (), Chunks::new(self.arrays.words, each), &|task, (), words| {
             let from = task * PARTICLES;
             let until = positions.len().min(from.saturating_add(PARTICLES));
             let (positions, masses) = (positions.get(from..until), masses.get(from..until));
@@ -399,7 +400,7 @@ impl<'w, T: Real> Grid<'w, T> {
             return Err(Error::LengthMismatch);
         }
         let tasks = positions.len().div_ceil(PARTICLES);
-        each_piece(executor, tasks, Chunks::new(out, PARTICLES), (), &|task, out, ()| {
+        par_chunks(executor, tasks, Chunks::new(out, PARTICLES), (), &|task, out, ()| {
             let from = task * PARTICLES;
             let positions = positions.get(from..positions.len().min(from.saturating_add(PARTICLES)));
             self.interpolate_here(positions.unwrap_or_default(), out);

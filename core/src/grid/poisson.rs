@@ -25,10 +25,11 @@ use super::fixed::{BITS, exact, halves};
 use super::transform::{Kind, ROWS, Transform};
 use super::{Equation, Mesh, Monopole, Order, Walls};
 use crate::error::Result;
-use crate::isa::{Level, Plain, widest};
-use crate::parallel::Executor;
+use crate::exec::Executor;
+use crate::exec::{Block, Chunks, Columns, par_chunks};
+use crate::memory::Space;
 use crate::real::Real;
-use crate::space::{Block, Chunks, Columns, Space, each_piece};
+use crate::simd::{Level, Plain, widest};
 
 /// Columns of a task of the second phase.
 const WIDTH: usize = 16;
@@ -219,7 +220,7 @@ impl<'w, T: Real> Solver<'w, T> {
                 let singular = shape.kind == Kind::Cosine && equation.screening == T::ZERO;
                 let columns = Columns::new(self.values, shape.pitch, WIDTH);
                 let factors = Chunks::new(self.factors, shape.m + 1);
-                each_piece(executor, shape.pitch / WIDTH, columns, factors, &|task, block, factors| {
+                par_chunks(executor, shape.pitch / WIDTH, columns, factors, &|task, block, factors| {
                     let excess = excess.get(task * WIDTH..).unwrap_or_default();
                     let shares = shares.get(task * WIDTH..).unwrap_or_default();
                     widest(level, Sweep { shape, singular: singular && task == 0, excess, shares, block, factors });
@@ -229,7 +230,7 @@ impl<'w, T: Real> Solver<'w, T> {
             }
             let rows = Chunks::new(self.values, each);
             let buffers = Chunks::new(self.buffers, buffer);
-            each_piece(executor, tasks, rows, buffers, &|task, rows, buffers| {
+            par_chunks(executor, tasks, rows, buffers, &|task, rows, buffers| {
                 widest(level, Lines { transform, data, phase, first: task * ROWS, rows, buffers });
                 Ok(())
             })?;
@@ -253,7 +254,7 @@ impl<'w, T: Real> Solver<'w, T> {
     ) -> Result<()> {
         let pitch = mesh.cells()[0] + 1;
         let tasks = (mesh.cells()[1] + 1).div_ceil(ROWS);
-        each_piece(executor, tasks, Chunks::new(gradient, ROWS * pitch), (), &|task, rows, ()| {
+        par_chunks(executor, tasks, Chunks::new(gradient, ROWS * pitch), (), &|task, rows, ()| {
             for (j, out) in (task * ROWS..).zip(rows.chunks_mut(pitch.max(1))) {
                 self.differences_of_row(mesh, unit, j, out);
                 if order == Order::Fourth {

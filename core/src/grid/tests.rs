@@ -1,8 +1,8 @@
 //! Properties of the whole: conservation, adjointness, the scheme itself, free-space fields.
 
 use super::*;
-use crate::parallel::Serial;
-use crate::space::ALIGN;
+use crate::exec::Serial;
+use crate::memory::ALIGN;
 use std::vec;
 use std::vec::Vec;
 

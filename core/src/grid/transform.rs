@@ -12,8 +12,8 @@
 
 use super::fft::{Element, Fft, LANES, add, half_root, scale, sub, times_i};
 use crate::error::Result;
+use crate::memory::Space;
 use crate::real::Real;
-use crate::space::Space;
 
 /// Real rows transformed together: a real and an imaginary part for each lane.
 pub(super) const ROWS: usize = 2 * LANES;
@@ -136,7 +136,7 @@ impl<'w, T: Real> Transform<'w, T> {
 mod tests {
     use super::*;
     use crate::grid::tests::{aligned, unit};
-    use crate::space::{Carve, Measure};
+    use crate::memory::{Carve, Measure};
     use std::vec;
 
     #[test]

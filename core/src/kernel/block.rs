@@ -8,10 +8,10 @@ use super::profile::Profile;
 use super::table::{self, Domain, Head, Table};
 use super::{KEPT, Kernel, OTHERS, Others};
 use crate::error::{Error, Result};
-use crate::isa::{ROW, ROWS};
+use crate::memory::{ALIGN, Carve, Measure, Space, View};
 use crate::mollifier::{Blob, Mollifier};
-use crate::real::{Real, quotient};
-use crate::space::{ALIGN, Carve, Measure, Space, View};
+use crate::real::{Real, Scalar, quotient};
+use crate::simd::{ROW, ROWS};
 
 /// "mollis K" in ASCII, as a number: swapped bytes show another machine's block.
 const MAGIC: u64 = 0x6D6F_6C6C_6973_204B;
@@ -83,7 +83,7 @@ fn check<const D: usize>(terms: &[Term], supplied: bool, mollifier: Mollifier) -
         // One coefficient, as it was given: sums and multiples would be the only arithmetic in double.
         return match terms {
             [Term { law: Law::Newtonian, coefficient }] if !supplied => {
-                if Real::is_finite(*coefficient) {
+                if Scalar::is_finite(*coefficient) {
                     Ok(Sizes { series: 0, rows: 0 })
                 } else {
                     Err(Error::NotFinite)
@@ -274,7 +274,7 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
                 let coefficient = factor * term.coefficient;
                 // 1/l of a subnormal length
                 let rate = if let Law::Exponential { length } = law { quotient(1.0, length) } else { 0.0 };
-                if !(Real::is_finite(coefficient) && Real::is_finite(rate)) {
+                if !(Scalar::is_finite(coefficient) && Scalar::is_finite(rate)) {
                     return Err(Error::OutOfDomain);
                 }
                 if law == Law::Newtonian {
@@ -290,7 +290,7 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
             }
             builder.finish(D, delta)?;
             error = builder.error;
-            if let Ok(rows) = <&mut crate::isa::Rows<T>>::try_from(rows) {
+            if let Ok(rows) = <&mut crate::simd::Rows<T>>::try_from(rows) {
                 let mut kernel = Kernel::<f64, D>::empty(Blob::new(mollifier, delta)?);
                 // A Newtonian kernel's table is that of the coefficient 1.
                 kernel.newtonian = if used == 0 { 1.0 } else { newtonian };

@@ -4,7 +4,7 @@ use core::f64::consts::PI;
 
 use super::convolution::Sample;
 use crate::error::{Error, Result};
-use crate::real::{DoubleWord, Real};
+use crate::real::{DoubleWord, Real, Scalar};
 
 /// Most coefficients of a fit: 64 steps between nodes.
 pub(crate) const CAPACITY: usize = 65;
@@ -97,7 +97,7 @@ fn cosines() -> impl Fn(usize) -> f64 {
     let mut quarter = [0.0; STEPS / 2 + 1];
     for (m, slot) in quarter.iter_mut().enumerate() {
         let angle = PI * m as f64 / STEPS as f64;
-        *slot = if 4 * m <= STEPS { angle.cos() } else { (0.5 * PI - angle).sin() };
+        *slot = if 4 * m <= STEPS { Scalar::cos(angle) } else { Scalar::sin(0.5 * PI - angle) };
     }
     if let Some(last) = quarter.last_mut() {
         *last = 0.0;

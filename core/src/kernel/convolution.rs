@@ -16,7 +16,7 @@ use core::f64::consts::PI;
 
 use super::profile::{Factors, Profile, TERMS, sphere};
 use super::quadrature::{DoubleExponential, gauss_legendre};
-use crate::real::{DoubleWord, Real};
+use crate::real::{DoubleWord, Scalar};
 use crate::special::bessel::{i0_scaled, i1_scaled_over_x};
 
 /// Half-width of the interval on which a Gaussian counts: e^{-6.6^2} = 1.2e-19.
@@ -294,7 +294,7 @@ impl Convolution {
             let one = i1_scaled_over_x(x);
             (i0_scaled(x), 2.0 * one, x * one)
         };
-        let unit = e / Real::powi(PI.sqrt() * width, d as u32);
+        let unit = e / Scalar::powi(PI.sqrt() * width, d as u32);
         let up = unit / (PI * width * width);
         // grad psi = -2/c^2 psi (x - y): (r c - q)(-2/c^2) psi
         let weak = -2.0 / (width * width) * (r * cosine - q * plain);

@@ -10,7 +10,7 @@
 
 use super::law::is_multiple;
 use super::profile::{Profile, TERMS};
-use crate::real::{DoubleWord, Real};
+use crate::real::{DoubleWord, Scalar};
 use crate::special::bessel::{k0_scaled, k1_scaled};
 use crate::special::elementary::exp;
 
@@ -99,7 +99,7 @@ pub(crate) fn exterior_factor(kappa: f64, dimension: usize, profile: &Profile) -
         let (mut sum, mut slope) = (DoubleWord::ZERO, 0.0);
         for &(w, c) in parts {
             // the squares of the widths are whole numbers
-            let square = Real::round(c * c);
+            let square = Scalar::round(c * c);
             let (m, n) = exp(DoubleWord::product(kappa, kappa) * (0.25 * square));
             let e = m.ldexp(n) * w;
             sum = sum + e;

@@ -12,7 +12,7 @@ use super::law::{Law, RadialKernel, is_multiple};
 use super::part::{HEADER, Outer, Panel, Part, Variable, rooted};
 use super::profile::{Profile, TERMS, sphere};
 use crate::error::{Error, Result};
-use crate::real::{DoubleWord, Real};
+use crate::real::{DoubleWord, Scalar};
 
 /// Most panels of a fit: inside, or for a Gaussian mollifier up to where its field is the exterior one; and outside.
 const INNER: usize = 24;
@@ -93,13 +93,13 @@ impl Axis {
     fn t(&self, x: f64) -> f64 {
         let v = ((x - self.shift) / self.scale).max(if self.root == 0.0 { f64::NEG_INFINITY } else { 0.0 });
         if self.root == 0.0 {
-            Real::exp(v)
+            Scalar::exp(v)
         } else if self.root == 0.5 {
             v * v
         } else if self.root == 0.25 {
             (v * v) * (v * v)
         } else {
-            Real::pow(v, 1.0 / self.root)
+            Scalar::pow(v, 1.0 / self.root)
         }
     }
 }
@@ -209,7 +209,7 @@ impl<'a> Builder<'a> {
         let Some((headers, start)) = self.reserved else { return Ok(()) };
         let a = 2.0 - dimension as f64;
         let s = sphere(dimension);
-        let factors = [Real::pow(delta, a) / s, Real::pow(delta, a - 2.0) / s, Real::pow(delta, a - 2.0) / s];
+        let factors = [Scalar::pow(delta, a) / s, Scalar::pow(delta, a - 2.0) / s, Scalar::pow(delta, a - 2.0) / s];
         let screened = self.screened;
         let size = screened
             .iter()
@@ -576,7 +576,7 @@ impl Task<'_> {
         let call = |q: f64| {
             let [u, g, l] = kernel.at(self.delta * q);
             finite.set(finite.get() && u.is_finite() && g.is_finite() && l.is_finite());
-            let volume = Real::powi(q, self.dimension.saturating_sub(1) as u32);
+            let volume = Scalar::powi(q, self.dimension.saturating_sub(1) as u32);
             [volume * u, volume * square * g * q, volume * square * l]
         };
         let inside = |target| even(convolution.at(target, true, &mut |q, _| call(q))?.values);
@@ -635,12 +635,12 @@ fn even(values: [f64; 3]) -> Option<Sample> {
 
 /// 2^n.
 fn power_of_two(n: usize) -> f64 {
-    Real::ldexp(1.0_f64, n as i32)
+    Scalar::ldexp(1.0_f64, n as i32)
 }
 
 /// The smallest n >= 0 with 2^n >= x.
 fn octaves_to(x: f64) -> usize {
-    let (m, e) = Real::frexp(x);
+    let (m, e) = Scalar::frexp(x);
     (if m == 0.5 { e - 1 } else { e }).max(0) as usize
 }
 
@@ -685,8 +685,9 @@ impl Unit {
     fn bare(&self, q: f64) -> [f64; 3] {
         let d = self.dimension as f64;
         if let Law::Power { exponent: p } = self.law {
-            let slope = Real::pow(q, p + d - 2.0);
-            let value = if p == 0.0 { Real::powi(q, self.dimension as u32 - 1) * Real::log(q) } else { slope * q / p };
+            let slope = Scalar::pow(q, p + d - 2.0);
+            let value =
+                if p == 0.0 { Scalar::powi(q, self.dimension as u32 - 1) * Scalar::log(q) } else { slope * q / p };
             // not looked at where it is too singular
             return [value, slope, if self.weak { 0.0 } else { (p + d - 2.0) * slope / q }];
         }
@@ -699,7 +700,7 @@ impl Unit {
             2 => law.bare::<f64, 2>(q),
             _ => law.bare::<f64, 3>(q),
         };
-        let volume = Real::powi(q, self.dimension as u32 - 1);
+        let volume = Scalar::powi(q, self.dimension as u32 - 1);
         [value * volume, gradient * q * volume, laplacian * volume]
     }
 
@@ -707,7 +708,7 @@ impl Unit {
     fn inside(&self, target: Target, delta: f64) -> Option<Sample> {
         let mut sample = self.convolution.at(target, self.weak, &mut |q, _| self.bare(q))?;
         match self.law {
-            Law::Power { exponent: 0.0 } => sample.values[0] += Real::log(delta),
+            Law::Power { exponent: 0.0 } => sample.values[0] += Scalar::log(delta),
             Law::Screened { .. } => {
                 // Laplacian u = psi + k^2 u
                 let psi = self.profile.density(self.dimension, target.r(), target.t());
@@ -741,16 +742,16 @@ impl Unit {
     /// The bare kernel K, K' and its Laplacian at q = rho + y, times q^(d-1), over what [`Unit::outside`] says.
     fn relative(&self, q: f64, y: f64, rho: f64, weak: bool) -> [f64; 3] {
         let d = self.dimension as f64;
-        let volume = |x: f64| Real::powi(x, self.dimension as u32 - 1);
+        let volume = |x: f64| Scalar::powi(x, self.dimension as u32 - 1);
         match self.law {
             Law::Power { exponent: p } => {
                 // 1 + y/rho would be 0 where q is tiny, next to the edge
                 let near = y < -0.5 * rho;
                 let ratio = if near { q / rho } else { 1.0 + y / rho };
                 // K'/rho^(p-2) q^(d-1) = ratio^(p+d-2) rho^d
-                let power = Real::pow(ratio, p + d - 2.0) * volume(rho);
+                let power = Scalar::pow(ratio, p + d - 2.0) * volume(rho);
                 let value = match (p == 0.0, near) {
-                    (true, true) => volume(q) * Real::log(ratio),
+                    (true, true) => volume(q) * Scalar::log(ratio),
                     (true, false) => volume(q) * (y / rho).log1p(),
                     _ => power * ratio / p,
                 };

@@ -1,7 +1,7 @@
 //! The bare kernels: names, ranges, and K, K'/r, Laplacian K away from the origin.
 
 use crate::error::{Error, Result};
-use crate::real::{DoubleWord, Real};
+use crate::real::{DoubleWord, Real, Scalar};
 use crate::special::bessel::{k0_scaled, k1_scaled};
 
 /// One radial kernel, before its coefficient. Newtonian and screened ones are fundamental solutions.
@@ -160,12 +160,12 @@ impl Law {
         match self {
             Law::Newtonian => match D {
                 1 => [0.5 * r, 0.5 / r, 0.0],
-                2 => [Real::log(r) * (0.5 / PI), 0.5 / PI / r / r, 0.0],
+                2 => [Scalar::log(r) * (0.5 / PI), 0.5 / PI / r / r, 0.0],
                 _ => [-0.25 / PI / r, 0.25 / PI / r / r / r, 0.0],
             },
             Law::Power { exponent: p } => {
                 let gradient = real_power(r, p - 2.0);
-                let value = if p == 0.0 { Real::log(r) } else { real_power(r, p) / p };
+                let value = if p == 0.0 { Scalar::log(r) } else { real_power(r, p) / p };
                 [value, gradient, (p + d - 2.0) * gradient]
             }
             Law::Exponential { length } => {
@@ -212,7 +212,7 @@ impl Law {
 /// e^{-kr}. The rounding of a large k r would be felt k r times: what it loses is made good.
 pub(crate) fn decay(k: f64, r: f64) -> f64 {
     let product = DoubleWord::product(k, r);
-    let e = Real::exp(-(k * r));
+    let e = Scalar::exp(-(k * r));
     // beyond 1e300 the product's second word is none, and e is 0
     if product.lo.is_finite() { e - e * product.lo } else { e }
 }
@@ -231,7 +231,7 @@ pub(crate) fn real_power(r: f64, p: f64) -> f64 {
     } else if p == 1.0 {
         r
     } else {
-        Real::pow(r, p)
+        Scalar::pow(r, p)
     }
 }
 

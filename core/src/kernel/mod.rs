@@ -56,7 +56,7 @@ use crate::error::Result;
 #[cfg(feature = "kernels")]
 use crate::mollifier::Polynomials;
 use crate::mollifier::{Blob, Mollifier};
-use crate::real::Real;
+use crate::real::{Real, Scalar};
 use part::Part;
 
 /// Terms that a kernel holds, and whether some may not be Newtonian.
@@ -212,11 +212,11 @@ impl<T: Real, const D: usize> Kernel<'_, T, D> {
         if !x.iter().all(|c| c.is_finite()) {
             return [T::NAN; D];
         }
-        let wide = x.map(Real::to_f64);
-        let (_, exponent) = Real::frexp(wide.iter().fold(0.0, |most: f64, c| most.max(c.abs())));
-        let scaled = wide.map(|c| Real::ldexp(c, -exponent));
+        let wide = x.map(Scalar::to_f64);
+        let (_, exponent) = Scalar::frexp(wide.iter().fold(0.0, |most: f64, c| most.max(c.abs())));
+        let scaled = wide.map(|c| Scalar::ldexp(c, -exponent));
         let length = scaled.iter().fold(0.0, |sum, c| sum + c * c).sqrt();
-        let r = Real::ldexp(length, exponent);
+        let r = Scalar::ldexp(length, exponent);
         let Some(others) = self.others.first().filter(|others| others.used > 0 && r > 0.0) else {
             return self.blob.gradient_at(x).map(|c| self.newtonian * c);
         };

@@ -9,7 +9,7 @@
 
 use super::chebyshev::{clenshaw, horner_words, horner3};
 use super::law::{Law, decay, power, real_power};
-use crate::real::{DoubleWord, Real};
+use crate::real::{DoubleWord, Real, Scalar};
 
 /// Numbers in a panel's header.
 pub(crate) const HEADER: usize = 7;
@@ -92,8 +92,8 @@ impl Variable {
     /// The value of a variable of powers, in two words.
     fn words(self, radius: f64, r: f64) -> DoubleWord<f64> {
         // Scaled, so that the words' products stay in range.
-        let (radius, exponent) = Real::frexp(radius);
-        let scaled = Real::ldexp(r, -exponent);
+        let (radius, exponent) = Scalar::frexp(radius);
+        let scaled = Scalar::ldexp(r, -exponent);
         match self {
             Self::InversePowers => {
                 let w = DoubleWord::quotient(radius, scaled);
@@ -329,7 +329,7 @@ impl Part<f64> {
             }
             Outer::Log { coefficient } => {
                 let [u, g, l] = series();
-                [coefficient * Real::log(r) + u, g / r / r, l / r / r]
+                [coefficient * Scalar::log(r) + u, g / r / r, l / r / r]
             }
             Outer::Exponential { k } => {
                 let (e, [u, g, l]) = (decay(k, r), series());

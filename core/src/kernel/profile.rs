@@ -3,7 +3,7 @@
 use core::f64::consts::PI;
 
 use crate::mollifier::{Blob, MAX_TERMS, Mollifier};
-use crate::real::{DoubleWord, Real};
+use crate::real::{DoubleWord, Scalar};
 
 /// Coefficients of b(t), padded with zeros.
 pub(crate) const TERMS: usize = MAX_TERMS;
@@ -101,8 +101,8 @@ impl Profile {
                     return DoubleWord::ZERO;
                 }
                 // widths are powers of two or of sqrt 2, so that their squares are exact once rounded
-                let square = |c: f64| Real::round(c * c);
-                let one = |sum, &(w, c): &(f64, f64)| sum + DoubleWord::product(w, Real::powi(square(c), n));
+                let square = |c: f64| Scalar::round(c * c);
+                let one = |sum, &(w, c): &(f64, f64)| sum + DoubleWord::product(w, Scalar::powi(square(c), n));
                 parts.iter().fold(DoubleWord::ZERO, one) * pochhammer(half, n)
             }
         }
@@ -131,7 +131,7 @@ impl Profile {
             Self::Gaussian { parts, .. } => {
                 let root = PI.sqrt();
                 let one =
-                    |&(w, c): &(f64, f64)| w * (-(r / c) * (r / c)).exp() / Real::powi(root * c, dimension as u32);
+                    |&(w, c): &(f64, f64)| w * (-(r / c) * (r / c)).exp() / Scalar::powi(root * c, dimension as u32);
                 parts.iter().map(one).sum()
             }
         }
@@ -185,7 +185,7 @@ impl Factors {
     /// The value at t >= 0.
     #[inline]
     pub(crate) fn at(&self, t: f64) -> f64 {
-        let start = self.leading * Real::powi(t, self.power);
+        let start = self.leading * Scalar::powi(t, self.power);
         self.roots.iter().take(self.count).fold(start, |product, root| product * (t - root))
     }
 }

@@ -3,7 +3,7 @@
 
 use core::f64::consts::PI;
 
-use crate::real::{DoubleWord, Real};
+use crate::real::{DoubleWord, Scalar};
 use crate::special::elementary::exp;
 
 /// Gauss-Legendre on [0, 1]: (node, weight), exact to degree 2 N - 1.
@@ -91,7 +91,7 @@ mod tests {
         const GAUSS: usize = 28;
         let rule = gauss_legendre::<GAUSS>();
         for degree in 0..(2 * GAUSS) {
-            let sum: f64 = rule.iter().map(|&(x, w)| w * Real::powi(x, degree as u32)).sum();
+            let sum: f64 = rule.iter().map(|&(x, w)| w * Scalar::powi(x, degree as u32)).sum();
             let want = 1.0 / (degree as f64 + 1.0);
             // 28 positive terms; a node's error of u moves x^k by k u.
             assert!((sum - want).abs() < (28.0 + degree as f64) * f64::EPSILON * want, "{degree}: {sum}");
@@ -104,11 +104,11 @@ mod tests {
         for power in [-0.9, -0.5, 0.0, 0.3, 2.0] {
             let mut sum = 0.0;
             rule.integrate(3.0, |x, w| {
-                let term = w * Real::pow(x, power);
+                let term = w * Scalar::pow(x, power);
                 sum += term;
                 term.abs() > 1e-19 * sum.abs()
             });
-            let want = Real::pow(3.0_f64, power + 1.0) / (power + 1.0);
+            let want = Scalar::pow(3.0_f64, power + 1.0) / (power + 1.0);
             assert!(((sum - want) / want).abs() < 2e-15, "{power}: {sum} {want}");
         }
     }

@@ -1,4 +1,4 @@
-//! A prepared kernel as one table in r^2, for sums: see [`crate::isa::Rows`] for how a row is found.
+//! A prepared kernel as one table in r^2, for sums: see [`crate::simd::Rows`] for how a row is found.
 //!
 //! With u = (r / unit)^2 + shift the table holds, for each of 2^6 panels of each octave of u, a polynomial of the gradient factor
 //! g = K'(r) / r in t = u - (the panel's least u), and K at t = 0. Under a mollifier unit = delta and shift = 1, so that the edge of a compact support,
@@ -16,8 +16,8 @@
 use core::f64::consts::PI;
 
 use crate::error::{Error, Result};
-use crate::isa::{OCTAVES, PANEL_BITS, ROW, ROWS, Rows};
-use crate::real::Real;
+use crate::real::{Real, Scalar};
+use crate::simd::{OCTAVES, PANEL_BITS, ROW, ROWS, Rows};
 
 /// What a prepared block keeps of a table besides its rows.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -105,7 +105,7 @@ struct Interpolation<const N: usize> {
 
 impl<const N: usize> Interpolation<N> {
     fn new() -> Self {
-        let cosine = |j: usize, k: usize| Real::cos(PI * (j * (2 * k + 1)) as f64 / (2 * N) as f64);
+        let cosine = |j: usize, k: usize| Scalar::cos(PI * (j * (2 * k + 1)) as f64 / (2 * N) as f64);
         let mut nodes = [0.0; N];
         nodes.iter_mut().enumerate().for_each(|(k, node)| *node = 0.5 * (1.0 + cosine(1, k)));
         let mut transform = [[0.0; N]; N];
@@ -215,7 +215,7 @@ fn fill<T: Real, const D: usize, const N: usize, const M: usize>(
         let r = unit * 1.0_f64.ldexp(-(k as i32));
         largest = largest.max(size(r, sample(r)));
     }
-    let exponent = Real::frexp(largest).1;
+    let exponent = Scalar::frexp(largest).1;
     let scale = 1.0_f64.ldexp(-exponent);
     let units = [scale, scale * unit * unit, scale * unit * unit];
     let at = |square: f64| {

@@ -18,14 +18,14 @@
 //! noise's root mean square, and reduces the square of its distance by more than 1/64 of it. The first leaves out all pairs of an index above -1/128, so of
 //! many light particles none is close.
 
-use super::clusters::particle;
 use super::collision::Merging;
-use super::sort;
+use super::search::particle;
 use super::state::Options;
 use crate::field::Interaction;
+use crate::memory::Space;
 use crate::mollifier::{Blob, Mollifier, Polynomial};
 use crate::real::Real;
-use crate::space::Space;
+use crate::sort::words as sort;
 
 /// The search's memory.
 #[derive(Debug)]
@@ -293,8 +293,8 @@ impl<'a, T: Real> Close<'a, T> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::memory::{ALIGN, Carve, Measure};
     use crate::pks::testing::Uniform;
-    use crate::space::{ALIGN, Carve, Measure};
     use std::vec;
     use std::vec::Vec;
 

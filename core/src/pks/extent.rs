@@ -1,7 +1,7 @@
 //! What one pass over the particles tells: whether they may be stepped, their box, their masses.
 
 use crate::error::{Error, Result};
-use crate::parallel::Executor;
+use crate::exec::Executor;
 use crate::real::Real;
 
 /// Up to this many particles are looked at in one go, more in [`PARTS`].
@@ -104,10 +104,10 @@ impl<T: Real> Seen<T> {
     fn by(positions: &[[T; 2]], masses: &[T], executor: &dyn Executor) -> Result<Self> {
         #[cfg(all(target_has_atomic = "ptr", not(feature = "small")))]
         if masses.len() > FEW {
-            use crate::space::{Chunks, each_piece};
+            use crate::exec::{Chunks, par_chunks};
             let mut parts = [Self::none(); PARTS];
             let each = masses.len().div_ceil(PARTS);
-            each_piece(executor, PARTS, Chunks::new(&mut parts, 1), (), &|task, part, ()| {
+            par_chunks(executor, PARTS, Chunks::new(&mut parts, 1), (), &|task, part, ()| {
                 let from = task.saturating_mul(each).min(masses.len());
                 let to = from.saturating_add(each).min(masses.len());
                 if let ([part], Some(positions), Some(masses)) = (part, positions.get(from..to), masses.get(from..to)) {
@@ -125,7 +125,7 @@ impl<T: Real> Seen<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::parallel::Serial;
+    use crate::exec::Serial;
     use std::vec::Vec;
 
     #[test]

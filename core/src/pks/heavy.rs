@@ -14,14 +14,14 @@
 use super::motion::{self, Moved, Moving};
 use super::state::Options;
 use crate::error::{Error, Result};
+use crate::exec::Executor;
+use crate::exec::{Chunks, par_chunks};
 use crate::field::{Interaction, Wanted};
 use crate::grid::{Equation, Grid, Mesh, Walls};
-use crate::isa::{Level, Plain, widest};
 use crate::mollifier::{Blob, Mollifier, Series};
-use crate::parallel::Executor;
 use crate::random::Generator;
 use crate::real::Real;
-use crate::space::{Chunks, each_piece};
+use crate::simd::{Level, Plain, widest};
 
 /// At most so many particles are heavy: those of the greatest masses, of equal ones the first.
 pub const MAX_HEAVY: usize = 64;
@@ -170,7 +170,7 @@ impl<'a, T: Real> Picked<'a, T> {
         executor: &dyn Executor,
     ) -> Result<()> {
         let pull = &self.pull;
-        each_piece(executor, self.count, Chunks::new(slopes, 1), (), &|task, slopes, ()| {
+        par_chunks(executor, self.count, Chunks::new(slopes, 1), (), &|task, slopes, ()| {
             let (Some(&at), Some(&mass)) = (self.positions().get(task), self.masses().get(task)) else { return Ok(()) };
             let Some(slope) = slopes.first_mut() else { return Ok(()) };
             let fall = fall * mass;
@@ -200,7 +200,7 @@ impl<'a, T: Real> Picked<'a, T> {
         executor: &dyn Executor,
     ) -> Result<()> {
         let tasks = positions.len().div_ceil(PARTICLES);
-        each_piece(executor, tasks, Chunks::new(slopes, PARTICLES), (), &|task, slopes, ()| {
+        par_chunks(executor, tasks, Chunks::new(slopes, PARTICLES), (), &|task, slopes, ()| {
             let points = positions.get(task * PARTICLES..).unwrap_or_default();
             let points = points.get(..slopes.len()).unwrap_or_default();
             grid.interpolate_here(points, slopes);

@@ -1,12 +1,12 @@
 //! Merging: which clusters collapsed, in the order of their lowest labels, into the host's event buffer.
 
-use super::clusters;
 use super::collision::Criterion;
-use super::sort;
+use super::search;
 use super::state::{Counters, Event, Events, Report, State};
 use crate::error::{Error, Result};
+use crate::memory::Space;
 use crate::real::{DoubleWord, Real, quotient};
-use crate::space::Space;
+use crate::sort::words as sort;
 
 /// The collapsed clusters of a step: kept from the decision to the last merge.
 #[derive(Debug)]
@@ -40,7 +40,7 @@ impl<'w, T: Real> Queue<'w, T> {
     pub fn decide(
         &mut self,
         criterion: &Criterion<T>,
-        found: &mut clusters::Scratch<'_, T>,
+        found: &mut search::Scratch<'_, T>,
         state: (&[[T; 2]], &[T], &[u64]),
         increments: &[[T; 2]],
         counters: &Counters,
@@ -104,7 +104,7 @@ impl<'w, T: Real> Queue<'w, T> {
     pub fn run(
         &mut self,
         state: &mut State<'_, T>,
-        found: &mut clusters::Scratch<'_, T>,
+        found: &mut search::Scratch<'_, T>,
         events: &mut Events<'_>,
         counters: &mut Counters,
         report: &mut Option<&mut Report>,
@@ -166,9 +166,8 @@ fn merge<T: Real>(state: &mut State<'_, T>, members: &mut [u64], absorbed: &mut 
     for &word in others {
         let k = particle(word);
         let (x, m) = (*state.positions.get(k)?, state.masses.get_mut(k)?);
-        let from_start = |axis: usize| T::HALF * x[axis] - T::HALF * start[axis];
-        first = first.plus(share(*m) * from_start(0));
-        second = second.plus(share(*m) * from_start(1));
+        first = first.plus(share(*m) * (T::HALF * x[0] - T::HALF * start[0]));
+        second = second.plus(share(*m) * (T::HALF * x[1] - T::HALF * start[1]));
         *m = T::ZERO;
     }
     let whole = mass.ldexp(-unit);

@@ -7,13 +7,12 @@
 //! Bessel process ([`collision`]).
 
 mod close;
-pub mod clusters;
 pub mod collision;
 pub mod extent;
 mod heavy;
 mod merge;
 mod motion;
-mod sort;
+pub mod search;
 mod state;
 mod step;
 #[cfg(test)]

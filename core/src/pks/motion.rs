@@ -7,11 +7,11 @@
 use super::close::Close;
 use super::state::Options;
 use crate::error::{Error, Result};
-use crate::isa::{Level, Plain, widest};
-use crate::parallel::Executor;
+use crate::exec::Executor;
 use crate::random::{Generator, Philox, normals_of_labels};
 use crate::real::Real;
 use crate::rk4;
+use crate::simd::{Level, Plain, widest};
 
 /// Particles of a tile.
 pub const TILE: usize = 256;
@@ -133,10 +133,10 @@ fn tiles<T: Real>(
     executor: &dyn Executor,
     body: &Body<'_, T>,
 ) -> Result<()> {
-    use crate::space::{Chunks, each_piece};
+    use crate::exec::{Chunks, par_chunks};
     let tasks = tiles_of(positions.len());
     let outputs = (Chunks::new(positions, TILE), Chunks::new(increments, TILE), Chunks::new(substeps, 1));
-    each_piece(executor, tasks, outputs, (), &|k, (positions, increments, substeps), ()| {
+    par_chunks(executor, tasks, outputs, (), &|k, (positions, increments, substeps), ()| {
         let made = body(k, moving.tile(k), positions, increments)?;
         substeps.iter_mut().for_each(|s| *s = made);
         Ok(())
@@ -163,9 +163,9 @@ fn tiles<T: Real>(
 pub fn copy<T: Real>(to: &mut [[T; 2]], from: &[[T; 2]], executor: &dyn Executor) {
     #[cfg(all(target_has_atomic = "ptr", not(feature = "small")))]
     {
-        use crate::space::{Chunks, each_piece};
+        use crate::exec::{Chunks, par_chunks};
         const EACH: usize = 1 << 15;
-        let copied = each_piece(executor, from.len().div_ceil(EACH), Chunks::new(to, EACH), (), &|task, to, ()| {
+        let copied = par_chunks(executor, from.len().div_ceil(EACH), Chunks::new(to, EACH), (), &|task, to, ()| {
             let from = from.get(task * EACH..).unwrap_or(&[]);
             to.iter_mut().zip(from).for_each(|(to, from)| *to = *from);
             Ok(())

@@ -1,7 +1,7 @@
 //! What a run consists of: the host's arrays, two small plain structures, options, and what a step reports.
 
-use super::clusters::Search;
 use super::collision::{CollisionLaw, Merging};
+use super::search::Search;
 use super::theory::GAMMA;
 use crate::error::{Error, Result};
 use crate::euler_maruyama::Control;

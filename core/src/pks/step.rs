@@ -1,22 +1,22 @@
 //! One step: clusters, motion, collisions (Zhelezov & Fatkullin, Section 3.2).
 
 use super::close::{self, Close};
-use super::clusters::{self, Mesh, Particles};
 use super::collision::{Criterion, Merging};
 use super::extent::Extent;
 use super::heavy::{Heavy, Picked};
 use super::merge::{Queue, compact};
 use super::motion::{self, Frozen, Moved, Moving};
+use super::search::{self, Mesh, Particles};
 use super::state::{Counters, Events, Options, Report, Scheme, State};
 use super::theory::Law;
 use crate::error::{Error, Result};
-use crate::field::{self, Interaction, Outputs, Run, Sources, Wanted};
+use crate::exec::{Executor, Run};
+use crate::field::{self, Interaction, Outputs, Sources, Wanted};
 use crate::grid::{Grid, MassScale, Walls};
-use crate::parallel::Executor;
+use crate::memory::{Carve, Measure, Space};
 use crate::random::Generator;
-use crate::real::Real;
+use crate::real::{Real, Scalar};
 use crate::rk4;
-use crate::space::{Carve, Measure, Space};
 
 /// Where the particles' attraction comes from.
 pub enum Attraction<'a, 'g, T: Real> {
@@ -62,7 +62,7 @@ pub type Summed<'a, T> = Option<(&'a dyn Interaction<T, 2>, &'a field::Options)>
 /// What the workspace holds. Only the queue and the clusters outlive a call, and only one that ended with [`Error::EventsFull`].
 struct Arrays<'w, T> {
     queue: Queue<'w, T>,
-    found: clusters::Scratch<'w, T>,
+    found: search::Scratch<'w, T>,
     recorded: &'w mut [u8],
     moved: &'w mut [[T; 2]],
     increments: &'w mut [[T; 2]],
@@ -91,7 +91,7 @@ fn lay<'w, T: Real>(
     };
     let arrays = Arrays {
         queue: Queue::lay(space, clustered),
-        found: clusters::Scratch::parts(space, clustered),
+        found: search::Scratch::parts(space, clustered),
         recorded: space.part(clustered),
         moved: space.part(n),
         increments: space.part(n),
@@ -119,7 +119,7 @@ fn field_bytes<T: Real>(
         return sum_plan(kernel, n, options)?.workspace_bytes(workers);
     }
     // Every sum is direct and by default options, so there is nothing to plan.
-    if Real::is_finite(options.tolerance) { field::drift_bytes::<T, 2>(n) } else { Err(Error::NotFinite) }
+    if Scalar::is_finite(options.tolerance) { field::drift_bytes::<T, 2>(n) } else { Err(Error::NotFinite) }
 }
 
 fn sum_plan<T: Real>(kernel: &dyn Interaction<T, 2>, n: usize, options: &field::Options) -> Result<field::Plan> {
@@ -323,7 +323,7 @@ impl<T: Real> Layout<'_, T> {
             return Ok(Searched { found: None, total, largest });
         }
         let particles = Particles { positions, masses, smallest };
-        clusters::find(&self.options.search, criterion, &mesh, particles, self.executor, found)?;
+        search::find(&self.options.search, criterion, &mesh, particles, self.executor, found)?;
         if !found.is_empty() {
             recorded.fill(0);
             for cluster in found.clusters() {

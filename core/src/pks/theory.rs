@@ -173,6 +173,7 @@ pub fn largest_masses<T: Real>(mu: [T; 2], chi: T) -> [T; 2] {
 mod tests {
     use super::*;
     use crate::pks::testing::Uniform;
+    use crate::real::Scalar;
 
     #[test]
     fn numbers_of_the_paper() {

@@ -5,9 +5,9 @@
 //! the compiler runs several at a time. Logarithm, sine and cosine are FreeBSD msun's polynomials (Sun Microsystems,
 //! 1993) on the reduced argument, which here comes straight from the bits.
 
-use crate::isa::{Level, Plain, widest};
 use crate::real::Real;
 use crate::real::single::{logarithm, series};
+use crate::simd::{Level, Plain, widest};
 
 /// The bits of 1.0; or-ed with 52 bits b they make 1 + b 2^-52.
 const ONE: u64 = 0x3FF0_0000_0000_0000;

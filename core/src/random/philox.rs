@@ -2,17 +2,17 @@
 
 use super::{Generator, normal};
 use crate::error::Result;
-use crate::isa::{Level, Plain, widest};
 use crate::real::Real;
+use crate::simd::{Level, Plain, widest};
 
 /// Multipliers of the rounds.
 const MULTIPLY: [u32; 2] = [0xD251_1F53, 0xCD9E_8D57];
 /// What the two key words grow by each round: the golden ratio and sqrt(3) - 1.
 const WEYL: [u32; 2] = [0x9E37_79B9, 0xBB67_AE85];
 const ROUNDS: usize = 10;
-/// Counters whose normals are made together.
+/// Statistics whose normals are made together.
 const LANES: usize = 32;
-/// Counters whose rounds run side by side: their words fit in sixteen registers of AVX2.
+/// Statistics whose rounds run side by side: their words fit in sixteen registers of AVX2.
 const FEW: usize = 8;
 
 /// The ready counter-based generator: stateless, so it may be copied and used from any thread.

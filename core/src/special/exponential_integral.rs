@@ -180,7 +180,7 @@ mod tests {
         assert_eq!(exponential_integral(0.0), f64::INFINITY);
         assert_eq!(exponential_integral(f64::INFINITY), 0.0);
         assert_eq!(exponential_integral(1e9_f32), 0.0);
-        assert!(exponential_integral(-1.0).is_nan() && exponential_integral(f32::NAN).is_nan());
+        assert!(exponential_integral(-1.0_f64).is_nan() && exponential_integral(f32::NAN).is_nan());
         assert_eq!(entire_exponential_integral(DoubleWord::<f64>::ZERO), DoubleWord::ZERO);
     }
 }

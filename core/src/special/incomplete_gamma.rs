@@ -12,6 +12,7 @@
 //! `phi(l) = l - 1 - log l`, so that small tails keep their relative accuracy: the error is a few units plus some units times the
 //! logarithm of the result (test `against_sixty_digits`), which is what the rounding of x alone costs.
 
+use super::gamma_series::{lower_series, upper_fraction};
 use crate::real::Real;
 
 /// Terms of Temme's expansion.
@@ -181,53 +182,6 @@ fn scale<T: Real>(a: T) -> T {
 /// `x^a e^{-x} / Gamma(a + 1)`: P without its series, and -dQ/d(log x) / a.
 fn factor<T: Real>(a: T, x: T) -> T {
     (-exponent(a, x)).exp() * scale(a)
-}
-
-/// P / factor = 1 + x/(a+1) + x^2/((a+1)(a+2)) + ...
-pub(super) fn lower_series<T: Real>(a: T, x: T) -> T {
-    let (mut sum, mut term, mut k) = (T::ONE, T::ONE, a);
-    for _ in 0..2000 {
-        k += T::ONE;
-        term = term * x / k;
-        sum += term;
-        if term <= T::HALF * T::EPSILON * sum {
-            break;
-        }
-    }
-    sum
-}
-
-/// Q / (a factor): the continued fraction 1/(x+1-a- 1(1-a)/(x+3-a- ...)), by Lentz's method; in single precision from a depth
-/// that is enough for x >= 1/2 if a <= 1, and for x > a + 1 if a < 25 or x > 2 a.
-pub(super) fn upper_fraction<T: Real>(a: T, x: T) -> T {
-    if T::DIGITS <= 24 {
-        let b = x + T::ONE - a;
-        let tail = (1..64).rev().fold(T::ZERO, |tail, k| {
-            let k = T::from_i32(k);
-            k * (a - k) / (b + T::TWO * k + tail)
-        });
-        return T::ONE / (b + tail);
-    }
-    let tiny = T::MIN_POSITIVE / T::EPSILON;
-    let away = |v: T| if v.abs() < tiny { tiny } else { v };
-    let mut b = x + T::ONE - a;
-    let mut c = T::ONE / tiny;
-    let mut d = T::ONE / away(b);
-    let mut result = d;
-    let mut k = T::ZERO;
-    for _ in 0..2000 {
-        k += T::ONE;
-        let numerator = k * (a - k);
-        b += T::TWO;
-        d = T::ONE / away(numerator * d + b);
-        c = away(b + numerator / c);
-        let change = c * d;
-        result *= change;
-        if (change - T::ONE).abs() <= T::EPSILON {
-            break;
-        }
-    }
-    result
 }
 
 /// Temme's uniform expansion: (P, Q) = erfc(-+eta sqrt(a/2))/2 -+ R, R = e^{-a eta^2/2} S(eta) / sqrt(2 pi a), with S by the
@@ -469,7 +423,7 @@ mod tests {
         }
         assert_eq!(upper_inverse(2.0, 0.0), f64::INFINITY);
         assert_eq!(upper_inverse(2.0, 1.0), 0.0);
-        assert!(upper_inverse(0.0, 0.5).is_nan() && upper_inverse(1.0, f64::NAN).is_nan());
+        assert!(upper_inverse(0.0_f64, 0.5).is_nan() && upper_inverse(1.0, f64::NAN).is_nan());
     }
 
     #[test]
@@ -477,7 +431,9 @@ mod tests {
         assert_eq!(ratios(0.0, 1.0), (1.0, 0.0));
         assert_eq!(ratios(3.0, 0.0), (0.0, 1.0));
         assert_eq!(ratios(3.0, f64::INFINITY), (1.0, 0.0));
-        assert!(ratios(-1.0, 1.0).0.is_nan() && ratios(0.0, 0.0).0.is_nan() && ratios(1.0, f64::NAN).0.is_nan());
+        assert!(
+            ratios(-1.0_f64, 1.0).0.is_nan() && ratios(0.0_f64, 0.0).0.is_nan() && ratios(1.0, f64::NAN).0.is_nan()
+        );
         for a in [f64::MIN_POSITIVE, 1e-200, 1e15, 1e300] {
             for x in [f64::MIN_POSITIVE, 1e-200, 1.0, 1e15, 1e300, f64::MAX] {
                 let (p, q) = ratios(a, x);

@@ -3,5 +3,6 @@
 pub mod bessel;
 pub(crate) mod elementary;
 pub mod exponential_integral;
+mod gamma_series;
 pub mod incomplete_gamma;
 pub mod normal;

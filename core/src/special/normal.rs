@@ -1,6 +1,6 @@
 //! The standard normal distribution: its function and its quantile.
 
-use super::incomplete_gamma;
+use super::gamma_series;
 use crate::real::Real;
 
 /// `a * b` as a rounded product and its exact error (Dekker's product by Veltkamp splitting; needs |a|, |b| far from the
@@ -52,9 +52,9 @@ fn narrow<T: Real>(x: T) -> T {
     // e^-(h + lost)
     let d = x * T::from_f64(0.398_942_280_401_432_7) * ((-h).exp() * (T::ONE - lost));
     if h < T::HALF {
-        return T::HALF + d * incomplete_gamma::lower_series(T::HALF, h);
+        return T::HALF + d * gamma_series::lower_series(T::HALF, h);
     }
-    let tail = T::HALF * d * incomplete_gamma::upper_fraction(T::HALF, h);
+    let tail = T::HALF * d * gamma_series::upper_fraction(T::HALF, h);
     if x > T::ZERO { T::ONE - tail } else { -tail }
 }
 
@@ -143,7 +143,7 @@ mod tests {
         }
         assert_eq!(quantile(0.5), 0.0);
         assert_eq!((quantile(0.0), quantile(1.0)), (f64::NEG_INFINITY, f64::INFINITY));
-        assert!(quantile(-0.1).is_nan() && quantile(f64::NAN).is_nan() && quantile(1.1_f32).is_nan());
+        assert!(quantile(-0.1_f64).is_nan() && quantile(f64::NAN).is_nan() && quantile(1.1_f32).is_nan());
         // The smallest numbers end the iteration too.
         assert!((quantile(f64::MIN_POSITIVE) + 37.5).abs() < 0.1 && quantile(1e-38_f32) < -12.0);
     }

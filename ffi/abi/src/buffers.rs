@@ -2,7 +2,7 @@
 
 use core::ptr::NonNull;
 
-use mollis_core::space::{ALIGN, Plain};
+use mollis_core::memory::{ALIGN, Plain};
 use mollis_core::{Error, Result};
 
 /// The byte range of a buffer, for overlap checks.

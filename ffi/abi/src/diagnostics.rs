@@ -2,8 +2,8 @@
 
 use core::ffi::c_void;
 
-use mollis_core::blob::{self, Moments};
-use mollis_core::space::Plain;
+use mollis_core::diagnostics::{self, Moments};
+use mollis_core::memory::Plain;
 use mollis_core::{Real, Result};
 
 use crate::buffers::{Input, Output, disjoint};
@@ -39,7 +39,7 @@ where
     // SAFETY: the caller promises the crate's contract; the outputs overlap nothing.
     unsafe {
         let Moments { mass: m, absolute_mass: a, centre: c, second: s } =
-            blob::moments(positions.slice(), masses.slice())?;
+            diagnostics::moments(positions.slice(), masses.slice())?;
         put(mass, m);
         put(absolute_mass, a);
         put(centre, c);
@@ -64,7 +64,7 @@ where
     // SAFETY: the caller promises the crate's contract; the output overlaps nothing.
     unsafe {
         let kernel = kernel::open::<T, D>(kernel, bytes)?;
-        put(Some(step), blob::stable_step(&kernel, positions.slice(), masses.slice())?);
+        put(Some(step), diagnostics::stable_step(&kernel, positions.slice(), masses.slice())?);
     }
     Ok(())
 }
@@ -80,7 +80,7 @@ unsafe fn stable_step_anywhere<T: Real, const D: usize>(
     // SAFETY: the caller promises the crate's contract; the output overlaps nothing.
     unsafe {
         let kernel = kernel::open::<T, D>(kernel, bytes)?;
-        put(Some(step), blob::stable_step_anywhere(&kernel, absolute_mass, diameter)?);
+        put(Some(step), diagnostics::stable_step_anywhere(&kernel, absolute_mass, diameter)?);
     }
     Ok(())
 }
@@ -97,7 +97,7 @@ unsafe fn overlap<T: Real, const D: usize>(
     disjoint(&[Some(smallest.range())], &[masses.range(), densities.range()])?;
     // SAFETY: the caller promises the crate's contract; the output overlaps nothing.
     unsafe {
-        let found = blob::smallest_overlap::<T, D>(delta, masses.slice(), densities.slice())?;
+        let found = diagnostics::smallest_overlap::<T, D>(delta, masses.slice(), densities.slice())?;
         put(Some(smallest), found.unwrap_or(T::NAN));
     }
     Ok(())

@@ -4,7 +4,7 @@ use core::cell::Cell;
 use core::ffi::c_void;
 
 use mollis_core::kernel::{Kernel, Law, MAX_TERMS, RadialKernel, Supplied, Term};
-use mollis_core::space::Plain;
+use mollis_core::memory::Plain;
 use mollis_core::{Error, Real, Result};
 
 use crate::buffers::{Input, Output, disjoint, workspace};

@@ -2,8 +2,8 @@
 
 use core::ffi::c_void;
 
-use mollis_core::blob::{self, Lattice};
-use mollis_core::space::Plain;
+use mollis_core::diagnostics::{self, Lattice};
+use mollis_core::memory::Plain;
 use mollis_core::{Real, Result};
 
 use crate::buffers::{Input, Output, disjoint, workspace};
@@ -14,7 +14,7 @@ unsafe fn norm<T: Real>(n: usize, values: *const T, cell: T, p: T, norm: *mut T)
     let (values, norm) = (Input::new(values, n)?, Output::new(norm, 1)?);
     disjoint(&[Some(norm.range())], &[values.range()])?;
     // SAFETY: the caller promises the crate's contract; the output overlaps nothing.
-    unsafe { put(Some(norm), blob::norm(values.slice(), cell, p)?) };
+    unsafe { put(Some(norm), diagnostics::norm(values.slice(), cell, p)?) };
     Ok(())
 }
 
@@ -32,7 +32,7 @@ where
     let (a, b, norm) = (Input::new(a, n)?, Input::new(b, n)?, Output::new(norm, 1)?);
     disjoint(&[Some(norm.range())], &[a.range(), b.range()])?;
     // SAFETY: the caller promises the crate's contract; the output overlaps nothing.
-    unsafe { put(Some(norm), blob::distance(a.slice(), b.slice(), cell, p)?) };
+    unsafe { put(Some(norm), diagnostics::distance(a.slice(), b.slice(), cell, p)?) };
     Ok(())
 }
 

@@ -2,8 +2,8 @@
 
 use core::ffi::c_void;
 
+use mollis_core::memory::Plain;
 use mollis_core::random::{self, Generator, Philox};
-use mollis_core::space::Plain;
 use mollis_core::{Error, Real, Result};
 
 use crate::buffers::{Input, Output, disjoint};

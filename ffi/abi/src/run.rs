@@ -4,11 +4,11 @@ use core::ffi::c_void;
 #[cfg(not(feature = "small"))]
 use core::sync::atomic::{AtomicI32, Ordering};
 
-use mollis_core::field::Run;
-use mollis_core::isa::Level;
-use mollis_core::parallel::{Executor, Serial};
 #[cfg(not(feature = "small"))]
-use mollis_core::space::MAX_WORKERS;
+use mollis_core::exec::MAX_WORKERS;
+use mollis_core::exec::Run;
+use mollis_core::exec::{Executor, Serial};
+use mollis_core::simd::Level;
 use mollis_core::{Error, Result};
 
 use crate::buffers::{Output, Range};
@@ -387,7 +387,7 @@ mod tests {
         assert_eq!(count.into_inner(), 8);
         for (workers, parallel_for, error) in [
             (0, Some(serial as _), Error::OutOfDomain),
-            (65, Some(serial as _), Error::OutOfDomain),
+            (MAX_WORKERS + 1, Some(serial as _), Error::OutOfDomain),
             (1, None, Error::NullPointer),
         ] {
             executor = mollis_executor { workers, parallel_for, ..executor };

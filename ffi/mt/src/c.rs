@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicI32, Ordering};
 
 use mollis_abi::{mollis_executor, mollis_status, mollis_task};
 use mollis_core::Error;
-use mollis_core::parallel::Executor;
+use mollis_core::exec::Executor;
 
 use crate::Pool;
 

@@ -2,8 +2,8 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use mollis_core::parallel::Executor;
-use mollis_core::space::MAX_WORKERS;
+use mollis_core::exec::Executor;
+use mollis_core::exec::MAX_WORKERS;
 use mollis_core::{Error, Result};
 
 /// Threads that run the tasks of a call.

@@ -13,16 +13,17 @@ use std::ptr::{null, null_mut};
 
 use mollis_abi::*;
 use mollis_core::euler_maruyama::Control;
-use mollis_core::field::{self, Run};
+use mollis_core::exec::Run;
+use mollis_core::field;
 use mollis_core::grid::{Equation, Grid, Mesh, Order, Walls};
 use mollis_core::kernel::{Kernel, Law, Term};
+use mollis_core::memory::ALIGN;
 use mollis_core::mollifier::Mollifier;
-use mollis_core::pks::clusters::Search;
+use mollis_core::pks::search::Search;
 use mollis_core::pks::{
     self, Attraction, CollisionLaw, Counters, Event, Events, Heavy, Merging, Options, Scheme, theory,
 };
 use mollis_core::random::{Generator, Philox};
-use mollis_core::space::ALIGN;
 use mollis_core::{Error, Real};
 use mollis_tests::{Aligned, Split};
 

@@ -1,14 +1,22 @@
 //! A kernel that is known by its functions alone: they are called for every pair.
 
 use super::exact::product;
-use super::instances::Radial;
 use super::lanes::{Group, Noted, Want, distances};
 use super::output::{Contribution, Scales};
 use super::packed::{Units, least_square_exponent, power_of_two};
 use super::{Block, PairKernel};
-use crate::field::{Counters, Wanted};
-use crate::isa::{Isa, MAX_LANES};
-use crate::real::{Real, length};
+use crate::exec::Statistics;
+use crate::field::Wanted;
+use crate::real::{Real, Scalar, length};
+use crate::simd::{Isa, MAX_LANES};
+
+/// A kernel as a function of the distance alone, in double precision: a value beyond single precision, times a small mass, may be within.
+pub(in crate::field) trait Radial: Sync {
+    /// [`crate::field::Interaction::pair_wide`].
+    fn pair(&self, r: f64, wanted: Wanted) -> [f64; 3];
+    /// [`crate::field::Interaction::is_singular`].
+    fn is_singular(&self) -> bool;
+}
 
 /// A kernel that is called. c is that of its own functions plus 8: 3 for r, 5 for products and sums.
 pub(in crate::field) struct Called<'a>(pub &'a dyn Radial);
@@ -62,7 +70,7 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Called<'a> {
         block: &Block<'_, T, D>,
         groups: &mut [Group<I::V, D>; NB],
         [noted, _]: &mut [Noted; 2],
-        _counts: &mut Counters,
+        _counts: &mut Statistics,
     ) {
         let wanted = Wanted { potential: P, gradient: true, laplacian: block.laplacian };
         for (at, (x, &m)) in block.sources.0.iter().zip(block.sources.1).enumerate() {

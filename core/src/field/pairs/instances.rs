@@ -3,24 +3,17 @@
 //! Generic code is compiled in the crate that uses it, which for the engine takes a minute. So the scalar and the dimension become values here, in a
 //! call of plain slices, and the functions that turn them into types again have none: they are compiled with this crate, once.
 
-use super::called::Called;
+use super::called::{Called, Radial};
 use super::newtonian::Newtonian;
 use super::tabulated::Tabulated;
 use super::{Call, sums};
 use crate::error::{Error, Result};
-use crate::field::{Interaction, Options, Outputs, Run, Sources, Wanted};
-use crate::isa::Rows;
+use crate::exec::Run;
+use crate::field::{Interaction, Options, Outputs, Sources, Wanted};
 use crate::kernel::{Kernel, Table, TableHead};
 use crate::mollifier::{Blob, Mollifier};
 use crate::real::Real;
-
-/// A kernel as a function of the distance alone, in double precision: a value beyond single precision, times a small mass, may be within.
-pub(in crate::field) trait Radial: Sync {
-    /// [`Interaction::pair_wide`].
-    fn pair(&self, r: f64, wanted: Wanted) -> [f64; 3];
-    /// [`Interaction::is_singular`].
-    fn is_singular(&self) -> bool;
-}
+use crate::simd::Rows;
 
 /// An [`Interaction`] without its types.
 struct Seen<'a, T: Real, const D: usize>(&'a dyn Interaction<T, D>);

@@ -1,9 +1,8 @@
 //! A register block of targets in lanes, its sums, and what all kernels share.
 
 use super::BLOCK;
-use super::packed::Units;
-use crate::isa::{Isa, MAX_LANES};
 use crate::real::Real;
+use crate::simd::Isa;
 
 /// The most vectors of targets in a register block.
 pub(in crate::field) const WIDE: usize = 4;
@@ -120,26 +119,6 @@ impl Noted {
         let n = core::mem::take(&mut self.n);
         self.at.iter().take(n).map(|&at| usize::from(at))
     }
-}
-
-/// Targets in units, one a lane; lanes beyond the last repeat it.
-#[inline(always)]
-pub(in crate::field) fn load<T: Real, I: Isa<T>, const D: usize>(
-    isa: I,
-    units: Units<T>,
-    targets: &[[T; D]],
-) -> [I::V; D] {
-    let last = targets.last().copied().unwrap_or([T::ZERO; D]);
-    let mut lanes = [[T::ZERO; MAX_LANES]; D];
-    for l in 0..MAX_LANES {
-        let x = units.point(targets.get(l).unwrap_or(&last));
-        for (lanes, x) in lanes.iter_mut().zip(x) {
-            lanes.get_mut(l).into_iter().for_each(|lane| *lane = x);
-        }
-    }
-    let mut vectors = [isa.splat(T::ZERO); D];
-    vectors.iter_mut().zip(&lanes).for_each(|(vector, lanes)| *vector = isa.load(lanes));
-    vectors
 }
 
 /// One bit for each of so many targets.

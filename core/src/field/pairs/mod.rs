@@ -51,14 +51,15 @@ pub(super) use single::evaluate;
 
 use core::sync::atomic::{AtomicUsize, Ordering};
 
-use super::{Accumulation, Counters, Options, Outputs, Run, Sources};
+use super::{Accumulation, Options, Outputs, Sources};
 use crate::error::{Error, Result};
-use crate::isa::{BlockJob, Isa, Job, Level, MAX_LANES, portable};
+use crate::exec::{Chunks, Run, Statistics, par_chunks};
+use crate::memory::{Carve, Measure};
 use crate::real::Real;
-use crate::space::{Carve, Chunks, Measure, each_piece};
-use lanes::{Bounds, Group, List, Noted, Sums, Total, WIDE, Want, load, valid_lanes};
+use crate::simd::{BlockJob, Isa, Job, Level, MAX_LANES, portable};
+use lanes::{Bounds, Group, List, Noted, Sums, Total, WIDE, Want, valid_lanes};
 use output::{Contribution, Scales, Writer};
-use packed::{Class, Packed, bounds_of};
+use packed::{Class, Packed, bounds_of, load};
 
 /// Targets of one task: a multiple of every register block, so that blocks, and with them the bits of the results, do not depend on who
 /// runs them.
@@ -104,7 +105,7 @@ pub(in crate::field) trait PairKernel<T: Real, const D: usize>: Sync {
         block: &Block<'_, T, D>,
         groups: &mut [Group<I::V, D>; NB],
         noted: &mut [Noted; 2],
-        counts: &mut Counters,
+        counts: &mut Statistics,
     );
 
     /// The lanes of a noted source that were left out, one word a vector; `laplacian`: by the second list.
@@ -168,7 +169,7 @@ fn sums<T: Real, const D: usize, K: PairKernel<T, D>>(
     let prepared = kernel.prepare(units);
     let shared = Shared { kernel, prepared: &prepared, packed: &packed, units, options, sources, tally: &tally };
     let (level, should_stop) = (run.level, run.should_stop);
-    each_piece(
+    par_chunks(
         run.executor,
         targets.len().div_ceil(TASK),
         pieces,
@@ -205,7 +206,7 @@ fn sums<T: Real, const D: usize, K: PairKernel<T, D>>(
     if let Some(counters) = run.counters.as_deref_mut() {
         let pairs = (packed.len() as u64).saturating_mul(targets.len() as u64);
         let massless = sources.masses.len().saturating_sub(packed.len()) as u64;
-        counters.add(&Counters { pairs, massless_sources: massless, ..tally.counters() });
+        counters.add(&Statistics { pairs, massless_sources: massless, ..tally.counters() });
     }
     Ok(())
 }
@@ -220,21 +221,21 @@ struct Tally {
 }
 
 impl Tally {
-    fn add(&self, counts: &Counters) {
+    fn add(&self, counts: &Statistics) {
         self.near.fetch_add(counts.near_pairs as usize, Ordering::Relaxed);
         self.polynomial.fetch_add(counts.polynomial_blocks as usize, Ordering::Relaxed);
         self.all_near.fetch_add(counts.all_near_blocks as usize, Ordering::Relaxed);
         self.scaled.fetch_add(counts.scaled_pairs as usize, Ordering::Relaxed);
     }
 
-    fn counters(&self) -> Counters {
+    fn counters(&self) -> Statistics {
         let value = |count: &AtomicUsize| count.load(Ordering::Relaxed) as u64;
-        Counters {
+        Statistics {
             near_pairs: value(&self.near),
             polynomial_blocks: value(&self.polynomial),
             all_near_blocks: value(&self.all_near),
             scaled_pairs: value(&self.scaled),
-            ..Counters::default()
+            ..Statistics::default()
         }
     }
 }
@@ -281,7 +282,7 @@ impl<T: Real, const D: usize, K: PairKernel<T, D>, const P: bool> BlockJob<T> fo
     fn run<I: Isa<T>, const NB: usize>(self, isa: I) {
         let Pass { shared, targets, outputs, counted } = self;
         let lanes = K::lanes(shared.prepared, isa);
-        let mut counts = Counters::default();
+        let mut counts = Statistics::default();
         let mut results = [Contribution::ZERO; WIDE * MAX_LANES];
         let want = Want { potential: P, gradient: outputs.gradient.is_some(), laplacian: outputs.laplacian.is_some() };
         let mut writer = Writer::new(outputs, shared.options.combination);
@@ -313,7 +314,7 @@ fn class_sums<T: Real, I: Isa<T>, const D: usize, const NB: usize, K: PairKernel
     want: Want,
     (targets, results): (&[[T; D]], &mut [Contribution<T, D>]),
     class: &Class<'_, T, D>,
-    counts: &mut Counters,
+    counts: &mut Statistics,
 ) -> [Total<I::V, D>; NB] {
     let zero = isa.splat(T::ZERO);
     let mut groups = [Group { x: [zero; D], sums: Sums::splat(zero) }; NB];

@@ -30,11 +30,11 @@ use super::output::{Contribution, Scales};
 use super::packed::{Units, farthest, least_square_exponent, power_of_two};
 use super::tabulated::{self, Tabulated};
 use super::{Block, PairKernel};
-use crate::field::Counters;
-use crate::isa::{Isa, log, log_numerator};
+use crate::exec::Statistics;
 use crate::kernel::sphere;
 use crate::mollifier::{Blob, MAX_TERMS, Mollifier, Polynomial};
 use crate::real::Real;
+use crate::simd::{Isa, log, log_numerator};
 
 /// A Newtonian kernel: `coefficient` times the blob's potential.
 pub(in crate::field) struct Newtonian<'a, T: Real, const D: usize> {
@@ -330,7 +330,7 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Newtonian<'a, T, D> {
         block: &Block<'_, T, D>,
         groups: &mut [Group<I::V, D>; NB],
         [noted, _]: &mut [Noted; 2],
-        counts: &mut Counters,
+        counts: &mut Statistics,
     ) {
         let (kernel, all) = (prepared.1, block.sources);
         let mut left = all;
@@ -393,7 +393,7 @@ fn add_noted<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool>
     block: &Block<'_, T, D>,
     groups: &mut [Group<I::V, D>; NB],
     noted: &mut Noted,
-    counts: &mut Counters,
+    counts: &mut Statistics,
 ) {
     let mut count = |lanes: [u32; NB]| {
         counts.polynomial_blocks += 1;

@@ -2,8 +2,8 @@
 
 use super::lanes::Sums;
 use crate::field::Outputs;
-use crate::isa::Isa;
 use crate::real::Real;
+use crate::simd::Isa;
 
 /// The way from sums in units to true ones: factors, and the powers of two that follow them.
 #[derive(Clone, Copy, Debug)]

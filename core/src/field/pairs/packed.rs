@@ -10,8 +10,9 @@
 use super::BLOCK;
 use super::lanes::{Bounds, List};
 use crate::error::{Error, Result};
+use crate::memory::Space;
 use crate::real::Real;
-use crate::space::Space;
+use crate::simd::{Isa, MAX_LANES};
 
 /// The most classes: f64's exponents from -1074 to 1023 in classes of 900, f32's from -149 to 127 in classes of 100.
 pub(super) const CLASSES: usize = 3;
@@ -244,4 +245,24 @@ impl<'a, T: Real, const D: usize> Class<'a, T, D> {
         let blocks = self.boxes.iter().zip(blocks).enumerate();
         blocks.map(|(k, (bounds, (positions, masses)))| (k * BLOCK, bounds, (positions, masses)))
     }
+}
+
+/// Targets in units, one a lane; lanes beyond the last repeat it.
+#[inline(always)]
+pub(in crate::field) fn load<T: Real, I: Isa<T>, const D: usize>(
+    isa: I,
+    units: Units<T>,
+    targets: &[[T; D]],
+) -> [I::V; D] {
+    let last = targets.last().copied().unwrap_or([T::ZERO; D]);
+    let mut lanes = [[T::ZERO; MAX_LANES]; D];
+    for l in 0..MAX_LANES {
+        let x = units.point(targets.get(l).unwrap_or(&last));
+        for (lanes, x) in lanes.iter_mut().zip(x) {
+            lanes.get_mut(l).into_iter().for_each(|lane| *lane = x);
+        }
+    }
+    let mut vectors = [isa.splat(T::ZERO); D];
+    vectors.iter_mut().zip(&lanes).for_each(|(vector, lanes)| *vector = isa.load(lanes));
+    vectors
 }

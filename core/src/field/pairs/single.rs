@@ -9,13 +9,14 @@ use super::newtonian::{Newtonian, descending, descending_potential, outside_pote
 use super::packed::{Packed, Units, least_square_exponent, power_of_two};
 use super::{BLOCK, Call, PairKernel, SHORT_BLOCK};
 use crate::error::{Error, Result};
-use crate::field::{Accumulation, Run};
+use crate::exec::Run;
+use crate::field::Accumulation;
 #[cfg(feature = "small")]
 use crate::field::{Interaction, Options};
-use crate::isa::{Isa, Job, portable};
+use crate::memory::Carve;
 use crate::mollifier::{MAX_TERMS, Mollifier, Polynomial};
 use crate::real::Real;
-use crate::space::Carve;
+use crate::simd::{Isa, Job, portable};
 
 /// Targets between two questions whether to stop.
 const TASK: usize = 128;
@@ -276,10 +277,10 @@ impl<T: Real> Pair<'_, T> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::exec::{Run, Serial};
     use crate::field::{Options, Outputs, Sources};
-    use crate::isa::Level;
     use crate::mollifier::Blob;
-    use crate::parallel::Serial;
+    use crate::simd::Level;
     use std::{vec, vec::Vec};
 
     /// All outputs of one sum, as bits.

@@ -14,16 +14,15 @@
 //! r2 has 5 u and u one more; that moves g by |d log g / d log u| times as much, a few units for powers, r / l for an exponential of
 //! length l. The row itself is good to 2^-47 (f64) and 2^-21 (f32) of the kernel's scale ([`Table::error`]): c = 64 in f64, 16 in f32.
 
-use super::called;
-use super::instances::Radial;
+use super::called::{self, Radial};
 use super::lanes::{Group, Noted, Want, distances};
 use super::output::{Contribution, Scales};
 use super::packed::{Units, farthest};
 use super::{Block, PairKernel};
-use crate::field::Counters;
-use crate::isa::{Isa, ROW, Rows};
+use crate::exec::Statistics;
 use crate::kernel::{Table, table_terms};
-use crate::real::Real;
+use crate::real::{Real, Scalar};
+use crate::simd::{Isa, ROW, Rows};
 
 /// A kernel with its table.
 #[derive(Clone, Copy)]
@@ -178,7 +177,7 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Tabulated<'a, T> {
         block: &Block<'_, T, D>,
         groups: &mut [Group<I::V, D>; NB],
         [noted, noted_rough]: &mut [Noted; 2],
-        _counts: &mut Counters,
+        _counts: &mut Statistics,
     ) {
         let [a, b] = block.bounds;
         let all_served = !prepared.has_gaps && farthest(a, b) < prepared.end;

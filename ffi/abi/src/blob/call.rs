@@ -3,9 +3,9 @@
 use core::ffi::c_void;
 use core::ptr::null_mut;
 
-use mollis_core::blob::{self, Advance, Progress, Report, State, Trajectories, Wanted};
+use mollis_core::aggregation::{self, Advance, Progress, Report, State, Trajectories, Wanted};
 use mollis_core::kernel::Kernel;
-use mollis_core::space::Plain;
+use mollis_core::memory::Plain;
 use mollis_core::{Error, Real, Result};
 
 use super::options::{
@@ -46,7 +46,7 @@ impl Query {
         };
         // SAFETY: the contract of the extern functions.
         let (host, kernel) = unsafe { (HostRun::read(self.run)?, Kernel::<T, D>::open(kernel.slice())?) };
-        let plan = blob::plan(&kernel, self.n, self.tracers, wanted, &field_options(&options))?;
+        let plan = aggregation::plan(&kernel, self.n, self.tracers, wanted, &field_options(&options))?;
         let answer = plan.workspace_bytes::<T, D>(host.workers())?;
         // SAFETY: as above.
         unsafe { bytes.slice() }.fill(answer);
@@ -145,7 +145,7 @@ where
             divergence: divergence.is_some(),
             energy: options.watch_energy != 0,
         };
-        let plan = blob::plan(kernel, n, all.tracers, wanted, &field_options(&options));
+        let plan = aggregation::plan(kernel, n, all.tracers, wanted, &field_options(&options));
         let plan = plan.as_ref().map_err(|&error| error)?;
         // SAFETY: the contract of the extern functions; all ranges are disjoint.
         let state = unsafe {
@@ -178,7 +178,7 @@ where
             advance.after_step = Some(&mut after_step);
         }
         let mut said = Report::default();
-        let result = host.enter(|run| blob::step(plan, kernel, state, advance, scratch, run, &mut said));
+        let result = host.enter(|run| aggregation::step(plan, kernel, state, advance, scratch, run, &mut said));
         told.first_bad = said.first_bad;
         if report.is_some() {
             let (energy_first, energy_last) = said.energy.unwrap_or((f64::NAN, f64::NAN));

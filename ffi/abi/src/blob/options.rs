@@ -3,7 +3,7 @@
 use core::ffi::c_void;
 
 use mollis_core::field;
-use mollis_core::{Error, Real, Result};
+use mollis_core::{Error, Result, Scalar};
 
 use crate::options;
 use crate::status::{mollis_status, status};
@@ -81,7 +81,7 @@ pub unsafe extern "C" fn mollis_blob_options_init(options: *mut mollis_blob_opti
 pub(super) fn read_options(options: *const mollis_blob_options) -> Result<mollis_blob_options> {
     // SAFETY: the callers' contract.
     let options = unsafe { options::read(options) }?;
-    if !Real::is_finite(options.tolerance) {
+    if !Scalar::is_finite(options.tolerance) {
         return Err(Error::NotFinite);
     }
     // By its bits, as a comparison of doubles is a function where there are none: negative and not -0.

@@ -6,7 +6,8 @@ pub use options::*;
 
 use core::ffi::{c_char, c_void};
 
-use mollis_core::field::{self, Counters, Outputs, Plan, Run, Sources, Wanted};
+use mollis_core::exec::{Run, Statistics};
+use mollis_core::field::{self, Outputs, Plan, Sources, Wanted};
 use mollis_core::{Error, Real, Result};
 
 use crate::buffers::{Input, Output, disjoint, workspace};
@@ -169,7 +170,7 @@ unsafe fn sum<T: Real, const D: usize>(
             memory.slice(),
         )
     };
-    let mut done = Counters::default();
+    let mut done = Statistics::default();
     let result = host.enter(|run| {
         let (level, executor, should_stop) = (run.level, run.executor, run.should_stop);
         let mut run = Run { level, executor, should_stop, counters: Some(&mut done) };

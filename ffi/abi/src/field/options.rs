@@ -1,7 +1,7 @@
 //! What a field sum may be told, and what it says of itself.
 
 use mollis_core::field::{self, Accumulation, Method, Wanted};
-use mollis_core::space::Plain;
+use mollis_core::memory::Plain;
 use mollis_core::{Error, Result};
 
 use crate::options;

@@ -1,7 +1,7 @@
 //! Fields at points.
 
+use mollis_core::memory::Plain;
 use mollis_core::mollifier::Blob;
-use mollis_core::space::Plain;
 use mollis_core::{Error, Real, Result};
 
 use super::mollis_mollifier;

@@ -13,11 +13,11 @@ use core::ffi::c_void;
 use mollis_core::field;
 use mollis_core::grid::Grid;
 use mollis_core::kernel::Kernel;
+use mollis_core::memory::{ALIGN, Plain};
 #[cfg(not(feature = "small"))]
 use mollis_core::pks::Heavy;
 use mollis_core::pks::{self, Attraction, Counters, Event, Events, Report, Setting, State, Summed};
 use mollis_core::random::{Generator, Philox};
-use mollis_core::space::{ALIGN, Plain};
 use mollis_core::{Error, Real, Result};
 
 use crate::buffers::{Input, Output, disjoint, workspace};
@@ -44,7 +44,7 @@ fn sum_options(tolerance: f64) -> Result<SumOptions> {
 
 #[cfg(feature = "small")]
 fn sum_options(tolerance: f64) -> Result<SumOptions> {
-    if Real::is_finite(tolerance) { Ok(&field::Options::DEFAULT) } else { Err(Error::NotFinite) }
+    if Scalar::is_finite(tolerance) { Ok(&field::Options::DEFAULT) } else { Err(Error::NotFinite) }
 }
 
 /// The kernel by which heavy particles act beside a mesh, and their least mass.

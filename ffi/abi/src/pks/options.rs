@@ -3,9 +3,9 @@
 use core::ffi::c_void;
 
 use mollis_core::euler_maruyama::Control;
-use mollis_core::pks::clusters::Search;
+use mollis_core::memory::Plain;
+use mollis_core::pks::search::Search;
 use mollis_core::pks::{self, CollisionLaw, Counters, Event, Merging, Report, Scheme, theory};
-use mollis_core::space::Plain;
 use mollis_core::{Error, Real, Result};
 
 use crate::grid::{mollis_grid2_options, mollis_mesh2};

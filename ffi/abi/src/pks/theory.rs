@@ -1,8 +1,8 @@
 //! What is known of coalescing particles in closed form.
 
 use mollis_core::Error;
+use mollis_core::memory::Plain;
 use mollis_core::pks::theory;
-use mollis_core::space::Plain;
 
 use crate::buffers::{Input, Output, disjoint};
 use crate::status::{mollis_status, status};

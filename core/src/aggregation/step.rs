@@ -1,0 +1,502 @@
+//! Definitions 2.2 and 2.3 in one call: k fixed steps of RK4 on the caller's buffers.
+//!
+//! Particles carry mass and move each other; tracers are carried along (the blob method "off the grid"). The right-hand
+//! side is one call of [`field::evaluate`], whatever the kernel and the method behind it:
+//!
+//! `x' = -grad u(x)`, `rho' = -(div v) rho = Laplacian(u) rho`, `u(x) = sum_j m_j K_delta(x - x_j)`.
+//!
+//! Without a mollifier the same call is the particle method.
+
+use crate::diagnostics::moments;
+use crate::diagnostics::sums::{Wide, sum_of_products};
+use crate::error::{Error, Result};
+use crate::exec::Run;
+use crate::field::{self, Interaction, Options, Outputs, Sources, Wanted as FieldWanted};
+use crate::memory::{Carve, Measure, Space};
+use crate::real::{Real, Scalar, length};
+use crate::rk4::{self, Stage};
+
+/// What a run computes beside positions. What is not wanted is not computed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Wanted {
+    /// Advance densities along the trajectories: one Laplacian sum an evaluation.
+    pub density: bool,
+    /// The velocity at the end: one more evaluation after the last step.
+    pub velocity: bool,
+    /// The velocity's divergence at the end: as above.
+    pub divergence: bool,
+    /// Watch the regularised energy (2.4): one potential sum a step, and one after the last; a rise beyond rounding
+    /// stops the run. It falls where no mass is negative: its rate is `-sum_i m_i |grad u(x_i)|^2`.
+    pub energy: bool,
+}
+
+/// How a run is done: made by [`plan()`], of sizes and options only.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    particles: usize,
+    tracers: usize,
+    total: usize,
+    wanted: Wanted,
+    /// The relative error that the field sums are allowed: 0 means rounding alone.
+    tolerance: f64,
+    /// k2 to k4.
+    later: field::Plan,
+    /// k1, with the potential if the energy is watched; what is wanted at the end, if anything.
+    #[cfg(not(feature = "small"))]
+    others: (field::Plan, Option<field::Plan>),
+}
+
+/// Plans runs of `particles` massive particles and `tracers` massless ones.
+///
+/// # Errors
+/// [`Error::TooLarge`]: a size overflows; [`Error::Unsupported`]: with the feature `small`, tracers (zero masses are carried
+/// along as well), the energy, and velocities and their divergence, which [`field::evaluate`] has; those of [`field::plan`].
+pub fn plan<T: Real, const D: usize>(
+    kernel: &dyn Interaction<T, D>,
+    particles: usize,
+    tracers: usize,
+    wanted: Wanted,
+    options: &Options,
+) -> Result<Plan> {
+    let Wanted { density, velocity, divergence, energy } = wanted;
+    let at_end = velocity || divergence || energy;
+    if cfg!(feature = "small") && (at_end || tracers > 0) {
+        return Err(Error::Unsupported);
+    }
+    let total = particles.checked_add(tracers).ok_or(Error::TooLarge)?;
+    let each = |potential, gradient, laplacian| {
+        let outputs = FieldWanted { potential, gradient, laplacian };
+        field::plan(kernel, particles, total, outputs, options)
+    };
+    Ok(Plan {
+        particles,
+        tracers,
+        total,
+        wanted,
+        tolerance: options.tolerance,
+        later: each(false, true, density)?,
+        #[cfg(not(feature = "small"))]
+        others: (each(energy, true, density)?, if at_end { Some(each(energy, velocity, divergence)?) } else { None }),
+    })
+}
+
+impl Plan {
+    /// Bytes of workspace that [`step`] needs with an executor of this many workers.
+    ///
+    /// # Errors
+    /// [`Error::TooLarge`].
+    pub fn workspace_bytes<T: Real, const D: usize>(&self, workers: usize) -> Result<usize> {
+        Measure::of(|space| Arrays::<T>::lay::<D>(space, self, workers).map(|_| ()))
+    }
+
+    /// How the velocity is evaluated: the method, why, and what it skips.
+    #[must_use]
+    pub fn field(&self) -> &field::Plan {
+        &self.later
+    }
+
+    /// What the run computes.
+    #[must_use]
+    pub fn wanted(&self) -> Wanted {
+        self.wanted
+    }
+
+    /// Of k1.
+    fn first(&self) -> &field::Plan {
+        #[cfg(not(feature = "small"))]
+        return &self.others.0;
+        #[cfg(feature = "small")]
+        &self.later
+    }
+
+    /// Of what is wanted at the end.
+    fn last(&self) -> Option<&field::Plan> {
+        #[cfg(not(feature = "small"))]
+        return self.others.1.as_ref();
+        #[cfg(feature = "small")]
+        None
+    }
+
+    fn field_bytes(&self, workers: usize) -> Result<usize> {
+        let later = self.later.workspace_bytes(workers)?;
+        if cfg!(feature = "small") {
+            return Ok(later);
+        }
+        let first = self.first().workspace_bytes(workers)?;
+        let last = self.last().map_or(Ok(0), |plan| plan.workspace_bytes(workers))?;
+        Ok(first.max(later).max(last))
+    }
+}
+
+/// The workspace: the state as one flat slice (positions, then densities; particles before tracers), the stepper's
+/// scratch, a scalar for each point for what the watch and the end want, and the field's own scratch.
+struct Arrays<'w, T> {
+    state: &'w mut [T],
+    scratch: rk4::Scratch<'w, T>,
+    potential: &'w mut [T],
+    divergence: &'w mut [T],
+    field: &'w mut [u8],
+}
+
+impl<'w, T: Real> Arrays<'w, T> {
+    fn lay<const D: usize>(space: &mut impl Space<'w>, plan: &Plan, workers: usize) -> Result<Self> {
+        let each = D + usize::from(plan.wanted.density);
+        let flat = plan.total.checked_mul(each).ok_or(Error::TooLarge)?;
+        Ok(Self {
+            state: space.array(flat)?,
+            scratch: rk4::Scratch::lay(space, flat)?,
+            potential: Self::maybe(space, plan.wanted.energy, plan.total)?,
+            divergence: Self::maybe(space, plan.wanted.divergence, plan.total)?,
+            field: space.array(plan.field_bytes(workers)?)?,
+        })
+    }
+}
+
+impl<'w, T: Real> Arrays<'w, T> {
+    /// An array that is there if it is wanted; never with the feature `small`.
+    fn maybe(space: &mut impl Space<'w>, wanted: bool, n: usize) -> Result<&'w mut [T]> {
+        if cfg!(feature = "small") { Ok(&mut []) } else { space.array(if wanted { n } else { 0 }) }
+    }
+}
+
+/// Points that follow the flow, with what is known along their trajectories.
+#[derive(Debug)]
+pub struct Trajectories<'a, T, const D: usize> {
+    /// Length units; advanced in place.
+    pub positions: &'a mut [[T; D]],
+    /// Mass over volume; advanced in place. Present if and only if the plan wants densities.
+    pub density: Option<&'a mut [T]>,
+    /// Length over time, at the end of the run; overwritten.
+    pub velocity: Option<&'a mut [[T; D]]>,
+    /// One over time, at the end of the run; overwritten.
+    pub divergence: Option<&'a mut [T]>,
+}
+
+impl<T, const D: usize> Trajectories<'_, T, D> {
+    /// No points.
+    #[must_use]
+    pub fn none() -> Self {
+        Self { positions: &mut [], density: None, velocity: None, divergence: None }
+    }
+
+    fn check(&self, n: usize, wanted: Wanted) -> Result<()> {
+        let fits = |len: Option<usize>, allowed: bool| len.is_none_or(|len| allowed && len == n);
+        let density = self.density.as_ref().map(|d| d.len());
+        let velocity = self.velocity.as_ref().map(|v| v.len());
+        let divergence = self.divergence.as_ref().map(|d| d.len());
+        let complete = density.is_some() || !wanted.density || n == 0;
+        let same = self.positions.len() == n
+            && fits(density, wanted.density)
+            && fits(velocity, wanted.velocity)
+            && fits(divergence, wanted.divergence);
+        if complete && same { Ok(()) } else { Err(Error::LengthMismatch) }
+    }
+}
+
+/// What a run works on.
+#[derive(Debug)]
+pub struct State<'a, T, const D: usize> {
+    /// Mass of each particle (density times h^d in the blob method), any sign; never written.
+    pub masses: &'a [T],
+    /// The particles.
+    pub particles: Trajectories<'a, T, D>,
+    /// The tracers (Definition 2.3); may be none.
+    pub tracers: Trajectories<'a, T, D>,
+}
+
+/// A state as a callback between steps sees it.
+#[derive(Clone, Copy, Debug)]
+pub struct Progress<'a, T, const D: usize> {
+    /// Steps completed in this call.
+    pub steps: usize,
+    /// The particles' positions.
+    pub positions: &'a [[T; D]],
+    /// The particles' densities, if advanced.
+    pub density: Option<&'a [T]>,
+}
+
+/// What to call after each step: `false` stops the run.
+pub type AfterStep<'a, T, const D: usize> = &'a mut dyn FnMut(Progress<'_, T, D>) -> bool;
+
+/// How far a run goes.
+pub struct Advance<'a, T, const D: usize> {
+    /// Length of a step; not looked at if there is none.
+    pub dt: T,
+    /// Number of steps; 0 computes the outputs of the state as it is.
+    pub steps: usize,
+    /// Called after each step.
+    pub after_step: Option<AfterStep<'a, T, D>>,
+}
+
+/// What a run says about itself, also when it fails.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Report {
+    /// Steps completed; the state in the caller's buffers is the one after them.
+    pub steps: usize,
+    /// With [`Error::NotFinite`]: the index of the first particle with a value that is not finite, tracers counted
+    /// after the particles.
+    pub first_bad: Option<usize>,
+    /// The energy at the start and the last one computed, if watched.
+    pub energy: Option<(f64, f64)>,
+}
+
+/// Advances the state by `advance.steps` steps and writes the outputs wanted at the end.
+///
+/// The caller's buffers hold the state after the last completed step at any time: during `after_step`, and after an
+/// error. Masses are not touched. Cost: four field evaluations a step, one more if the plan wants outputs at the end.
+/// Scratch: [`Plan::workspace_bytes`], garbage after the call. Same bits for any executor.
+///
+/// # Errors
+/// Refused, with nothing but `report` written: [`Error::LengthMismatch`], [`Error::TimeStep`], [`Error::NotFinite`],
+/// [`Error::Mass`] (a negative one where the energy is watched), [`Error::WorkspaceTooSmall`], [`Error::Misaligned`]. Stopped, with the
+/// state of the last completed step and no output written: [`Error::BecameNotFinite`] (the state, or what is wanted at its end);
+/// [`Error::Stopped`] by `after_step` or by `run.should_stop`;
+/// [`Error::EnergyRose`], with the state after the step that raised it; what [`field::evaluate`] returns.
+///
+/// # Source
+/// Craig & Bertozzi, Definitions 2.2 and 2.3, equation (2.4).
+pub fn step<T: Real, const D: usize>(
+    plan: &Plan,
+    kernel: &dyn Interaction<T, D>,
+    state: State<'_, T, D>,
+    mut advance: Advance<'_, T, D>,
+    workspace: &mut [u8],
+    run: &mut Run<'_>,
+    report: &mut Report,
+) -> Result<()> {
+    *report = Report::default();
+    let State { masses, mut particles, mut tracers } = state;
+    let mut wanted = plan.wanted;
+    if cfg!(feature = "small") {
+        // The plan has refused all else.
+        wanted = Wanted { density: wanted.density, ..Wanted::default() };
+        (particles.velocity, particles.divergence) = (None, None);
+        tracers = Trajectories::none();
+    } else {
+        tracers.check(plan.tracers, wanted)?;
+    }
+    particles.check(plan.particles, wanted)?;
+    if masses.len() != plan.particles {
+        return Err(Error::LengthMismatch);
+    }
+    if advance.steps > 0 && !(advance.dt.is_finite() && advance.dt > T::ZERO) {
+        return Err(Error::TimeStep);
+    }
+    let mut arrays = Arrays::<T>::lay::<D>(&mut Carve::new(workspace)?, plan, run.executor.workers())?;
+    report.first_bad = first_bad(masses, &particles, &tracers);
+    if report.first_bad.is_some() {
+        return Err(Error::NotFinite);
+    }
+    if cfg!(not(feature = "small")) && wanted.energy && masses.iter().any(|&m| m < T::ZERO) {
+        return Err(Error::Mass);
+    }
+    load::<T, D>(arrays.state, &particles, &tracers);
+
+    let mut watch = Watch::new(plan, kernel, particles.positions, masses)?;
+    let count = plan.particles;
+    while report.steps < advance.steps {
+        let Arrays { state, scratch, potential, field: memory, .. } = &mut arrays;
+        let result = rk4::step(state, scratch, advance.dt, |stage, y, dy| {
+            let watched = cfg!(not(feature = "small")) && wanted.energy && stage == Stage::First;
+            let (points, densities) = split::<T, D>(y, plan.total)?;
+            let (flow, growth) = split_mut::<T, D>(dy, plan.total)?;
+            let outputs = Outputs {
+                potential: if watched { Some(&mut **potential) } else { None },
+                gradient: Some(&mut *flow),
+                laplacian: if wanted.density { Some(&mut *growth) } else { None },
+            };
+            let sources = Sources { positions: points.get(..count).unwrap_or(points), masses };
+            let how = if stage == Stage::First { plan.first() } else { &plan.later };
+            field::flow(how, kernel, sources, points, outputs, memory, run)?;
+            if watched {
+                watch.see(masses, potential)?;
+            }
+            flow.as_flattened_mut().iter_mut().for_each(|v| *v = -*v);
+            for (rate, &density) in growth.iter_mut().zip(densities) {
+                *rate *= density;
+            }
+            Ok(())
+        });
+        if cfg!(not(feature = "small")) {
+            report.energy = watch.energies();
+        }
+        result.map_err(in_run)?;
+        store::<T, D>(arrays.state, &mut particles, &mut tracers);
+        report.steps += 1;
+        if let Some(after_step) = &mut advance.after_step {
+            let density = particles.density.as_deref();
+            if !after_step(Progress { steps: report.steps, positions: particles.positions, density }) {
+                return Err(Error::Stopped);
+            }
+        }
+    }
+
+    let Some(last) = plan.last() else { return Ok(()) };
+    let Arrays { state, scratch, potential, divergence, field: memory } = &mut arrays;
+    let (points, _) = split::<T, D>(state, plan.total)?;
+    let (flow, _) = split_mut::<T, D>(scratch.spare(), plan.total)?;
+    let outputs = Outputs {
+        potential: wanted.energy.then_some(&mut **potential),
+        gradient: wanted.velocity.then_some(&mut *flow),
+        laplacian: wanted.divergence.then_some(&mut **divergence),
+    };
+    let sources = Sources { positions: points.get(..count).unwrap_or(points), masses };
+    field::flow(last, kernel, sources, points, outputs, memory, run).map_err(in_run)?;
+    if cfg!(not(feature = "small")) && wanted.energy {
+        let seen = watch.see(masses, potential);
+        report.energy = watch.energies();
+        seen?;
+    }
+    // Rates may overflow where positions do not.
+    let finite = |wanted: bool, rates: &[T]| !wanted || rates.iter().all(|v| v.is_finite());
+    if !(finite(wanted.velocity, flow.as_flattened()) && finite(wanted.divergence, divergence)) {
+        return Err(Error::BecameNotFinite);
+    }
+    let (of_particles, of_tracers) = flow.split_at_checked(count).unwrap_or_default();
+    negate_into(particles.velocity, of_particles, |v| v.map(|c| -c));
+    negate_into(tracers.velocity, of_tracers, |v| v.map(|c| -c));
+    let (of_particles, of_tracers) = divergence.split_at_checked(count).unwrap_or_default();
+    negate_into(particles.divergence, of_particles, |c| -c);
+    negate_into(tracers.divergence, of_tracers, |c| -c);
+    Ok(())
+}
+
+fn negate_into<V: Copy>(to: Option<&mut [V]>, from: &[V], negative: impl Fn(V) -> V) {
+    for (to, &from) in to.unwrap_or_default().iter_mut().zip(from) {
+        *to = negative(from);
+    }
+}
+
+/// The inputs were finite, so what the field sum finds otherwise has become so.
+fn in_run(error: Error) -> Error {
+    if error == Error::NotFinite { Error::BecameNotFinite } else { error }
+}
+
+/// Positions and densities of a flat state.
+fn split<T: Real, const D: usize>(flat: &[T], total: usize) -> Result<(&[[T; D]], &[T])> {
+    let (positions, densities) = flat.split_at_checked(total.saturating_mul(D)).ok_or(Error::LengthMismatch)?;
+    Ok((positions.as_chunks().0, densities))
+}
+
+/// As [`split`], to write.
+fn split_mut<T: Real, const D: usize>(flat: &mut [T], total: usize) -> Result<(&mut [[T; D]], &mut [T])> {
+    let (positions, densities) = flat.split_at_mut_checked(total.saturating_mul(D)).ok_or(Error::LengthMismatch)?;
+    Ok((positions.as_chunks_mut().0, densities))
+}
+
+/// The first particle, then tracer, with a value that is not finite.
+fn first_bad<T: Real, const D: usize>(
+    masses: &[T],
+    particles: &Trajectories<'_, T, D>,
+    tracers: &Trajectories<'_, T, D>,
+) -> Option<usize> {
+    let first = |points: &Trajectories<'_, T, D>, masses: &[T]| {
+        let density = points.density.as_deref().unwrap_or_default();
+        let finite = |value: Option<&T>| value.is_none_or(|v| v.is_finite());
+        let whole = |(k, x): (usize, &[T; D])| {
+            x.iter().all(|c| c.is_finite()) && finite(density.get(k)) && finite(masses.get(k))
+        };
+        points.positions.iter().enumerate().position(|point| !whole(point))
+    };
+    if cfg!(feature = "small") {
+        return first(particles, masses);
+    }
+    first(particles, masses).or_else(|| first(tracers, &[]).map(|k| masses.len().saturating_add(k)))
+}
+
+/// Copies the caller's state into the flat one.
+fn load<T: Real, const D: usize>(flat: &mut [T], particles: &Trajectories<'_, T, D>, tracers: &Trajectories<'_, T, D>) {
+    let mut to = flat.iter_mut();
+    // The part comes first: when it ends, nothing of the state has been taken.
+    let mut copy = |part: &[T]| part.iter().zip(to.by_ref()).for_each(|(&from, to)| *to = from);
+    copy(particles.positions.as_flattened());
+    if cfg!(not(feature = "small")) {
+        copy(tracers.positions.as_flattened());
+    }
+    copy(particles.density.as_deref().unwrap_or_default());
+    if cfg!(not(feature = "small")) {
+        copy(tracers.density.as_deref().unwrap_or_default());
+    }
+}
+
+/// Copies the flat state back into the caller's.
+fn store<T: Real, const D: usize>(
+    flat: &[T],
+    particles: &mut Trajectories<'_, T, D>,
+    tracers: &mut Trajectories<'_, T, D>,
+) {
+    let mut from = flat.iter();
+    let Trajectories { positions: x, density: rho, .. } = particles;
+    let Trajectories { positions: x_tracers, density: rho_tracers, .. } = tracers;
+    let mut copy = |part: &mut [T]| part.iter_mut().zip(from.by_ref()).for_each(|(to, &from)| *to = from);
+    copy(x.as_flattened_mut());
+    if cfg!(not(feature = "small")) {
+        copy(x_tracers.as_flattened_mut());
+    }
+    copy(rho.as_deref_mut().unwrap_or_default());
+    if cfg!(not(feature = "small")) {
+        copy(rho_tracers.as_deref_mut().unwrap_or_default());
+    }
+}
+
+/// The energy along a run, and how far it may rise by rounding.
+struct Watch {
+    tolerance: f64,
+    first: Option<f64>,
+    last: f64,
+}
+
+impl Watch {
+    /// The energy's rounding error is that of the potentials: c u sqrt(n) sum_i |m_i| sum_j |m_j| |K_ij| on other than
+    /// contrived cases, or the tolerance allowed to the field in place of c u sqrt(n). |K_ij| is replaced by its largest value
+    /// at a few distances up to the set's diameter, and twice that to leave room for growth.
+    fn new<T: Real, const D: usize>(
+        plan: &Plan,
+        kernel: &dyn Interaction<T, D>,
+        positions: &[[T; D]],
+        masses: &[T],
+    ) -> Result<Self> {
+        let mut watch = Self { tolerance: 0.0, first: None, last: 0.0 };
+        if cfg!(feature = "small") || !plan.wanted.energy {
+            return Ok(watch);
+        }
+        let moments = moments(positions, masses)?;
+        let from_centre = |x: &[T; D]| {
+            let mut apart = *x;
+            apart.iter_mut().zip(&moments.centre).for_each(|(a, &c)| *a -= c);
+            length(&apart)
+        };
+        let radius = positions.iter().map(from_centre).fold(T::ZERO, Scalar::max).to_f64();
+        let at = |factor: f64| kernel.value(T::from_f64(factor * radius)).to_f64().abs();
+        let scale = [0.0, 0.01, 0.1, 0.5, 1.0, 2.0, 4.0].into_iter().map(at).fold(0.0, f64::max);
+        let roundings = 8.0 + 2.0 * f64::from_usize(masses.len()).sqrt();
+        let relative = (roundings * T::EPSILON.to_f64()).max(2.0 * plan.tolerance);
+        watch.tolerance = relative * scale * moments.absolute_mass.to_f64().powi(2);
+        Ok(watch)
+    }
+
+    /// The energy (2.4) of these potentials; an error if it is above the last one by more than rounding, or not finite.
+    fn see<T: Real>(&mut self, masses: &[T], potential: &[T]) -> Result<()> {
+        let energy = energy_of(masses, potential);
+        let rose = self.first.is_some() && energy > self.last + self.tolerance;
+        self.first.get_or_insert(energy);
+        self.last = energy;
+        if !energy.is_finite() {
+            return Err(Error::BecameNotFinite);
+        }
+        if rose { Err(Error::EnergyRose) } else { Ok(()) }
+    }
+
+    fn energies(&self) -> Option<(f64, f64)> {
+        self.first.map(|first| (first, self.last))
+    }
+}
+
+/// `(1/2) sum_i m_i u(x_i)`: the regularised energy (2.4) of the particle measure, from the potentials at the particles.
+///
+/// Each term costs one rounding; the sum is compensated and in double. It is infinite only if the energy is beyond the range.
+#[must_use]
+pub fn energy_of<T: Real>(masses: &[T], potential: &[T]) -> f64 {
+    let pairs = masses.iter().zip(potential).map(|(m, u)| [m.to_f64(), u.to_f64()]);
+    sum_of_products(pairs).times(Wide::new(0.5, 0)).get()
+}

@@ -1,0 +1,186 @@
+//! Sums that neither stop growing nor leave the range on the way: compensated, in double precision, of products that are scaled by powers of two
+//! where a factor is very large or very small.
+
+use super::compensated::Sum;
+use crate::real::{Real, Scalar};
+
+/// `value * 2^exponent`: a number that may lie beyond the range of f64. `value` is 0, not finite, or between 1/2 and 1 in magnitude.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Wide {
+    value: f64,
+    exponent: i32,
+}
+
+impl Wide {
+    pub(crate) const ZERO: Self = Self { value: 0.0, exponent: 0 };
+
+    /// `value * 2^exponent`.
+    pub(crate) fn new(value: f64, exponent: i32) -> Self {
+        let (fraction, own) = value.frexp();
+        Self { value: fraction, exponent: exponent + own }
+    }
+
+    pub(crate) fn is_zero(self) -> bool {
+        self.value == 0.0
+    }
+
+    /// The exponent; none of zero.
+    pub(crate) fn exponent(self) -> Option<i32> {
+        (!self.is_zero()).then_some(self.exponent)
+    }
+
+    /// The number divided by 2^`unit`: infinite or zero only if that is.
+    pub(crate) fn in_units(self, unit: i32) -> f64 {
+        self.value.ldexp(self.exponent - unit)
+    }
+
+    /// The number: infinite or zero only if it is.
+    pub(crate) fn get(self) -> f64 {
+        self.in_units(0)
+    }
+
+    /// The product.
+    pub(crate) fn times(self, other: Self) -> Self {
+        Self::new(self.value * other.value, self.exponent + other.exponent)
+    }
+
+    /// The quotient; `other` is not zero.
+    pub(crate) fn over(self, other: Self) -> Self {
+        Self::new(self.value / other.value, self.exponent - other.exponent)
+    }
+
+    /// The sum.
+    pub(crate) fn plus(self, other: Self) -> Self {
+        let top = match (self.exponent(), other.exponent()) {
+            (Some(a), Some(b)) => a.max(b),
+            (Some(one), None) | (None, Some(one)) => one,
+            (None, None) => return Self::ZERO,
+        };
+        Self::new(self.in_units(top) + other.in_units(top), top)
+    }
+
+    /// `|self| < |other|` of numbers that are not zero.
+    pub(crate) fn is_smaller(self, other: Self) -> bool {
+        (self.exponent, self.value.abs()) < (other.exponent, other.value.abs())
+    }
+
+    /// The n-th root of a positive number, n = 1, 2, 3.
+    pub(crate) fn root(self, n: i32) -> Self {
+        // The exponent becomes a multiple of n.
+        let rest = self.exponent.rem_euclid(n);
+        let value = self.value.ldexp(rest);
+        let root = match n {
+            1 => value,
+            2 => value.sqrt(),
+            _ => value.pow(1.0 / 3.0),
+        };
+        Self::new(root, (self.exponent - rest) / n)
+    }
+}
+
+/// The exponents between which the numbers that are not zero lie.
+#[derive(Clone, Copy)]
+struct Range {
+    least: i32,
+    most: i32,
+}
+
+/// Products of numbers within these exponents are in the normal range, and sums of them stay there.
+const PLAIN: Range = Range { least: -1000, most: 1000 };
+
+/// The sum of the products of each item's factors, of fewer than 2^63 items.
+///
+/// As good as if each product were rounded N - 1 times and the sum then once, as [`Sum`] says, whatever the factors' sizes: where products might leave
+/// the range all of them are scaled, exactly, by that power of two which makes the largest about 1. A factor that is not finite gives a result that is
+/// not.
+pub(crate) fn sum_of_products<const N: usize>(items: impl Iterator<Item = [f64; N]> + Clone) -> Wide {
+    let mut extremes = [(f64::INFINITY, 0.0_f64); N];
+    let mut count = 0_u64;
+    for item in items.clone() {
+        for ((least, most), factor) in extremes.iter_mut().zip(item) {
+            let size = factor.abs();
+            *most = if size > *most { size } else { *most };
+            *least = if size < *least && size > 0.0 { size } else { *least };
+        }
+        count += 1;
+    }
+    let mut range = Range { least: 0, most: (64 - count.leading_zeros()) as i32 };
+    for (least, most) in extremes {
+        // Without any the infinity at the start counts as 1.
+        range = Range { least: range.least + least.frexp().1, most: range.most + most.frexp().1 };
+    }
+    let mut sum = Sum::<f64>::default();
+    if range.least > PLAIN.least && range.most < PLAIN.most {
+        items.for_each(|item| sum.add(item.into_iter().fold(1.0, |product, factor| product * factor)));
+        return Wide::new(sum.value(), 0);
+    }
+    let product = |item: [f64; N]| {
+        item.into_iter().fold((1.0, 0), |(product, exponent), factor| {
+            let (fraction, own) = factor.frexp();
+            (product * fraction, exponent + own)
+        })
+    };
+    let top = items.clone().map(product).filter(|&(value, _)| value != 0.0).map(|(_, exponent)| exponent).max();
+    let top = top.unwrap_or(0);
+    items.map(product).for_each(|(value, exponent)| sum.add(value.ldexp(exponent - top)));
+    Wide::new(sum.value(), top)
+}
+
+/// The sum of the products of the elements of two slices.
+///
+/// Short sums are added up to long ones in double precision, and these with compensation: of positive products the sum has a relative error below
+/// 300 u, of the square root of that on average, and in single precision none of its own.
+pub(crate) fn dot<T: Real>(a: &[T], b: &[T]) -> f64 {
+    const SHORT: usize = 256;
+    let mut sum = Sum::<f64>::default();
+    for (a, b) in a.chunks(SHORT).zip(b.chunks(SHORT)) {
+        sum.add(a.iter().zip(b).fold(0.0, |sum, (&a, &b)| sum + a.to_f64() * b.to_f64()));
+    }
+    sum.value()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sums_of_any_size() {
+        // 3 * 5 + 7 * 11 = 92 at every scale of the two factors.
+        for a in (-1070..1020).step_by(13) {
+            for b in (-1070..1020).step_by(17) {
+                let items = [[3.0, 5.0], [7.0, 11.0], [0.0, 1.0]];
+                let scaled = items.map(|[x, y]: [f64; 2]| [x.ldexp(a), y.ldexp(b)]);
+                let sum = sum_of_products(scaled.into_iter());
+                assert_eq!(sum.in_units(a + b), 92.0, "{a} {b}");
+                assert_eq!(sum.get(), 92.0_f64.ldexp(a + b));
+            }
+        }
+        assert!(sum_of_products([[f64::NAN], [1.0]].into_iter()).get().is_nan());
+        assert!(!sum_of_products([[f64::INFINITY, 0.0], [1.0, 1.0]].into_iter()).get().is_finite());
+        assert_eq!(sum_of_products(core::iter::empty::<[f64; 2]>()).get(), 0.0);
+        assert_eq!(sum_of_products([[0.0], [0.0]].into_iter()).get(), 0.0);
+    }
+
+    #[test]
+    fn wide_numbers() {
+        let x = Wide::new(3.0, 2000);
+        assert_eq!((x.get(), x.over(Wide::new(1.5, 1999)).get()), (f64::INFINITY, 4.0));
+        assert_eq!(x.plus(Wide::new(-3.0, 2000)).get(), 0.0);
+        assert_eq!(x.plus(Wide::ZERO).over(x).get(), 1.0);
+        assert_eq!(x.times(Wide::new(1.0, -2000)).get(), 3.0);
+        for n in 1..4 {
+            for exponent in -9..9 {
+                let root = Wide::new(1.7, exponent).root(n).get();
+                // One root of a rounded exponent.
+                assert!((root / Scalar::pow(1.7.ldexp(exponent), 1.0 / f64::from(n)) - 1.0).abs() < 4.0 * f64::EPSILON);
+            }
+        }
+        assert!(Wide::new(1.0, 3).is_smaller(Wide::new(9.0, 0)) && !Wide::new(9.0, 0).is_smaller(Wide::new(1.0, 3)));
+    }
+
+    #[test]
+    fn long_sums_of_ones_in_single_precision() {
+        let ones = std::vec![1.0_f32; 1 << 25];
+        assert_eq!(dot(&ones, &ones), 33_554_432.0);
+    }
+}

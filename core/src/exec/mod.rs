@@ -1,0 +1,21 @@
+//! The context of a call: who runs its tasks and on which instruction set, how outputs are divided among tasks, what is counted.
+//!
+//! * [`Run`]: level, executor, the wish to stop; [`Statistics`]: what a sum did
+//! * [`Executor`]: the host's way to run independent tasks; [`Serial`]: in the calling thread
+//! * [`par_chunks`]: runs tasks, each with its own piece of the outputs ([`Partition`]) and of the scratch
+//!
+//! Work is split into tasks whose number depends on the problem's size alone, so results are bit for bit the same for any number of threads.
+
+#[cfg(target_has_atomic = "ptr")]
+mod columns;
+mod executor;
+#[cfg(target_has_atomic = "ptr")]
+mod partition;
+mod run;
+
+#[cfg(target_has_atomic = "ptr")]
+pub use columns::{Block, Columns};
+pub use executor::{Executor, Serial};
+#[cfg(target_has_atomic = "ptr")]
+pub use partition::{Body, Chunks, MAX_WORKERS, Partition, Ranges, par_chunks};
+pub use run::{Run, Statistics};

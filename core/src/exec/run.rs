@@ -1,0 +1,60 @@
+//! How a call runs, and what it counts.
+
+use super::{Executor, Serial};
+use crate::simd::Level;
+
+/// How a call runs: on which instruction set, through which executor. Nothing of it is ever stored.
+pub struct Run<'a> {
+    /// The instruction set.
+    pub level: Level,
+    /// Who runs the tasks.
+    pub executor: &'a dyn Executor,
+    /// Asked between tasks; `true` ends the call with [`Error::Stopped`].
+    pub should_stop: Option<&'a (dyn Fn() -> bool + Sync)>,
+    /// Added to, when the call succeeds.
+    pub counters: Option<&'a mut Statistics>,
+}
+
+impl Default for Run<'_> {
+    fn default() -> Self {
+        Self { level: Level::best(), executor: &Serial, should_stop: None, counters: None }
+    }
+}
+
+impl core::fmt::Debug for Run<'_> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("Run").field("level", &self.level).field("workers", &self.executor.workers()).finish()
+    }
+}
+
+/// What a sum did: skipped work is a tested count, not a guess from a clock.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(C)]
+pub struct Statistics {
+    /// Pairs of a target and a source with mass whose distance was computed.
+    pub pairs: u64,
+    /// Of these, pairs closer than delta.
+    pub near_pairs: u64,
+    /// Blocks (one source against one register block of targets) that evaluated the mollifier's polynomial.
+    pub polynomial_blocks: u64,
+    /// Blocks in which every lane was near, so that nothing was divided.
+    pub all_near_blocks: u64,
+    /// Pairs that took the scaled path, because r^2 or r^D leaves the normal range.
+    pub scaled_pairs: u64,
+    /// Sources without mass that were dropped.
+    pub massless_sources: u64,
+}
+
+impl Statistics {
+    /// Adds another count.
+    pub fn add(&mut self, other: &Statistics) {
+        let Statistics { pairs, near_pairs, polynomial_blocks, all_near_blocks, scaled_pairs, massless_sources } =
+            other;
+        self.pairs = self.pairs.saturating_add(*pairs);
+        self.near_pairs = self.near_pairs.saturating_add(*near_pairs);
+        self.polynomial_blocks = self.polynomial_blocks.saturating_add(*polynomial_blocks);
+        self.all_near_blocks = self.all_near_blocks.saturating_add(*all_near_blocks);
+        self.scaled_pairs = self.scaled_pairs.saturating_add(*scaled_pairs);
+        self.massless_sources = self.massless_sources.saturating_add(*massless_sources);
+    }
+}

@@ -1,0 +1,119 @@
+//! Runs a plan: checks the arguments, then calls the method.
+
+use super::finite::finite;
+use super::options::{Method, Options};
+use super::plan::Plan;
+use super::problem::{Interaction, Outputs, Sources};
+use super::{pairs, skips};
+use crate::error::{Error, Result};
+use crate::exec::Run;
+use crate::real::Real;
+
+/// Overwrites `outputs` with the sums over `sources` at `targets`.
+///
+/// `workspace` needs [`Plan::workspace_bytes`] for the executor's number of workers, aligned to [`crate::memory::ALIGN`];
+/// it is garbage afterwards. The same call gives the same bits for any executor.
+///
+/// # Errors
+/// [`Error::LengthMismatch`]: a length is not the plan's. [`Error::Unsupported`]: an output that the plan is not for, or
+/// a level that this machine lacks. [`Error::NotFinite`]: a coordinate or mass. [`Error::WorkspaceTooSmall`],
+/// [`Error::Misaligned`]: the workspace. All of these leave the outputs as they were. [`Error::Stopped`],
+/// [`Error::Executor`], or the executor's own error: the outputs are then partly written.
+pub fn evaluate<T: Real, const D: usize>(
+    plan: &Plan,
+    kernel: &dyn Interaction<T, D>,
+    sources: Sources<'_, T, D>,
+    targets: &[[T; D]],
+    outputs: Outputs<'_, T, D>,
+    workspace: &mut [u8],
+    run: &mut Run<'_>,
+) -> Result<()> {
+    checked::<T, D, true>(plan, kernel, sources, targets, outputs, workspace, run)
+}
+
+/// As [`evaluate`], for solvers. Firmware's want gradients and Laplacians by default options, and what leads to potentials is not linked.
+pub(crate) fn flow<T: Real, const D: usize>(
+    plan: &Plan,
+    kernel: &dyn Interaction<T, D>,
+    sources: Sources<'_, T, D>,
+    targets: &[[T; D]],
+    outputs: Outputs<'_, T, D>,
+    workspace: &mut [u8],
+    run: &mut Run<'_>,
+) -> Result<()> {
+    checked::<T, D, { !cfg!(feature = "small") }>(plan, kernel, sources, targets, outputs, workspace, run)
+}
+
+/// The gradient of the sum over sources that are the targets too, for solvers that have checked everything but the positions.
+///
+/// # Errors
+/// As [`evaluate`].
+pub(crate) fn drift<T: Real, const D: usize>(
+    kernel: &dyn Interaction<T, D>,
+    sources: Sources<'_, T, D>,
+    gradient: &mut [[T; D]],
+    workspace: &mut [u8],
+    run: &mut Run<'_>,
+) -> Result<()> {
+    if !finite(sources.positions.as_flattened(), run.level) {
+        return Err(Error::NotFinite);
+    }
+    let outputs = Outputs { gradient: Some(gradient), ..Outputs::default() };
+    let call = pairs::Call { options: &Options::DEFAULT, sources, targets: sources.positions, outputs };
+    pairs::evaluate::<T, D, false>(kernel, call, workspace, run)
+}
+
+/// Bytes that [`drift`] needs.
+///
+/// # Errors
+/// [`Error::TooLarge`].
+pub(crate) fn drift_bytes<T: Real, const D: usize>(n: usize) -> Result<usize> {
+    pairs::workspace_bytes::<T, D>(n)
+}
+
+/// [`evaluate`]; not `FULL`: no potential is wanted, and the options are the defaults.
+fn checked<T: Real, const D: usize, const FULL: bool>(
+    plan: &Plan,
+    kernel: &dyn Interaction<T, D>,
+    sources: Sources<'_, T, D>,
+    targets: &[[T; D]],
+    outputs: Outputs<'_, T, D>,
+    workspace: &mut [u8],
+    run: &mut Run<'_>,
+) -> Result<()> {
+    if sources.positions.len() != plan.n_sources()
+        || sources.masses.len() != plan.n_sources()
+        || targets.len() != plan.n_targets()
+        || !outputs.have_length(targets.len())
+    {
+        return Err(Error::LengthMismatch);
+    }
+    if !plan.covers(outputs.wanted()) || !run.level.is_available() {
+        return Err(Error::Unsupported);
+    }
+    if workspace.len() < plan.workspace_bytes(run.executor.workers())? {
+        return Err(Error::WorkspaceTooSmall);
+    }
+    let same = core::ptr::eq(sources.positions, targets);
+    let by_itself = plan.method() == Method::Moments;
+    if !((by_itself || finite(sources.positions.as_flattened(), run.level))
+        && (same || finite(targets.as_flattened(), run.level))
+        && (by_itself || finite(sources.masses, run.level)))
+    {
+        return Err(Error::NotFinite);
+    }
+    if cfg!(not(feature = "small")) && plan.method() != Method::Direct {
+        return skips::evaluate(
+            (plan.method(), plan.wanted()),
+            plan.options(),
+            kernel,
+            sources,
+            targets,
+            outputs,
+            workspace,
+            run,
+        );
+    }
+    let call = pairs::Call { options: plan.options(), sources, targets, outputs };
+    pairs::evaluate::<T, D, FULL>(kernel, call, workspace, run)
+}

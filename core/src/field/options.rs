@@ -1,0 +1,71 @@
+//! What a caller asks for beyond the outputs, and the methods there are.
+
+/// How terms are added up.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Accumulation {
+    /// In blocks of sources: the error grows with the block length and the number of blocks, not with their product.
+    #[default]
+    Blocked,
+    /// Each addition's error is carried along: for diagnostics, at about twice the cost.
+    Compensated,
+}
+
+/// What a caller asks for beyond the outputs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Options {
+    /// How terms are added up.
+    pub accumulation: Accumulation,
+    /// In two dimensions the gradient output is `a grad u + b (grad u rotated by +90 degrees)`: `(1, 0)` is the
+    /// gradient, `(0, 1)` its rotation (vortex flow). Other dimensions take `(1, 0)` only.
+    pub combination: (f64, f64),
+    /// The relative error that may be spent for speed, in the l2 norm over targets; 0 asks for rounding alone.
+    pub tolerance: f64,
+    /// Forces a method; `None` lets the plan choose.
+    pub method: Option<Method>,
+}
+
+impl Options {
+    /// The defaults.
+    pub const DEFAULT: Self =
+        Self { accumulation: Accumulation::Blocked, combination: (1.0, 0.0), tolerance: 0.0, method: None };
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
+/// How the sum is computed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Method {
+    /// All pairs.
+    Direct,
+    /// No pair: the field is a polynomial of the target's position, from moments of the sources.
+    Moments,
+    /// One dimension: one sort, then running moments from either side; pairs within the mollifier's reach one by one.
+    Sorted,
+    /// Pairs closer than delta alone.
+    Neighbours,
+    /// Even powers from moments; the other terms over all pairs.
+    Split,
+}
+
+/// Why a method was chosen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Reason {
+    /// The caller forced it.
+    Forced,
+    /// Every term is an even power.
+    EvenPowers,
+    /// In one dimension every term is a polynomial of the distance beyond the mollifier's reach.
+    OneDimension,
+    /// Only the Laplacian of a Newtonian kernel is wanted, which is the mollifier, of compact support.
+    CompactLaplacian,
+    /// Some terms are even powers.
+    SomeEvenPowers,
+    /// No faster method serves this kernel, size and tolerance.
+    NothingFaster,
+}

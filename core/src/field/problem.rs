@@ -1,0 +1,122 @@
+//! What a sum is of: the kernel, the sources, the outputs.
+
+use crate::kernel::Kernel;
+use crate::mollifier::{Blob, Mollifier};
+use crate::real::Real;
+
+/// What a sum asks of its kernel.
+pub trait Interaction<T: Real, const D: usize>: Sync {
+    /// K_delta(r).
+    fn value(&self, r: T) -> T;
+    /// K_delta'(r) / r, so that the gradient is this times x.
+    fn gradient_factor(&self, r: T) -> T;
+    /// The Laplacian of K_delta at distance r.
+    fn laplacian(&self, r: T) -> T;
+    /// The coefficient and the blob, where the kernel is Newtonian: such sums have loops of their own for each instruction set.
+    fn newtonian(&self) -> Option<(T, &Blob<T, D>)> {
+        None
+    }
+    /// The sum of known kernels that this is, if it is one: some sums have faster methods.
+    fn sum(&self) -> Option<&Kernel<'_, T, D>> {
+        None
+    }
+    /// Value, gradient factor and Laplacian for a pair at distance r; what is not wanted may be anything.
+    fn pair(&self, r: T, wanted: Wanted) -> [T; 3] {
+        [
+            if wanted.potential { self.value(r) } else { T::ZERO },
+            if wanted.gradient { self.gradient_factor(r) } else { T::ZERO },
+            if wanted.laplacian { self.laplacian(r) } else { T::ZERO },
+        ]
+    }
+    /// [`Interaction::pair`] in double precision, for kernels whose values leave the range of single precision.
+    fn pair_wide(&self, r: f64, wanted: Wanted) -> [f64; 3] {
+        self.pair(T::from_f64(r), wanted).map(T::to_f64)
+    }
+    /// Whether the kernel has no mollifier, so that coincident pairs contribute nothing.
+    fn is_singular(&self) -> bool;
+}
+
+/// The Newtonian kernel with coefficient 1.
+impl<T: Real, const D: usize> Interaction<T, D> for Blob<T, D> {
+    fn value(&self, r: T) -> T {
+        self.potential(r)
+    }
+    fn gradient_factor(&self, r: T) -> T {
+        Blob::gradient_factor(self, r)
+    }
+    fn laplacian(&self, r: T) -> T {
+        self.density(r)
+    }
+    fn newtonian(&self) -> Option<(T, &Blob<T, D>)> {
+        Some((T::ONE, self))
+    }
+    fn is_singular(&self) -> bool {
+        self.mollifier() == Mollifier::None
+    }
+}
+
+/// What attracts: positions `[n][D]` and masses `[n]` of any sign. A mass is the density times the cell volume h^D.
+#[derive(Clone, Copy, Debug)]
+pub struct Sources<'a, T, const D: usize> {
+    /// Where the sources are.
+    pub positions: &'a [[T; D]],
+    /// Their masses; those that are zero are dropped before the sum starts.
+    pub masses: &'a [T],
+}
+
+impl<'a, T: Real, const D: usize> Sources<'a, T, D> {
+    /// The largest coordinate and the largest mass of every `stride`-th source.
+    pub(super) fn largest(self, stride: usize) -> [T; 2] {
+        let larger = |most: T, x: T| if x.abs() > most { x.abs() } else { most };
+        let coordinates = self.positions.iter().step_by(stride).flatten();
+        let masses = self.masses.iter().step_by(stride);
+        [coordinates.fold(T::ZERO, |most, &x| larger(most, x)), masses.fold(T::ZERO, |most, &m| larger(most, m))]
+    }
+}
+
+/// Where results go, each `[n_targets]`. All are overwritten; `None` is not computed.
+#[derive(Debug)]
+pub struct Outputs<'a, T, const D: usize> {
+    /// `sum_j m_j K_delta(x_i - x_j)`.
+    pub potential: Option<&'a mut [T]>,
+    /// `sum_j m_j grad K_delta(x_i - x_j)`, or what [`Options::combination`] makes of it.
+    pub gradient: Option<&'a mut [[T; D]]>,
+    /// `sum_j m_j Laplacian K_delta(x_i - x_j)`.
+    pub laplacian: Option<&'a mut [T]>,
+}
+
+impl<T, const D: usize> Default for Outputs<'_, T, D> {
+    fn default() -> Self {
+        Self { potential: None, gradient: None, laplacian: None }
+    }
+}
+
+impl<T, const D: usize> Outputs<'_, T, D> {
+    /// Which outputs are there.
+    #[must_use]
+    pub fn wanted(&self) -> Wanted {
+        Wanted {
+            potential: self.potential.is_some(),
+            gradient: self.gradient.is_some(),
+            laplacian: self.laplacian.is_some(),
+        }
+    }
+
+    /// Whether every output there has this length.
+    pub(super) fn have_length(&self, n: usize) -> bool {
+        self.potential.as_ref().is_none_or(|p| p.len() == n)
+            && self.gradient.as_ref().is_none_or(|g| g.len() == n)
+            && self.laplacian.as_ref().is_none_or(|l| l.len() == n)
+    }
+}
+
+/// Which outputs a plan is for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct Wanted {
+    /// The potential.
+    pub potential: bool,
+    /// The gradient.
+    pub gradient: bool,
+    /// The Laplacian.
+    pub laplacian: bool,
+}

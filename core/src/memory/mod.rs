@@ -1,0 +1,25 @@
+//! The layout of a caller's workspace.
+//!
+//! A layout is stated once, generic over [`Space`], and run twice: with [`Measure`] it counts bytes, with [`Carve`] it
+//! hands out the arrays. So a size query and the call that needs the memory can't disagree:
+//!
+//! ```
+//! use mollis_core::memory::{Carve, Measure, Space};
+//! use mollis_core::Result;
+//! struct Arrays<'w> { x: &'w mut [f64], y: &'w mut [f64] }
+//! fn lay<'w>(space: &mut impl Space<'w>, n: usize) -> Result<Arrays<'w>> {
+//!     Ok(Arrays { x: space.array(n)?, y: space.array(n)? })
+//! }
+//! let bytes = Measure::of(|space| lay(space, 3).map(|_| ()))?;
+//! let mut memory = vec![0xAA_u8; bytes + 63];
+//! let start = memory.as_ptr().align_offset(64);
+//! let arrays = lay(&mut Carve::new(&mut memory[start..])?, 3)?;
+//! assert_eq!((arrays.x.len(), arrays.y[2]), (3, 0.0));
+//! # Ok::<(), mollis_core::Error>(())
+//! ```
+//!
+//! A layout must not look into what `array` returns: `Measure` returns nothing.
+
+mod carve;
+
+pub use carve::{ALIGN, Carve, Measure, Plain, Space, View};

@@ -1,0 +1,300 @@
+//! Isolated clusters of particles that may collide within the step (Zhelezov & Fatkullin, Section 3.3).
+//!
+//! The paper refines a coarse mesh until a cell is separated (3.1) and collidable, or holds too few particles. Here the same
+//! cells come out of one sort: particles in the order of their Morton keys, and a pass over neighbours with a stack, in which the nodes
+//! of the quadtree close one after the other, from the leaves to the root. A node that is separated and collidable replaces
+//! the clusters found below it, so the coarsest such cell wins, as in a descent. Cells that hold the same particles are one node,
+//! represented by the coarsest of them, where (3.1) is easiest. Cost O(n log n) whatever the positions; depth at most [`DEPTH`]. Of many particles only
+//! those are sorted that may be part of a node of interest.
+//!
+//! Most nodes cannot collide whatever their shape: nu < 0 needs more mass than a few light particles have
+//! ([`Criterion::possible`]). Their moments are summed only when a node around them can, and then every particle once.
+//!
+//! The mesh is shifted from step to step (by a sequence that depends on the step's number alone), so that a cluster which
+//! lies across a coarse border in one step doesn't in the next.
+
+#[cfg(not(feature = "small"))]
+mod bound;
+#[cfg(all(target_has_atomic = "ptr", not(feature = "small")))]
+mod buckets;
+mod mesh;
+mod moments;
+mod order;
+#[cfg(all(target_has_atomic = "ptr", not(feature = "small")))]
+mod sieve;
+mod tree;
+#[cfg(all(target_has_atomic = "ptr", not(feature = "small")))]
+mod word;
+
+use super::collision::Criterion;
+use super::theory::Group;
+use crate::error::{Error, Result};
+use crate::exec::Executor;
+use crate::memory::Space;
+use crate::real::Real;
+use crate::sort::words as sort;
+use mesh::Areas;
+pub use mesh::Mesh;
+pub(super) use order::particle;
+use tree::{Found, Stack, Tree};
+
+/// Levels of the quadtree below the coarsest cell.
+pub const DEPTH: u32 = 32;
+/// A node for each level, and one for the root.
+const STACK: usize = DEPTH as usize + 2;
+/// Particles that a cell holds on average at the level where light cells are told from others.
+const FEW: usize = 24;
+
+/// The mesh that the search starts from, and the isolation it asks for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Search<T> {
+    /// eta of (3.1): a cell is separated if `Y / s^2 < eta`, s being its diagonal.
+    pub separation: T,
+    /// Cells of the coarse mesh in x and in y, at least 1.
+    pub mesh: [u32; 2],
+    /// The box `[low, high]` the coarse mesh covers, together with all particles; `None`: the particles' bounding box, twice as large again.
+    pub domain: Option<[[T; 2]; 2]>,
+    /// Shift the mesh from step to step; it is then twice as large as the box. Without, the mesh is where the paper has it.
+    pub shifted: bool,
+}
+
+impl<T: Real> Default for Search<T> {
+    /// eta = 0.1 and a 1 x 1 mesh as in the paper, shifted.
+    fn default() -> Self {
+        Self { separation: T::from_f64(0.1), mesh: [1, 1], domain: None, shifted: true }
+    }
+}
+
+/// A cluster: a range of the sorted particles, and its moments.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cluster<T> {
+    /// Where its particles begin in the sorted order.
+    pub first: usize,
+    /// How many particles it has, at least 2.
+    pub count: usize,
+    /// What its index depends on.
+    pub group: Group<T>,
+    /// Its second moment Y of (2.20): `(1 / M) sum m |x - c|^2`.
+    pub moment: T,
+    /// Its centre of mass c.
+    pub centre: [T; 2],
+}
+
+/// The search's part of the workspace.
+#[derive(Debug)]
+pub struct Scratch<'w, T> {
+    /// Key in the high half if it was sorted by it, the particle in the low half.
+    words: &'w mut [u64],
+    many: Many<'w>,
+    stack: Stack<'w, T>,
+    /// Levels that a particle shares with the one before it.
+    shared: &'w mut [u8],
+    found: Found<'w, T>,
+}
+
+/// What only many particles need.
+#[cfg(all(target_has_atomic = "ptr", not(feature = "small")))]
+type Many<'w> = buckets::Buckets<'w>;
+#[cfg(not(all(target_has_atomic = "ptr", not(feature = "small"))))]
+type Many<'w> = core::marker::PhantomData<&'w ()>;
+
+impl<'w, T: Real> Scratch<'w, T> {
+    /// Lays out the scratch for `n` particles.
+    ///
+    /// # Errors
+    /// Those of [`Space::array`]; [`Error::TooLarge`]: more particles than 32 bits count.
+    pub fn lay(space: &mut impl Space<'w>, n: usize) -> Result<Self> {
+        u32::try_from(n).ok().filter(|&n| n < u32::MAX).ok_or(Error::TooLarge)?;
+        let scratch = Self::parts(space, n);
+        space.finish()?;
+        Ok(scratch)
+    }
+
+    /// As [`Scratch::lay`], for no more than 32 bits count, as parts of a layout that is asked for errors at its end.
+    pub(super) fn parts(space: &mut impl Space<'w>, n: usize) -> Self {
+        let stack = if n > 0 { STACK } else { 0 };
+        Self {
+            words: space.part(n),
+            #[cfg(all(target_has_atomic = "ptr", not(feature = "small")))]
+            many: Many::lay(space, if n > sort::FEW { n } else { 0 }),
+            #[cfg(not(all(target_has_atomic = "ptr", not(feature = "small"))))]
+            many: core::marker::PhantomData,
+            stack: Stack { nodes: space.part(stack), masses: space.part(stack), moments: space.part(stack), height: 0 },
+            shared: space.part(n),
+            found: Found { ranges: space.part(n / 2), values: space.part(n / 2), count: 0 },
+        }
+    }
+
+    /// The number of clusters of the last search.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.found.count
+    }
+
+    /// Whether the last search found none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.found.count == 0
+    }
+
+    /// Finds again so many clusters that an earlier search left in the memory.
+    pub fn resume(&mut self, clusters: usize) {
+        self.found.count = clusters;
+    }
+
+    /// Forgets the clusters.
+    pub fn clear(&mut self) {
+        self.found.count = 0;
+    }
+
+    /// The clusters of the last search, in the order of the quadtree.
+    pub fn clusters(&self) -> impl Iterator<Item = Cluster<T>> + '_ {
+        self.found.ranges.iter().zip(self.found.values.iter()).take(self.found.count).map(
+            |(&[first, count], &[mass, pairs, moment, x, y])| Cluster {
+                first: first as usize,
+                count: count as usize,
+                group: Group { count: T::from_usize(count as usize), mass, pairs },
+                moment,
+                centre: [x, y],
+            },
+        )
+    }
+
+    /// The particles of a cluster.
+    pub fn members(&self, first: usize, count: usize) -> impl Iterator<Item = usize> + '_ {
+        self.words.iter().skip(first).take(count).map(|&word| particle(word))
+    }
+
+    /// The particles of a cluster as words with the index in the low half, to reorder.
+    pub fn members_mut(&mut self, first: usize, count: usize) -> &mut [u64] {
+        self.words.get_mut(first..first.saturating_add(count)).unwrap_or(&mut [])
+    }
+}
+
+/// What is searched.
+#[derive(Clone, Copy, Debug)]
+pub struct Particles<'a, T> {
+    /// Where they are.
+    pub positions: &'a [[T; 2]],
+    /// Their masses, as many.
+    pub masses: &'a [T],
+    /// The smallest mass, or less.
+    pub smallest: T,
+}
+
+/// Finds the clusters of particles that may collide; the result is in `scratch`.
+///
+/// `mesh` is that of the step for these particles' extent. Deterministic: the result does not depend on the executor.
+///
+/// # Errors
+/// The executor's.
+#[cfg_attr(feature = "small", inline(never))]
+pub fn find<T: Real>(
+    search: &Search<T>,
+    criterion: &Criterion<T>,
+    mesh: &Mesh<T>,
+    particles: Particles<'_, T>,
+    executor: &dyn Executor,
+    scratch: &mut Scratch<'_, T>,
+) -> Result<()> {
+    scratch.clear();
+    scratch.stack.height = 0;
+    let Particles { positions, masses, .. } = particles;
+    let n = positions.len();
+    if n < 2 {
+        return Ok(());
+    }
+    let Scratch { words, many, shared, found, stack } = scratch;
+    // The state's arrays may have shrunk since the scratch was laid out.
+    let (Some(words), Some(shared)) = (words.get_mut(..n), shared.get_mut(..n)) else { return Ok(()) };
+    let is_many = cfg!(all(target_has_atomic = "ptr", not(feature = "small"))) && n > sort::FEW;
+    #[cfg(all(target_has_atomic = "ptr", not(feature = "small")))]
+    if is_many {
+        many.sort(mesh, criterion, particles, executor, (words, shared))?;
+    }
+    #[cfg(not(all(target_has_atomic = "ptr", not(feature = "small"))))]
+    let _ = (many, executor);
+    if !is_many {
+        order::few(mesh, positions, words, shared);
+    }
+    #[cfg(all(target_has_atomic = "ptr", not(feature = "small")))]
+    let bound = many.bound(mesh, particles.smallest);
+    let mut tree = Tree {
+        areas: Areas::new(mesh, search),
+        mesh,
+        criterion,
+        words,
+        positions,
+        masses,
+        shared,
+        #[cfg(not(feature = "small"))]
+        bound: None,
+        found,
+        seen: 0,
+    };
+    #[cfg(all(target_has_atomic = "ptr", not(feature = "small")))]
+    if is_many {
+        tree.bound = Some(&bound);
+        for bucket in many.iter() {
+            let buckets::Bucket { first, count, mass, pairs } = bucket;
+            if let Some(pairs) = pairs {
+                let clusters = tree.found.count;
+                pairs.iter().for_each(|&k| tree.noted(first + k as usize));
+                tree.leaf(stack, [first, count, clusters], T::from_f64(mass));
+            } else {
+                walk(&mut tree, stack, first, count);
+            }
+        }
+    }
+    if !is_many {
+        walk(&mut tree, stack, 0, n);
+    }
+    Ok(())
+}
+
+/// Adds so many particles, which are all of some cell, to the tree: cell by cell of a level at which they hold few.
+#[cfg_attr(feature = "small", inline)]
+fn walk<T: Real>(tree: &mut Tree<'_, '_, T>, stack: &mut Stack<'_, T>, first: usize, count: usize) {
+    let shared = tree.shared;
+    let level = fine(shared.get(first..first + count).unwrap_or(&[]));
+    let (mut first, end) = (first, first + count);
+    while first < end {
+        // The particles of a cell of this level.
+        let after = shared.get(first + 1..end).unwrap_or(&[]);
+        let count = 1 + after.iter().position(|&s| u32::from(s) < level).unwrap_or(after.len());
+        let mass = tree.members(first, count).fold(T::ZERO, |sum, (_, m)| sum + m);
+        if count > 2 && !tree.criterion.possible(3, mass) {
+            // Too light for any cluster of more than two.
+            let clusters = tree.found.count;
+            tree.pairs(first, count);
+            tree.leaf(stack, [first, count, clusters], mass);
+        } else {
+            for k in first..first + count {
+                let clusters = tree.found.count;
+                let mass = tree.members(k, 1).next().map_or(T::ZERO, |(_, m)| m);
+                tree.leaf(stack, [k, 1, clusters], mass);
+            }
+        }
+        first += count;
+    }
+}
+
+/// The coarsest level whose cells hold few particles on average.
+#[cfg_attr(feature = "small", inline(never))]
+fn fine(shared: &[u8]) -> u32 {
+    let mut parts = [0_u32; DEPTH as usize + 1];
+    for &level in shared {
+        if let Some(count) = parts.get_mut(usize::from(level)) {
+            *count += 1;
+        }
+    }
+    let (mut level, mut cells) = (0, 0);
+    for &count in &parts {
+        if cells * FEW > shared.len() {
+            break;
+        }
+        cells += count as usize;
+        level += 1;
+    }
+    level
+}

@@ -1,0 +1,170 @@
+//! What every machine can do: about twenty operations on lanes.
+
+use super::rows::{ROW, Rows};
+use crate::scalar::Scalar;
+
+/// The most lanes of any machine: sixteen f32 in 512 bits.
+pub const MAX_LANES: usize =
+    if cfg!(all(feature = "small", not(any(target_arch = "x86_64", target_arch = "aarch64")))) { 1 } else { 16 };
+
+/// A machine that works on [`Isa::LANES`] numbers at a time. A value of the type proves that the processor has it.
+#[expect(missing_docs, reason = "the arithmetic operations are named after what they do, lane by lane")]
+pub trait Isa<T: Scalar>: Copy + Send + Sync {
+    /// A vector of numbers.
+    type V: Copy;
+    /// A vector of truth values.
+    type M: Copy;
+    /// Row numbers, one a lane.
+    type R: Copy;
+    /// Numbers in a vector.
+    const LANES: usize;
+    /// Whether a lane's sum must not depend on its neighbours, the order of the additions included: then the bits do not
+    /// depend on the number of lanes.
+    const IN_ORDER: bool = false;
+
+    /// Runs the algorithm with as many vectors of targets at a time as the machine's registers hold: two where it has 16
+    /// (or none), four where it has 32.
+    fn in_blocks<J: BlockJob<T>>(self, job: J) -> J::Out;
+
+    /// `a` in every lane.
+    fn splat(self, a: T) -> Self::V;
+    /// The first [`Isa::LANES`] numbers.
+    fn load(self, from: &[T; MAX_LANES]) -> Self::V;
+    /// The numbers, then zeros.
+    fn store(self, a: Self::V) -> [T; MAX_LANES];
+    fn add(self, a: Self::V, b: Self::V) -> Self::V;
+    fn sub(self, a: Self::V, b: Self::V) -> Self::V;
+    fn mul(self, a: Self::V, b: Self::V) -> Self::V;
+    fn div(self, a: Self::V, b: Self::V) -> Self::V;
+    fn sqrt(self, a: Self::V) -> Self::V;
+    /// |a|.
+    fn abs(self, a: Self::V) -> Self::V;
+    /// a b + c, fused where the machine can.
+    fn mul_add(self, a: Self::V, b: Self::V, c: Self::V) -> Self::V;
+    /// c - a b, fused where the machine can.
+    fn neg_mul_add(self, a: Self::V, b: Self::V, c: Self::V) -> Self::V;
+    /// a < b.
+    fn lt(self, a: Self::V, b: Self::V) -> Self::M;
+    /// `yes` where `m`, else `no`.
+    fn select(self, m: Self::M, yes: Self::V, no: Self::V) -> Self::V;
+    /// One bit a lane, lane 0 lowest.
+    fn bits(self, m: Self::M) -> u32;
+
+    /// Whether any lane is true.
+    #[inline(always)]
+    fn any(self, m: Self::M) -> bool {
+        self.bits(m) != 0
+    }
+
+    /// Whether any lane of any of the vectors is below the bound. Neither may be NaN.
+    fn any_below<const N: usize>(self, a: &[Self::V; N], bound: Self::V) -> bool;
+
+    /// Whether every lane of every vector is below the bound. Neither may be NaN.
+    fn all_below<const N: usize>(self, a: &[Self::V; N], bound: Self::V) -> bool;
+
+    /// 1 / sqrt(a) for each a, to four ulp, for a in 2^-120..2^120 (f32: 2^-56..2^56).
+    #[inline(always)]
+    fn inverse_roots<const N: usize>(self, a: [Self::V; N]) -> [Self::V; N] {
+        let mut roots = a;
+        roots.iter_mut().for_each(|a| *a = self.sqrt(*a));
+        self.quotients(self.splat(T::ONE), roots)
+    }
+
+    /// m / a^(3/2) for each a, to six ulp, in the same range.
+    #[inline(always)]
+    fn over_cubed_roots<const N: usize>(self, m: Self::V, a: [Self::V; N]) -> [Self::V; N] {
+        let mut cubes = a;
+        cubes.iter_mut().for_each(|a| *a = self.mul(*a, self.sqrt(*a)));
+        if T::DIGITS > 24 {
+            return self.quotients(m, cubes);
+        }
+        // Products of two cubes leave the range of f32.
+        cubes.iter_mut().for_each(|a| *a = self.div(m, *a));
+        cubes
+    }
+
+    /// m / a for each a, to two or three ulp: with fewer divisions than vectors where that is faster. Products of four
+    /// of the a, and m over them, must stay in the normal range.
+    fn quotients<const N: usize>(self, m: Self::V, a: [Self::V; N]) -> [Self::V; N];
+
+    /// The row of each lane in a table ([`Rows`]), and the least number of that row. The lanes are positive and normal.
+    fn rows(self, u: Self::V) -> (Self::R, Self::V);
+
+    /// The numbers of each lane's row: the n-th vector holds the n-th number of every lane's row.
+    fn look_up(self, table: &Rows<T>, rows: Self::R) -> [Self::V; ROW];
+
+    /// (f, e) with a = f 2^e, sqrt(1/2) <= f < sqrt(2) to rounding, e a whole number; a is positive and normal.
+    fn split(self, a: Self::V) -> (Self::V, Self::V);
+}
+
+/// An algorithm over lanes, to be run on a machine that is chosen at run time.
+pub trait Job<T: Scalar> {
+    /// What it returns.
+    type Out;
+    /// The algorithm; `#[inline(always)]` in every implementation.
+    fn run<I: Isa<T>>(self, isa: I) -> Self::Out;
+}
+
+/// An algorithm over blocks of vectors, whose number the machine chooses.
+pub trait BlockJob<T: Scalar> {
+    /// What it returns.
+    type Out;
+    /// The algorithm for `N` vectors at a time; `#[inline(always)]` in every implementation.
+    fn run<I: Isa<T>, const N: usize>(self, isa: I) -> Self::Out;
+}
+
+/// m / a with one division for each two vectors: m / (a b) times b, and times a.
+///
+/// Errors: the product, the quotient and the last product round once each, so 3 u instead of 1 u.
+#[inline(always)]
+pub(super) fn paired_quotients<T: Scalar, I: Isa<T>, const N: usize>(isa: I, m: I::V, a: [I::V; N]) -> [I::V; N] {
+    let mut result = a;
+    let (pairs, rest) = result.as_chunks_mut::<2>();
+    for [first, second] in pairs {
+        let both = isa.div(m, isa.mul(*first, *second));
+        (*first, *second) = (isa.mul(both, *second), isa.mul(both, *first));
+    }
+    for one in rest {
+        *one = isa.div(m, *one);
+    }
+    result
+}
+
+/// (1 - e)^-a, cut after `TERMS` powers of e: turns a seed y of 1/sqrt(x), with e = 1 - x y^2, into x^-a = y^(2a) (1 - e)^-a.
+#[cfg(target_arch = "x86_64")]
+#[inline(always)]
+pub(super) fn root_series<T: Scalar, I: Isa<T>, const TERMS: usize>(isa: I, e: I::V, a: f64) -> I::V {
+    // (a)_k / k!
+    let mut coefficients = [1.0_f64; 6];
+    let mut last = 1.0;
+    for (k, c) in coefficients.iter_mut().enumerate().skip(1) {
+        last *= (a + (k as f64 - 1.0)) / k as f64;
+        *c = last;
+    }
+    let mut sum = isa.splat(T::ZERO);
+    for (k, &c) in coefficients.iter().enumerate().rev() {
+        if k == TERMS {
+            sum = isa.splat(T::from_f64(c));
+        } else if k < TERMS {
+            sum = isa.mul_add(sum, e, isa.splat(T::from_f64(c)));
+        }
+    }
+    sum
+}
+
+/// [`Isa::inverse_roots`] from a seed.
+#[cfg(target_arch = "x86_64")]
+#[inline(always)]
+pub(super) fn seeded_root<T: Scalar, I: Isa<T>, const TERMS: usize>(isa: I, a: I::V, seed: I::V) -> I::V {
+    let e = isa.neg_mul_add(a, isa.mul(seed, seed), isa.splat(T::ONE));
+    isa.mul(seed, root_series::<T, I, TERMS>(isa, e, 0.5))
+}
+
+/// One quotient of [`Isa::over_cubed_roots`] from a seed.
+#[cfg(target_arch = "x86_64")]
+#[inline(always)]
+pub(super) fn seeded_over_cube<T: Scalar, I: Isa<T>, const TERMS: usize>(isa: I, m: I::V, a: I::V, seed: I::V) -> I::V {
+    let square = isa.mul(seed, seed);
+    let e = isa.neg_mul_add(a, square, isa.splat(T::ONE));
+    isa.mul(isa.mul(isa.mul(m, seed), square), root_series::<T, I, TERMS>(isa, e, 1.5))
+}

@@ -1,0 +1,177 @@
+//! Every machine: arrays of numbers, each operation rounded on its own, in the order it is written. The same bits
+//! everywhere; the compiler may use vectors, since lanes are independent.
+
+use super::lanes::{Isa, MAX_LANES};
+use super::rows::{PANEL_BITS, ROW, ROWS, Rows};
+use crate::scalar::Scalar;
+
+/// No instruction beyond + - * / and sqrt.
+#[derive(Clone, Copy, Debug)]
+pub struct Portable;
+
+#[cfg(not(all(feature = "small", not(any(target_arch = "x86_64", target_arch = "aarch64")))))]
+mod lanes {
+    use super::MAX_LANES;
+
+    /// Numbers in a vector: two registers of SSE2 in f64, so that a wide machine's loops stay in registers.
+    pub const LANES: usize = 4;
+    /// Vectors in a block.
+    pub const BLOCK: usize = 2;
+
+    #[inline(always)]
+    pub fn first<T: Copy>(from: &[T; MAX_LANES]) -> [T; LANES] {
+        let [a, b, c, d, ..] = *from;
+        [a, b, c, d]
+    }
+
+    #[inline(always)]
+    pub fn each<T: Copy, R>(a: [T; LANES], mut f: impl FnMut(T) -> R) -> [R; LANES] {
+        let [a0, a1, a2, a3] = a;
+        [f(a0), f(a1), f(a2), f(a3)]
+    }
+
+    #[inline(always)]
+    pub fn both<A: Copy, B: Copy, R>(a: [A; LANES], b: [B; LANES], mut f: impl FnMut(A, B) -> R) -> [R; LANES] {
+        let ([a0, a1, a2, a3], [b0, b1, b2, b3]) = (a, b);
+        [f(a0, b0), f(a1, b1), f(a2, b2), f(a3, b3)]
+    }
+}
+
+/// One number, for machines without vectors whose flash is dear. Lanes are independent, so the bits are the same.
+#[cfg(all(feature = "small", not(any(target_arch = "x86_64", target_arch = "aarch64"))))]
+mod lanes {
+    pub const LANES: usize = 1;
+    pub const BLOCK: usize = 1;
+
+    #[inline(always)]
+    pub fn first<T: Copy>(from: &[T; 1]) -> [T; 1] {
+        *from
+    }
+
+    #[inline(always)]
+    pub fn each<T: Copy, R>([a]: [T; 1], mut f: impl FnMut(T) -> R) -> [R; 1] {
+        [f(a)]
+    }
+
+    #[inline(always)]
+    pub fn both<A: Copy, B: Copy, R>([a]: [A; 1], [b]: [B; 1], mut f: impl FnMut(A, B) -> R) -> [R; 1] {
+        [f(a, b)]
+    }
+}
+use lanes::{BLOCK, LANES, both, each, first};
+
+macro_rules! portable {
+    ($t:ty, $digits:literal, $bias:literal, $mantissa:literal) => {
+        impl Isa<$t> for Portable {
+            type V = [$t; LANES];
+            type M = [bool; LANES];
+            type R = [usize; LANES];
+            const LANES: usize = LANES;
+            const IN_ORDER: bool = true;
+            #[inline(always)]
+            fn in_blocks<J: super::lanes::BlockJob<$t>>(self, job: J) -> J::Out {
+                job.run::<Self, BLOCK>(self)
+            }
+
+            #[inline(always)]
+            fn splat(self, a: $t) -> Self::V {
+                [a; LANES]
+            }
+            #[inline(always)]
+            fn load(self, from: &[$t; MAX_LANES]) -> Self::V {
+                first(from)
+            }
+            #[inline(always)]
+            fn store(self, a: Self::V) -> [$t; MAX_LANES] {
+                let mut to = [0.0; MAX_LANES];
+                to.iter_mut().zip(a).for_each(|(to, a)| *to = a);
+                to
+            }
+            #[inline(always)]
+            fn add(self, a: Self::V, b: Self::V) -> Self::V {
+                both(a, b, |a, b| a + b)
+            }
+            #[inline(always)]
+            fn sub(self, a: Self::V, b: Self::V) -> Self::V {
+                both(a, b, |a, b| a - b)
+            }
+            #[inline(always)]
+            fn mul(self, a: Self::V, b: Self::V) -> Self::V {
+                both(a, b, |a, b| a * b)
+            }
+            #[inline(always)]
+            fn div(self, a: Self::V, b: Self::V) -> Self::V {
+                both(a, b, |a, b| a / b)
+            }
+            #[inline(always)]
+            fn sqrt(self, a: Self::V) -> Self::V {
+                each(a, Scalar::sqrt)
+            }
+            #[inline(always)]
+            fn abs(self, a: Self::V) -> Self::V {
+                each(a, Scalar::abs)
+            }
+            #[inline(always)]
+            fn mul_add(self, a: Self::V, b: Self::V, c: Self::V) -> Self::V {
+                Isa::<$t>::add(self, Isa::<$t>::mul(self, a, b), c)
+            }
+            #[inline(always)]
+            fn neg_mul_add(self, a: Self::V, b: Self::V, c: Self::V) -> Self::V {
+                Isa::<$t>::sub(self, c, Isa::<$t>::mul(self, a, b))
+            }
+            #[inline(always)]
+            fn lt(self, a: Self::V, b: Self::V) -> Self::M {
+                both(a, b, |a, b| a < b)
+            }
+            #[inline(always)]
+            fn select(self, m: Self::M, yes: Self::V, no: Self::V) -> Self::V {
+                let choices = both(yes, no, |yes, no| (yes, no));
+                both(m, choices, |m, (yes, no)| if m { yes } else { no })
+            }
+            #[inline(always)]
+            fn bits(self, m: Self::M) -> u32 {
+                m.iter().rev().fold(0, |bits, &m| bits << 1 | u32::from(m))
+            }
+            #[inline(always)]
+            fn any_below<const N: usize>(self, a: &[Self::V; N], bound: Self::V) -> bool {
+                a.iter().any(|&a| Isa::<$t>::any(self, Isa::<$t>::lt(self, a, bound)))
+            }
+            #[inline(always)]
+            fn all_below<const N: usize>(self, a: &[Self::V; N], bound: Self::V) -> bool {
+                a.iter().all(|&a| Isa::<$t>::lt(self, a, bound).iter().all(|&below| below))
+            }
+            // One division each: a quotient that depends on its neighbours would depend on the number of lanes.
+            #[inline(always)]
+            fn quotients<const N: usize>(self, m: Self::V, a: [Self::V; N]) -> [Self::V; N] {
+                let mut result = a;
+                result.iter_mut().for_each(|a| *a = Isa::<$t>::div(self, m, *a));
+                result
+            }
+            #[inline(always)]
+            fn rows(self, u: Self::V) -> (Self::R, Self::V) {
+                let shift = $digits - 1 - PANEL_BITS;
+                let row = each(u, |u| (u.to_bits() >> shift) as usize % ROWS);
+                (row, each(u, |u| <$t>::from_bits(u.to_bits() >> shift << shift)))
+            }
+            #[inline(always)]
+            fn look_up(self, table: &Rows<$t>, rows: Self::R) -> [Self::V; ROW] {
+                let mut columns = [[0.0; LANES]; ROW];
+                for (lane, row) in rows.into_iter().enumerate() {
+                    for (column, &number) in columns.iter_mut().zip(table.get(row).unwrap_or(&[<$t>::NAN; ROW])) {
+                        column.get_mut(lane).into_iter().for_each(|slot| *slot = number);
+                    }
+                }
+                columns
+            }
+            #[inline(always)]
+            fn split(self, a: Self::V) -> (Self::V, Self::V) {
+                let root = (core::f64::consts::FRAC_1_SQRT_2 as $t).to_bits();
+                let k = each(a, |a| a.to_bits().wrapping_add((1.0 as $t).to_bits() - root));
+                let f = each(k, |k| <$t>::from_bits((k & $mantissa) + root));
+                (f, each(k, |k| ((k >> ($digits - 1)) as i32 - $bias) as $t))
+            }
+        }
+    };
+}
+portable!(f32, 24, 127, 0x007F_FFFF);
+portable!(f64, 53, 1023, 0x000F_FFFF_FFFF_FFFF);
