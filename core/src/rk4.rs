@@ -1,7 +1,7 @@
 //! The classical Runge-Kutta method of fourth order with a fixed step, on a flat state in the caller's memory.
 //!
 //! The state is one slice of scalars; what stands where in it is the caller's matter. The stepper holds three more
-//! slices of that length ([`Scratch`]), laid out by [`Scratch::lay`]. A step either completes or leaves the state as it
+//! slices of that length ([`Scratch`]), laid out by [`Scratch::layout`]. A step either completes or leaves the state as it
 //! was: a right-hand side that fails, or a new state that is not finite, never reaches the state.
 //!
 //! Source: Kutta, *Beitrag zur naeherungsweisen Integration totaler Differentialgleichungen*, 1901; Hairer, Norsett,
@@ -33,9 +33,9 @@ impl<'w, T: Real> Scratch<'w, T> {
     /// Lays out the scratch of a state of `n` scalars: three arrays of that length.
     ///
     /// # Errors
-    /// Those of [`Space::array`].
-    pub fn lay(space: &mut impl Space<'w>, n: usize) -> Result<Self> {
-        Ok(Self { stage: space.array(n)?, slope: space.array(n)?, sum: space.array(n)? })
+    /// Those of [`Space::try_array`].
+    pub fn layout(space: &mut impl Space<'w>, n: usize) -> Result<Self> {
+        Ok(Self { stage: space.try_array(n)?, slope: space.try_array(n)?, sum: space.try_array(n)? })
     }
 
     /// A slice of the state's length, free between steps.
@@ -116,10 +116,10 @@ mod tests {
     use std::{vec, vec::Vec};
 
     fn with_scratch<T: Real, R>(n: usize, body: impl FnOnce(&mut Scratch<'_, T>) -> R) -> R {
-        let bytes = Measure::of(|space| Scratch::<T>::lay(space, n).map(|_| ())).unwrap();
+        let bytes = Measure::of(|space| Scratch::<T>::layout(space, n).map(|_| ())).unwrap();
         let mut memory = vec![0xAA_u8; bytes + ALIGN];
         let start = memory.as_ptr().align_offset(ALIGN);
-        body(&mut Scratch::lay(&mut Carve::new(&mut memory[start..start + bytes]).unwrap(), n).unwrap())
+        body(&mut Scratch::layout(&mut Carve::new(&mut memory[start..start + bytes]).unwrap(), n).unwrap())
     }
 
     /// y' = lambda y is multiplied by R(z) = 1 + z + z^2/2 + z^3/6 + z^4/24 in each step, z = lambda dt.

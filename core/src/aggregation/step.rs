@@ -86,7 +86,7 @@ impl Plan {
     /// # Errors
     /// [`Error::TooLarge`].
     pub fn workspace_bytes<T: Real, const D: usize>(&self, workers: usize) -> Result<usize> {
-        Measure::of(|space| Arrays::<T>::lay::<D>(space, self, workers).map(|_| ()))
+        Measure::of(|space| Arrays::<T>::layout::<D>(space, self, workers).map(|_| ()))
     }
 
     /// How the velocity is evaluated: the method, why, and what it skips.
@@ -139,15 +139,15 @@ struct Arrays<'w, T> {
 }
 
 impl<'w, T: Real> Arrays<'w, T> {
-    fn lay<const D: usize>(space: &mut impl Space<'w>, plan: &Plan, workers: usize) -> Result<Self> {
+    fn layout<const D: usize>(space: &mut impl Space<'w>, plan: &Plan, workers: usize) -> Result<Self> {
         let each = D + usize::from(plan.wanted.density);
         let flat = plan.total.checked_mul(each).ok_or(Error::TooLarge)?;
         Ok(Self {
-            state: space.array(flat)?,
-            scratch: rk4::Scratch::lay(space, flat)?,
+            state: space.try_array(flat)?,
+            scratch: rk4::Scratch::layout(space, flat)?,
             potential: Self::maybe(space, plan.wanted.energy, plan.total)?,
             divergence: Self::maybe(space, plan.wanted.divergence, plan.total)?,
-            field: space.array(plan.field_bytes(workers)?)?,
+            field: space.try_array(plan.field_bytes(workers)?)?,
         })
     }
 }
@@ -155,7 +155,7 @@ impl<'w, T: Real> Arrays<'w, T> {
 impl<'w, T: Real> Arrays<'w, T> {
     /// An array that is there if it is wanted; never with the feature `small`.
     fn maybe(space: &mut impl Space<'w>, wanted: bool, n: usize) -> Result<&'w mut [T]> {
-        if cfg!(feature = "small") { Ok(&mut []) } else { space.array(if wanted { n } else { 0 }) }
+        if cfg!(feature = "small") { Ok(&mut []) } else { space.try_array(if wanted { n } else { 0 }) }
     }
 }
 
@@ -282,7 +282,7 @@ pub fn step<T: Real, const D: usize>(
     if advance.steps > 0 && !(advance.dt.is_finite() && advance.dt > T::ZERO) {
         return Err(Error::TimeStep);
     }
-    let mut arrays = Arrays::<T>::lay::<D>(&mut Carve::new(workspace)?, plan, run.executor.workers())?;
+    let mut arrays = Arrays::<T>::layout::<D>(&mut Carve::new(workspace)?, plan, run.executor.workers())?;
     report.first_bad = first_bad(masses, &particles, &tracers);
     if report.first_bad.is_some() {
         return Err(Error::NotFinite);

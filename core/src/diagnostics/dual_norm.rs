@@ -39,7 +39,7 @@ impl<T: Real, const D: usize> Lattice<T, D> {
     /// # Errors
     /// [`Error::TooLarge`].
     pub fn workspace_bytes(&self) -> Result<usize> {
-        Measure::of(|space| Arrays::<T>::lay(space, Self::count(&self.extended()?)?).map(|_| ()))
+        Measure::of(|space| Arrays::<T>::layout(space, Self::count(&self.extended()?)?).map(|_| ()))
     }
 
     /// The norm of `values` in W^{-1,2}_h: the largest `(u, g)_h` over grid functions g with
@@ -62,7 +62,7 @@ impl<T: Real, const D: usize> Lattice<T, D> {
         if !(self.spacing > T::ZERO && self.spacing.is_finite()) {
             return Err(Error::OutOfDomain);
         }
-        let Arrays { residual, direction, image } = Arrays::lay(&mut Carve::new(workspace)?, n)?;
+        let Arrays { residual, direction, image } = Arrays::layout(&mut Carve::new(workspace)?, n)?;
         if !values.iter().all(|v| v.is_finite()) {
             return Err(Error::NotFinite);
         }
@@ -132,8 +132,8 @@ struct Arrays<'w, T> {
 }
 
 impl<'w, T: Real> Arrays<'w, T> {
-    fn lay(space: &mut impl Space<'w>, n: usize) -> Result<Self> {
-        Ok(Self { residual: space.array(n)?, direction: space.array(n)?, image: space.array(n)? })
+    fn layout(space: &mut impl Space<'w>, n: usize) -> Result<Self> {
+        Ok(Self { residual: space.try_array(n)?, direction: space.try_array(n)?, image: space.try_array(n)? })
     }
 }
 

@@ -1,7 +1,7 @@
 //! Whether all numbers of an input are finite.
 
 use crate::real::Real;
-use crate::simd::{Level, Plain, widest};
+use crate::simd::{Level, Loops, with_simd};
 
 /// Whether all numbers are finite.
 pub(super) fn finite<T: Real>(numbers: &[T], level: Level) -> bool {
@@ -9,7 +9,7 @@ pub(super) fn finite<T: Real>(numbers: &[T], level: Level) -> bool {
         return numbers.iter().all(|x| x.is_finite());
     }
     struct Finite<'a, T>(&'a [T]);
-    impl<T: Real> Plain for Finite<'_, T> {
+    impl<T: Real> Loops for Finite<'_, T> {
         type Out = bool;
         #[inline(always)]
         fn run(self) -> bool {
@@ -24,5 +24,5 @@ pub(super) fn finite<T: Real>(numbers: &[T], level: Level) -> bool {
             })
         }
     }
-    widest(level, Finite(numbers))
+    with_simd(level, Finite(numbers))
 }

@@ -20,7 +20,7 @@ use crate::exec::{Chunks, MAX_WORKERS, Run, Statistics, par_chunks};
 use crate::kernel::Far;
 use crate::memory::{Carve, Measure, Space};
 use crate::real::{DoubleWord, Real};
-use crate::simd::{Plain, widest};
+use crate::simd::{Loops, with_simd};
 
 /// Particles side by side: two registers of AVX2.
 const LANES: usize = 8;
@@ -72,11 +72,11 @@ struct Arrays<'w, T> {
     running: &'w mut [[[T; LANES]; 3]],
 }
 
-fn lay<'w, T: Real>(space: &mut impl Space<'w>, count: usize, n: usize, workers: usize) -> Result<Arrays<'w, T>> {
+fn layout<'w, T: Real>(space: &mut impl Space<'w>, count: usize, n: usize, workers: usize) -> Result<Arrays<'w, T>> {
     let each = 2 * count + EXTRA;
     Ok(Arrays {
-        partial: space.array(n.div_ceil(TASK).checked_mul(each).ok_or(Error::TooLarge)?)?,
-        running: space.array(workers.clamp(1, MAX_WORKERS) * count)?,
+        partial: space.try_array(n.div_ceil(TASK).checked_mul(each).ok_or(Error::TooLarge)?)?,
+        running: space.try_array(workers.clamp(1, MAX_WORKERS) * count)?,
     })
 }
 
@@ -86,7 +86,7 @@ pub(super) fn workspace_bytes<T: Real, const D: usize>(
     n_sources: usize,
     workers: usize,
 ) -> Result<usize> {
-    Measure::of(|space| lay::<T>(space, monomials(D, degree), n_sources, workers).map(|_| ()))
+    Measure::of(|space| layout::<T>(space, monomials(D, degree), n_sources, workers).map(|_| ()))
 }
 
 /// Where offsets are taken from, and the powers of two that bring them and masses into units.
@@ -107,7 +107,7 @@ struct Sum<'a, T, const D: usize> {
     partial: &'a mut [T],
 }
 
-impl<T: Real, const D: usize> Plain for Sum<'_, T, D> {
+impl<T: Real, const D: usize> Loops for Sum<'_, T, D> {
     type Out = ();
 
     #[inline(always)]
@@ -419,7 +419,7 @@ struct Evaluate<'a, T, const D: usize> {
     outputs: Outputs<'a, T, D>,
 }
 
-impl<T: Real, const D: usize> Plain for Evaluate<'_, T, D> {
+impl<T: Real, const D: usize> Loops for Evaluate<'_, T, D> {
     type Out = ();
 
     #[inline(always)]
@@ -499,7 +499,7 @@ pub(super) fn evaluate<T: Real, const D: usize>(
     let highest = highest_moment(degree, outputs.wanted());
     let count = monomials(D, highest);
     let n = sources.positions.len();
-    let arrays = lay::<T>(&mut Carve::new(workspace)?, count, n, run.executor.workers())?;
+    let arrays = layout::<T>(&mut Carve::new(workspace)?, count, n, run.executor.workers())?;
     let should_stop = run.should_stop;
     let stop = || should_stop.is_some_and(|stop| stop());
     let each = 2 * count + EXTRA;
@@ -527,7 +527,7 @@ pub(super) fn evaluate<T: Real, const D: usize>(
             else {
                 return Ok(());
             };
-            widest(run.level, Sum { positions, masses, frame, degree: highest, running, partial });
+            with_simd(run.level, Sum { positions, masses, frame, degree: highest, running, partial });
             Ok(())
         })?;
         moments = [DoubleWord::ZERO; MONOMIALS];
@@ -584,7 +584,7 @@ pub(super) fn evaluate<T: Real, const D: usize>(
             let start = task.saturating_mul(TASK);
             let targets = targets.get(start..targets.len().min(start.saturating_add(TASK))).unwrap_or(&[]);
             let outputs = Outputs { potential, gradient, laplacian };
-            widest(run.level, Evaluate { field: &field, degree, frame, scales, targets, outputs });
+            with_simd(run.level, Evaluate { field: &field, degree, frame, scales, targets, outputs });
             Ok(())
         },
     )?;

@@ -32,16 +32,21 @@ struct Arrays<'w, T, const D: usize> {
     masses: &'w mut [T],
 }
 
-fn lay<'w, T: Real, const D: usize>(space: &mut impl Space<'w>, n: usize) -> Result<Arrays<'w, T, D>>
+fn layout<'w, T: Real, const D: usize>(space: &mut impl Space<'w>, n: usize) -> Result<Arrays<'w, T, D>>
 where
     [T; D]: crate::memory::Plain,
 {
-    Ok(Arrays { entries: space.array(n)?, spare: space.array(n)?, positions: space.array(n)?, masses: space.array(n)? })
+    Ok(Arrays {
+        entries: space.try_array(n)?,
+        spare: space.try_array(n)?,
+        positions: space.try_array(n)?,
+        masses: space.try_array(n)?,
+    })
 }
 
 /// Bytes of workspace.
 pub(super) fn workspace_bytes<T: Real, const D: usize>(n_sources: usize) -> Result<usize> {
-    Measure::of(|space| lay::<T, D>(space, n_sources).map(|_| ()))
+    Measure::of(|space| layout::<T, D>(space, n_sources).map(|_| ()))
 }
 
 /// The grid: cell of x = 1 + floor((x - least)/size) in each dimension.
@@ -110,7 +115,7 @@ where
         laplacian.fill(T::ZERO);
         return Ok(());
     };
-    let arrays = lay::<T, D>(&mut Carve::new(workspace)?, sources.positions.len())?;
+    let arrays = layout::<T, D>(&mut Carve::new(workspace)?, sources.positions.len())?;
     let grid = Grid::new(sources.positions, polynomials.delta);
     let mut count = 0;
     for (index, (x, &m)) in sources.positions.iter().zip(sources.masses).enumerate() {

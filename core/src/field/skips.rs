@@ -107,7 +107,7 @@ pub(super) fn workspace_bytes<T: Real, const D: usize>(
         Method::Neighbours => neighbours::workspace_bytes::<T, D>(n_sources),
         Method::Split => {
             let (even, _) = kernel.sum().and_then(Kernel::without_even_powers).ok_or(Error::Unsupported)?;
-            Measure::of(|space| Split::<T, D>::lay(space, &even, (n_sources, n_targets), workers).map(|_| ()))
+            Measure::of(|space| Split::<T, D>::layout(space, &even, (n_sources, n_targets), workers).map(|_| ()))
         }
         Method::Direct => Ok(0),
     }
@@ -127,7 +127,7 @@ impl<'w, T: Real, const D: usize> Split<'w, T, D>
 where
     [T; D]: crate::memory::Plain,
 {
-    fn lay(
+    fn layout(
         space: &mut impl Space<'w>,
         even: &Kernel<'_, T, D>,
         (n_sources, n_targets): (usize, usize),
@@ -137,11 +137,11 @@ where
         let moments = moments::workspace_bytes::<T, D>(degree, n_sources, workers)?;
         let pairs = pairs::workspace_bytes::<T, D>(n_sources)?;
         Ok(Self {
-            potential: space.array(n_targets)?,
-            gradient: space.array(n_targets)?,
-            laplacian: space.array(n_targets)?,
-            moments: space.array(moments)?,
-            pairs: space.array(pairs)?,
+            potential: space.try_array(n_targets)?,
+            gradient: space.try_array(n_targets)?,
+            laplacian: space.try_array(n_targets)?,
+            moments: space.try_array(moments)?,
+            pairs: space.try_array(pairs)?,
         })
     }
 }
@@ -160,7 +160,7 @@ fn split<T: Real, const D: usize>(
     let far = even.far().ok_or(Error::Unsupported)?;
     let (sizes, workers) = ((sources.positions.len(), targets.len()), run.executor.workers());
     let Split { potential, gradient, laplacian, moments: memory, pairs: of_pairs } =
-        Split::<T, D>::lay(&mut Carve::new(workspace)?, &even, sizes, workers)?;
+        Split::<T, D>::layout(&mut Carve::new(workspace)?, &even, sizes, workers)?;
     let wanted = outputs.wanted();
     let some = Outputs {
         potential: wanted.potential.then_some(&mut *potential),

@@ -16,7 +16,7 @@ use crate::exec::{Run, Statistics};
 use crate::kernel::{Far, Kernel, Near, POWERS};
 use crate::memory::{Carve, Measure, Space};
 use crate::real::{DoubleWord, Real};
-use crate::simd::{Plain, widest};
+use crate::simd::{Loops, with_simd};
 use crate::sort::radix::{Entry, order};
 
 /// Targets whose results are written together: the outputs' order is another, so each write may miss every cache, and one after the other
@@ -35,20 +35,20 @@ struct Arrays<'w, T> {
     masses: &'w mut [T],
 }
 
-fn lay<'w, T: Real>(space: &mut impl Space<'w>, n_sources: usize, n_targets: usize) -> Result<Arrays<'w, T>> {
+fn layout<'w, T: Real>(space: &mut impl Space<'w>, n_sources: usize, n_targets: usize) -> Result<Arrays<'w, T>> {
     let most = n_sources.max(n_targets);
     let padded = n_sources.checked_add(LANES).ok_or(Error::TooLarge)?;
     Ok(Arrays {
-        entries: space.array(most)?,
-        spare: space.array(most)?,
-        positions: space.array(padded)?,
-        masses: space.array(padded)?,
+        entries: space.try_array(most)?,
+        spare: space.try_array(most)?,
+        positions: space.try_array(padded)?,
+        masses: space.try_array(padded)?,
     })
 }
 
 /// Bytes of workspace.
 pub(super) fn workspace_bytes<T: Real>(n_sources: usize, n_targets: usize) -> Result<usize> {
-    Measure::of(|space| lay::<T>(space, n_sources, n_targets).map(|_| ()))
+    Measure::of(|space| layout::<T>(space, n_sources, n_targets).map(|_| ()))
 }
 
 /// Moments of powers 0 .. N - 1.
@@ -112,7 +112,7 @@ pub(super) fn evaluate<T: Real, const D: usize>(
     run: &mut Run<'_>,
 ) -> Result<()> {
     let Arrays { entries, spare, positions, masses } =
-        lay::<T>(&mut Carve::new(workspace)?, sources.positions.len(), targets.len())?;
+        layout::<T>(&mut Carve::new(workspace)?, sources.positions.len(), targets.len())?;
     let mass = |index: usize| sources.masses.get(index).copied().unwrap_or(T::ZERO);
     let source = |index: usize| if mass(index) == T::ZERO { None } else { sources.positions.get(index).map(first) };
     let count = order(sources.positions.len(), source, entries, spare);
@@ -151,9 +151,9 @@ pub(super) fn evaluate<T: Real, const D: usize>(
     };
     // Firmware has no room for three of them.
     let near_pairs = match far.degree() {
-        0 | 1 if !cfg!(feature = "small") => widest(run.level, all.with_moments::<2>()),
-        2 | 3 if !cfg!(feature = "small") => widest(run.level, all.with_moments::<4>()),
-        _ => widest(run.level, all),
+        0 | 1 if !cfg!(feature = "small") => with_simd(run.level, all.with_moments::<2>()),
+        2 | 3 if !cfg!(feature = "small") => with_simd(run.level, all.with_moments::<4>()),
+        _ => with_simd(run.level, all),
     }?;
     if let Some(counters) = run.counters.as_deref_mut() {
         let count =
@@ -214,7 +214,7 @@ impl<'a, 'k, T: Real, const D: usize, const N: usize> Sweep<'a, 'k, T, D, N> {
     }
 }
 
-impl<T: Real, const D: usize, const N: usize> Plain for Sweep<'_, '_, T, D, N> {
+impl<T: Real, const D: usize, const N: usize> Loops for Sweep<'_, '_, T, D, N> {
     /// The number of near pairs.
     type Out = Result<u64>;
 

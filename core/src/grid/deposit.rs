@@ -5,7 +5,7 @@ use super::mesh::{BLOCK, Locator, Mesh, OUTSIDE, Places};
 use super::{MassScale, Walls};
 use crate::error::{Error, Result};
 use crate::real::{Real, Scalar};
-use crate::simd::Plain;
+use crate::simd::Loops;
 
 /// Words after the nodes' masses: what lies outside the mesh (number, mass, first moments about the centre), padded to a
 /// cache line.
@@ -26,7 +26,7 @@ pub(super) struct Deposit<'a, T> {
     pub words: &'a mut [i64],
 }
 
-impl<T: Real> Plain for Deposit<'_, T> {
+impl<T: Real> Loops for Deposit<'_, T> {
     type Out = Result<()>;
 
     #[inline(always)]

@@ -114,10 +114,10 @@ struct Passes<'w, T> {
 }
 
 impl<'w, T: Real> Passes<'w, T> {
-    fn lay(space: &mut impl Space<'w>, length: usize) -> Result<Self> {
+    fn layout(space: &mut impl Space<'w>, length: usize) -> Result<Self> {
         let radices = radices(length).ok_or(Error::TooLarge)?;
         // sum over passes of l - l / r = length - 1
-        Ok(Self { length, radices, twiddles: space.array(length)?, roots: space.array(length)? })
+        Ok(Self { length, radices, twiddles: space.try_array(length)?, roots: space.try_array(length)? })
     }
 
     fn prepare(&mut self) {
@@ -294,16 +294,16 @@ impl<'w, T: Real> Fft<'w, T> {
         if radices(length).is_some() { length } else { smooth(2 * length) }
     }
 
-    pub(super) fn lay(space: &mut impl Space<'w>, length: usize) -> Result<Self> {
+    pub(super) fn layout(space: &mut impl Space<'w>, length: usize) -> Result<Self> {
         let inner = Self::buffer(length);
-        let passes = Passes::lay(space, inner)?;
+        let passes = Passes::layout(space, inner)?;
         let bluestein = if inner == length {
             None
         } else {
             Some(Bluestein {
-                chirp: space.array(length)?,
-                filter: space.array(inner)?,
-                room: [space.array(inner)?, space.array(inner)?],
+                chirp: space.try_array(length)?,
+                filter: space.try_array(inner)?,
+                room: [space.try_array(inner)?, space.try_array(inner)?],
             })
         };
         Ok(Self { length, passes, bluestein })
@@ -443,9 +443,9 @@ mod tests {
 
     /// The largest error of all lanes against the sum itself in f64, over the l2 norm of the sequence.
     fn error<T: Real>(n: usize) -> f64 {
-        let bytes = Measure::of(|space| Fft::<T>::lay(space, n).map(|_| ())).unwrap();
+        let bytes = Measure::of(|space| Fft::<T>::layout(space, n).map(|_| ())).unwrap();
         let mut memory = vec![0xA5_u8; bytes + 64];
-        let mut fft = Fft::<T>::lay(&mut Carve::new(aligned(&mut memory, bytes)).unwrap(), n).unwrap();
+        let mut fft = Fft::<T>::layout(&mut Carve::new(aligned(&mut memory, bytes)).unwrap(), n).unwrap();
         fft.prepare();
         let mut seed = n as u64;
         let zero = [[T::NAN; LANES]; 2];

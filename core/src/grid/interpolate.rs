@@ -4,7 +4,7 @@ use super::Walls;
 use super::mesh::{BLOCK, Locator, Mesh, OUTSIDE, Places};
 use super::monopole::Monopole;
 use crate::real::Real;
-use crate::simd::Plain;
+use crate::simd::Loops;
 
 /// Overwrites `out` with the gradient at `positions`.
 pub(super) struct Interpolate<'a, T> {
@@ -21,7 +21,7 @@ pub(super) struct Interpolate<'a, T> {
     pub out: &'a mut [[T; 2]],
 }
 
-impl<T: Real> Plain for Interpolate<'_, T> {
+impl<T: Real> Loops for Interpolate<'_, T> {
     type Out = ();
 
     #[inline(always)]

@@ -34,7 +34,7 @@ use crate::exec::Executor;
 use crate::exec::{Chunks, MAX_WORKERS, par_chunks};
 use crate::memory::{Carve, Measure, Space};
 use crate::real::{Real, Scalar};
-use crate::simd::{Level, widest};
+use crate::simd::{Level, with_simd};
 use deposit::TAIL;
 use mesh::Locator;
 
@@ -139,7 +139,7 @@ struct Arrays<'w, T: Real> {
     solver: poisson::Solver<'w, T>,
 }
 
-fn lay<'w, T: Real>(
+fn layout<'w, T: Real>(
     space: &mut impl Space<'w>,
     mesh: &Mesh<T>,
     equation: &Equation<T>,
@@ -148,9 +148,9 @@ fn lay<'w, T: Real>(
     let nodes = mesh.nodes();
     let words = nodes.checked_add(TAIL).and_then(|n| n.checked_mul(workers)).ok_or(Error::TooLarge)?;
     Ok(Arrays {
-        words: space.array(words)?,
-        gradient: space.array(nodes)?,
-        solver: poisson::Solver::lay(space, mesh, equation, workers)?,
+        words: space.try_array(words)?,
+        gradient: space.try_array(nodes)?,
+        solver: poisson::Solver::layout(space, mesh, equation, workers)?,
     })
 }
 
@@ -162,7 +162,7 @@ impl<'w, T: Real> Grid<'w, T> {
     /// [`Error::Unsupported`] (second moments with screening; the fourth order with cells that are long or coarse for the screening).
     pub fn workspace_bytes(mesh: &Mesh<T>, equation: &Equation<T>, workers: usize) -> Result<usize> {
         equation.check(mesh)?;
-        Measure::of(|space| lay(space, mesh, equation, workers.clamp(1, MAX_WORKERS)).map(|_| ()))
+        Measure::of(|space| layout(space, mesh, equation, workers.clamp(1, MAX_WORKERS)).map(|_| ()))
     }
 
     /// Makes a grid without mass in `memory`, for executors with at most `workers` workers.
@@ -174,7 +174,7 @@ impl<'w, T: Real> Grid<'w, T> {
         if memory.len() < Self::workspace_bytes(&mesh, &equation, workers)? {
             return Err(Error::WorkspaceTooSmall);
         }
-        let arrays = lay(&mut Carve::new(memory)?, &mesh, &equation, workers)?;
+        let arrays = layout(&mut Carve::new(memory)?, &mesh, &equation, workers)?;
         let [h, k] = mesh.spacing();
         let monopole = Monopole {
             mass: T::ZERO,
@@ -269,7 +269,7 @@ impl<'w, T: Real> Grid<'w, T> {
             let until = positions.len().min(from.saturating_add(PARTICLES));
             let (positions, masses) = (positions.get(from..until), masses.get(from..until));
             let (positions, masses) = (positions.unwrap_or_default(), masses.unwrap_or_default());
-            widest(Level::best(), deposit::Deposit { mesh, locator, walls, scale, positions, masses, remove, words })
+            with_simd(Level::best(), deposit::Deposit { mesh, locator, walls, scale, positions, masses, remove, words })
         })?;
         // Which worker took which task does not matter: integers add up to the same in any order.
         let (result, others) = self.arrays.words.split_at_mut_checked(each).ok_or(Error::WorkspaceTooSmall)?;
@@ -420,7 +420,7 @@ impl<'w, T: Real> Grid<'w, T> {
             positions,
             out,
         };
-        widest(Level::best(), job);
+        with_simd(Level::best(), job);
     }
 
     /// grad u at one point: the same bits as [`Grid::interpolate`].

@@ -29,7 +29,7 @@ use crate::exec::Executor;
 use crate::exec::{Block, Chunks, Columns, par_chunks};
 use crate::memory::Space;
 use crate::real::Real;
-use crate::simd::{Level, Plain, widest};
+use crate::simd::{Level, Loops, with_simd};
 
 /// Columns of a task of the second phase.
 const WIDTH: usize = 16;
@@ -88,9 +88,9 @@ struct Frame<'w, T> {
 }
 
 impl<'w, T: Real> Frame<'w, T> {
-    fn lay(space: &mut impl Space<'w>, shape: &Shape) -> Result<Self> {
+    fn layout(space: &mut impl Space<'w>, shape: &Shape) -> Result<Self> {
         let (n, m) = (shape.n + 1, shape.m + 1);
-        Ok(Self { ends: [space.array(m)?, space.array(m)?], rows: [space.array(n)?, space.array(n)?] })
+        Ok(Self { ends: [space.try_array(m)?, space.try_array(m)?], rows: [space.try_array(n)?, space.try_array(n)?] })
     }
 
     /// The monopole's potential `out` widths outside the mesh.
@@ -130,7 +130,7 @@ pub(super) struct Solver<'w, T: Real> {
 }
 
 impl<'w, T: Real> Solver<'w, T> {
-    pub(super) fn lay(
+    pub(super) fn layout(
         space: &mut impl Space<'w>,
         mesh: &Mesh<T>,
         equation: &Equation<T>,
@@ -142,14 +142,14 @@ impl<'w, T: Real> Solver<'w, T> {
             Transform::<T>::buffer(shape.n).checked_mul(2).and_then(|n| n.checked_mul(workers)).ok_or(size)?;
         Ok(Self {
             shape,
-            transform: Transform::lay(space, shape.kind, shape.n)?,
-            excess: space.array(shape.pitch)?,
-            shares: space.array(shape.pitch)?,
-            values: space.array(shape.pitch.checked_mul(shape.m + 1).ok_or(size)?)?,
-            border: Frame::lay(space, &shape)?,
-            ghosts: Frame::lay(space, &shape)?,
-            buffers: space.array(buffers)?,
-            factors: space.array((shape.m + 1).checked_mul(workers).ok_or(size)?)?,
+            transform: Transform::layout(space, shape.kind, shape.n)?,
+            excess: space.try_array(shape.pitch)?,
+            shares: space.try_array(shape.pitch)?,
+            values: space.try_array(shape.pitch.checked_mul(shape.m + 1).ok_or(size)?)?,
+            border: Frame::layout(space, &shape)?,
+            ghosts: Frame::layout(space, &shape)?,
+            buffers: space.try_array(buffers)?,
+            factors: space.try_array((shape.m + 1).checked_mul(workers).ok_or(size)?)?,
         })
     }
 
@@ -223,7 +223,7 @@ impl<'w, T: Real> Solver<'w, T> {
                 par_chunks(executor, shape.pitch / WIDTH, columns, factors, &|task, block, factors| {
                     let excess = excess.get(task * WIDTH..).unwrap_or_default();
                     let shares = shares.get(task * WIDTH..).unwrap_or_default();
-                    widest(level, Sweep { shape, singular: singular && task == 0, excess, shares, block, factors });
+                    with_simd(level, Sweep { shape, singular: singular && task == 0, excess, shares, block, factors });
                     Ok(())
                 })?;
                 continue;
@@ -231,7 +231,7 @@ impl<'w, T: Real> Solver<'w, T> {
             let rows = Chunks::new(self.values, each);
             let buffers = Chunks::new(self.buffers, buffer);
             par_chunks(executor, tasks, rows, buffers, &|task, rows, buffers| {
-                widest(level, Lines { transform, data, phase, first: task * ROWS, rows, buffers });
+                with_simd(level, Lines { transform, data, phase, first: task * ROWS, rows, buffers });
                 Ok(())
             })?;
         }
@@ -307,7 +307,7 @@ impl<'w, T: Real> Solver<'w, T> {
         } else {
             let (below, here, above) = (line(j.saturating_sub(1)), line(j), line((j + 1).min(ny)));
             let job = Differences { below, here, above, per_h, per_k, out: &mut *out };
-            widest(Level::best(), job);
+            with_simd(Level::best(), job);
         }
         // On the border: towards the ghost, or zero at a wall.
         let wall = shape.kind == Kind::Cosine;
@@ -367,7 +367,7 @@ struct Differences<'a, T> {
     out: &'a mut [[T; 2]],
 }
 
-impl<T: Real> Plain for Differences<'_, T> {
+impl<T: Real> Loops for Differences<'_, T> {
     type Out = ();
 
     #[inline(always)]
@@ -418,7 +418,7 @@ struct Lines<'a, T> {
     buffers: &'a mut [Element<T>],
 }
 
-impl<T: Real> Plain for Lines<'_, T> {
+impl<T: Real> Loops for Lines<'_, T> {
     type Out = ();
 
     #[inline(always)]
@@ -600,7 +600,7 @@ struct Sweep<'a, T> {
     factors: &'a mut [[T; WIDTH]],
 }
 
-impl<T: Real> Plain for Sweep<'_, T> {
+impl<T: Real> Loops for Sweep<'_, T> {
     type Out = ();
 
     #[inline(always)]

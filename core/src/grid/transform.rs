@@ -36,8 +36,8 @@ pub(super) struct Transform<'w, T> {
 }
 
 impl<'w, T: Real> Transform<'w, T> {
-    pub(super) fn lay(space: &mut impl Space<'w>, kind: Kind, n: usize) -> Result<Self> {
-        Ok(Self { kind, n, half_roots: space.array(n / 2 + 1)?, fft: Fft::lay(space, n)? })
+    pub(super) fn layout(space: &mut impl Space<'w>, kind: Kind, n: usize) -> Result<Self> {
+        Ok(Self { kind, n, half_roots: space.try_array(n / 2 + 1)?, fft: Fft::layout(space, n)? })
     }
 
     pub(super) fn prepare(&mut self) {
@@ -143,10 +143,10 @@ mod tests {
     fn any_length_against_the_sums() {
         for n in (2..=40).chain([64, 97, 100, 127, 128, 255, 257, 320]) {
             for kind in [Kind::Sine, Kind::Cosine] {
-                let bytes = Measure::of(|space| Transform::<f64>::lay(space, kind, n).map(|_| ())).unwrap();
+                let bytes = Measure::of(|space| Transform::<f64>::layout(space, kind, n).map(|_| ())).unwrap();
                 let mut memory = vec![0xA5_u8; bytes + 64];
                 let mut carve = Carve::new(aligned(&mut memory, bytes)).unwrap();
-                let mut transform = Transform::<f64>::lay(&mut carve, kind, n).unwrap();
+                let mut transform = Transform::<f64>::layout(&mut carve, kind, n).unwrap();
                 transform.prepare();
                 let size = Transform::<f64>::buffer(n);
                 let mut seed = n as u64;

@@ -63,12 +63,12 @@ struct Sizes {
     rows: usize,
 }
 
-fn lay<'w, T: Real>(space: &mut impl Space<'w>, sizes: Sizes) -> Result<Arrays<'w, T>> {
+fn layout<'w, T: Real>(space: &mut impl Space<'w>, sizes: Sizes) -> Result<Arrays<'w, T>> {
     Ok(Arrays {
-        head: space.array(HEAD)?,
-        records: space.array(RECORDS)?,
-        series: space.array(sizes.series)?,
-        rows: space.array(sizes.rows)?,
+        head: space.try_array(HEAD)?,
+        records: space.try_array(RECORDS)?,
+        series: space.try_array(sizes.series)?,
+        rows: space.try_array(sizes.rows)?,
     })
 }
 
@@ -186,7 +186,7 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
     /// As [`Kernel::prepare`].
     pub fn workspace_bytes_with(terms: &[Term], supplied: bool, mollifier: Mollifier) -> Result<usize> {
         let sizes = check::<D>(terms, supplied, mollifier)?;
-        Measure::of(|space| lay::<T>(space, sizes).map(|_| ()))
+        Measure::of(|space| layout::<T>(space, sizes).map(|_| ()))
     }
 
     /// Prepares the sum of `terms`, mollified over the length `delta` (not looked at for [`Mollifier::None`]), into
@@ -245,11 +245,11 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
             }
         }
         let bytes =
-            if cfg!(feature = "kernels") { Measure::of(|space| lay::<T>(space, sizes).map(|_| ()))? } else { BYTES };
+            if cfg!(feature = "kernels") { Measure::of(|space| layout::<T>(space, sizes).map(|_| ()))? } else { BYTES };
         if memory.len() < bytes {
             return Err(Error::WorkspaceTooSmall);
         }
-        let Arrays { head, records, series, rows } = lay::<T>(&mut Carve::new(memory)?, sizes)?;
+        let Arrays { head, records, series, rows } = layout::<T>(&mut Carve::new(memory)?, sizes)?;
         let (start, rest) = records.split_first_chunk_mut::<START>().ok_or(Error::WorkspaceTooSmall)?;
         let (mut newtonian, mut used, mut error) = (0.0, 0_usize, 0.0);
         if cfg!(feature = "kernels") {
@@ -337,7 +337,7 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
     /// [`Error::WrongByteOrder`]: as they say. [`Error::WorkspaceTooSmall`]: bytes are missing. [`Error::Misaligned`].
     pub fn open(memory: &'k [u8]) -> Result<Self> {
         let mut view = View::new(memory)?;
-        let head: &[u64] = view.array(HEAD).map_err(|_| Error::NotPrepared)?;
+        let head: &[u64] = view.try_array(HEAD).map_err(|_| Error::NotPrepared)?;
         let &[magic, version, bytes, dimension, count, used, size, shape] =
             head.first_chunk::<HEAD>().ok_or(Error::NotPrepared)?;
         if magic == MAGIC.swap_bytes() {
@@ -355,7 +355,7 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
         if dimension != D as u64 {
             return Err(Error::NotPrepared);
         }
-        let records: &[f64] = view.array(RECORDS)?;
+        let records: &[f64] = view.try_array(RECORDS)?;
         let (start, rest) = records.split_at_checked(START).ok_or(Error::NotPrepared)?;
         let &[delta, newtonian, fit_error] = start.first_chunk::<START>().ok_or(Error::NotPrepared)?;
         let (order, exponent) = ((shape >> 8) as u32 & 0xFF, (shape >> 16) as u32 & 0xFF);
@@ -375,8 +375,8 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
             return if used == 0 { Ok(kernel) } else { Err(Error::Unsupported) };
         };
         others.fit_error = fit_error;
-        others.series = view.array((size & 0xFFFF_FFFF) as usize)?;
-        let rows: &[[T; ROW]] = view.array((size >> 32) as usize)?;
+        others.series = view.try_array((size & 0xFFFF_FFFF) as usize)?;
+        let rows: &[[T; ROW]] = view.try_array((size >> 32) as usize)?;
         kernel.count = usize::try_from(count).unwrap_or(0).min(MAX_TERMS);
         let (terms, rest) = rest.split_at_checked(MAX_TERMS * TERM).ok_or(Error::NotPrepared)?;
         let (parts, table_record) = rest.split_at_checked(MAX_TERMS * RECORD).ok_or(Error::NotPrepared)?;

@@ -34,15 +34,15 @@ pub trait Space<'w> {
     ///
     /// # Errors
     /// [`Error::TooLarge`]: the size overflows. [`Error::WorkspaceTooSmall`]: not enough bytes are left.
-    fn array<T: Plain>(&mut self, n: usize) -> Result<&'w mut [T]>;
+    fn try_array<T: Plain>(&mut self, n: usize) -> Result<&'w mut [T]>;
 
-    /// As [`Space::array`] for layouts of many arrays, which ask for an error once, by [`Space::finish`]: none has elements after one.
-    fn part<T: Plain>(&mut self, n: usize) -> &'w mut [T];
+    /// As [`Space::try_array`] for layouts of many arrays, which ask for an error once, by [`Space::finish`]: none has elements after one.
+    fn array<T: Plain>(&mut self, n: usize) -> &'w mut [T];
 
-    /// The first error of a [`Space::part`].
+    /// The first error of a [`Space::array`].
     ///
     /// # Errors
-    /// As [`Space::array`].
+    /// As [`Space::try_array`].
     fn finish(&self) -> Result<()>;
 }
 
@@ -62,13 +62,13 @@ pub struct Measure {
 }
 
 impl Measure {
-    /// The exact size of what `lay` lays out.
+    /// The exact size of what `layout` lays out.
     ///
     /// # Errors
-    /// [`Error::TooLarge`], and whatever `lay` returns.
-    pub fn of(lay: impl FnOnce(&mut Self) -> Result<()>) -> Result<usize> {
+    /// [`Error::TooLarge`], and whatever `layout` returns.
+    pub fn of(layout: impl FnOnce(&mut Self) -> Result<()>) -> Result<usize> {
         let mut measure = Self::default();
-        lay(&mut measure)?;
+        layout(&mut measure)?;
         Ok(measure.bytes)
     }
 
@@ -99,13 +99,13 @@ impl Measure {
 
 impl<'w> Space<'w> for Measure {
     #[inline]
-    fn array<T: Plain>(&mut self, n: usize) -> Result<&'w mut [T]> {
+    fn try_array<T: Plain>(&mut self, n: usize) -> Result<&'w mut [T]> {
         self.add(size_of::<T>(), n)?;
         Ok(&mut [])
     }
 
     #[inline]
-    fn part<T: Plain>(&mut self, n: usize) -> &'w mut [T] {
+    fn array<T: Plain>(&mut self, n: usize) -> &'w mut [T] {
         self.note(size_of::<T>(), n);
         &mut []
     }
@@ -205,7 +205,7 @@ impl Carve<'_> {
 impl<'w> Space<'w> for Carve<'w> {
     #[inline]
     #[expect(unsafe_code, reason = "turns a checked part of the buffer into an array")]
-    fn array<T: Plain>(&mut self, n: usize) -> Result<&'w mut [T]> {
+    fn try_array<T: Plain>(&mut self, n: usize) -> Result<&'w mut [T]> {
         const { assert!(align_of::<T>() <= ALIGN) }
         let start = self.take(size_of::<T>(), n)?;
         // SAFETY: the range is in the buffer or empty, aligned to ALIGN (the start is, and all steps are multiples), initialised
@@ -215,7 +215,7 @@ impl<'w> Space<'w> for Carve<'w> {
 
     #[inline]
     #[expect(unsafe_code, reason = "turns a checked part of the buffer into an array")]
-    fn part<T: Plain>(&mut self, n: usize) -> &'w mut [T] {
+    fn array<T: Plain>(&mut self, n: usize) -> &'w mut [T] {
         const { assert!(align_of::<T>() <= ALIGN) }
         let (start, n) = self.take_part(size_of::<T>(), n);
         // SAFETY: as in `array`; none after an error, where the address is aligned for any type.
@@ -250,7 +250,7 @@ impl<'w> View<'w> {
     /// # Errors
     /// [`Error::TooLarge`]: the size overflows. [`Error::WorkspaceTooSmall`]: not enough bytes are left.
     #[expect(unsafe_code, reason = "turns a checked part of the buffer into an array")]
-    pub fn array<T: Plain>(&mut self, n: usize) -> Result<&'w [T]> {
+    pub fn try_array<T: Plain>(&mut self, n: usize) -> Result<&'w [T]> {
         const { assert!(align_of::<T>() <= ALIGN) }
         let bytes = padded_bytes(size_of::<T>(), n)?;
         let (mine, rest) = self.rest.split_at_checked(bytes).ok_or(Error::WorkspaceTooSmall)?;
@@ -281,12 +281,12 @@ mod tests {
     #[test]
     fn measure_and_carve_agree_to_the_byte() {
         for n in [0, 1, 7, 8, 9, 63, 64, 65] {
-            let lay = |space: &mut dyn FnMut(usize) -> Result<()>| space(n);
+            let layout = |space: &mut dyn FnMut(usize) -> Result<()>| space(n);
             let mut measure = Measure::default();
-            lay(&mut |n| {
-                measure.array::<f64>(n)?;
-                measure.array::<[f32; 3]>(n)?;
-                measure.array::<u8>(n).map(|_| ())
+            layout(&mut |n| {
+                measure.try_array::<f64>(n)?;
+                measure.try_array::<[f32; 3]>(n)?;
+                measure.try_array::<u8>(n).map(|_| ())
             })
             .unwrap();
             let bytes = measure.bytes();
@@ -295,9 +295,9 @@ mod tests {
                 let Some(given) = bytes.checked_sub(short) else { continue };
                 let mut carve = Carve::new(aligned(&mut memory, given)).unwrap();
                 let mut run = || {
-                    let a = carve.array::<f64>(n)?;
-                    let b = carve.array::<[f32; 3]>(n)?;
-                    let c = carve.array::<u8>(n)?;
+                    let a = carve.try_array::<f64>(n)?;
+                    let b = carve.try_array::<[f32; 3]>(n)?;
+                    let c = carve.try_array::<u8>(n)?;
                     assert!(a.iter().all(|&v| v == 0.0) && b.len() == n && c.iter().all(|&v| v == 0));
                     Ok(())
                 };
@@ -311,16 +311,16 @@ mod tests {
         let mut memory = vec![0_u8; 256];
         let whole = aligned(&mut memory, 128);
         assert_eq!(Carve::new(&mut whole[1..]).err(), Some(Error::Misaligned));
-        assert_eq!(Measure::default().array::<f64>(usize::MAX / 4).err(), Some(Error::TooLarge));
-        assert_eq!(Measure::default().array::<u8>(usize::MAX).err(), Some(Error::TooLarge));
+        assert_eq!(Measure::default().try_array::<f64>(usize::MAX / 4).err(), Some(Error::TooLarge));
+        assert_eq!(Measure::default().try_array::<u8>(usize::MAX).err(), Some(Error::TooLarge));
     }
 
     #[test]
     fn reopening_finds_what_was_left() {
         let mut memory = vec![0xAA_u8; 256 + ALIGN];
         let whole = aligned(&mut memory, 256);
-        Carve::new(whole).unwrap().array::<u32>(5).unwrap().fill(7);
+        Carve::new(whole).unwrap().try_array::<u32>(5).unwrap().fill(7);
         let mut again = Carve::reopen(whole).unwrap();
-        assert_eq!(again.array::<u32>(5).unwrap(), &[7; 5]);
+        assert_eq!(again.try_array::<u32>(5).unwrap(), &[7; 5]);
     }
 }

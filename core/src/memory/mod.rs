@@ -7,13 +7,13 @@
 //! use mollis_core::memory::{Carve, Measure, Space};
 //! use mollis_core::Result;
 //! struct Arrays<'w> { x: &'w mut [f64], y: &'w mut [f64] }
-//! fn lay<'w>(space: &mut impl Space<'w>, n: usize) -> Result<Arrays<'w>> {
-//!     Ok(Arrays { x: space.array(n)?, y: space.array(n)? })
+//! fn layout<'w>(space: &mut impl Space<'w>, n: usize) -> Result<Arrays<'w>> {
+//!     Ok(Arrays { x: space.try_array(n)?, y: space.try_array(n)? })
 //! }
-//! let bytes = Measure::of(|space| lay(space, 3).map(|_| ()))?;
+//! let bytes = Measure::of(|space| layout(space, 3).map(|_| ()))?;
 //! let mut memory = vec![0xAA_u8; bytes + 63];
 //! let start = memory.as_ptr().align_offset(64);
-//! let arrays = lay(&mut Carve::new(&mut memory[start..])?, 3)?;
+//! let arrays = layout(&mut Carve::new(&mut memory[start..])?, 3)?;
 //! assert_eq!((arrays.x.len(), arrays.y[2]), (3, 0.0));
 //! # Ok::<(), mollis_core::Error>(())
 //! ```

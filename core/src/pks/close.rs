@@ -41,14 +41,14 @@ pub struct Buffers<'w, T> {
 
 impl<'w, T: Real> Buffers<'w, T> {
     /// Lays out the memory for `n` particles under the sum of a kernel.
-    pub fn lay(space: &mut impl Space<'w>, n: usize, options: &Options<T>) -> Self {
+    pub fn layout(space: &mut impl Space<'w>, n: usize, options: &Options<T>) -> Self {
         let n = if options.merging == Merging::All || options.noise == T::ZERO { 0 } else { n };
         let many = if cfg!(feature = "small") || n <= sort::FEW { 0 } else { n };
         Self {
-            words: space.part(n),
-            spare: space.part(many),
-            counts: space.part(if many > 0 { sort::BUCKETS } else { 0 }),
-            before: space.part(n),
+            words: space.array(n),
+            spare: space.array(many),
+            counts: space.array(if many > 0 { sort::BUCKETS } else { 0 }),
+            before: space.array(n),
         }
     }
 }
@@ -307,12 +307,12 @@ mod tests {
         let kernel = Blob::<T, 2>::new(Mollifier::Compact { order: 4, exponent: 4 }, c(1e-3)).unwrap();
         let options = Options { merging, ..Options::new(c(3.0), T::ONE) };
         let bytes = Measure::of(|space| {
-            Buffers::<T>::lay(space, n, &options);
+            Buffers::<T>::layout(space, n, &options);
             space.finish()
         });
         let mut memory = vec![0xAB_u8; bytes.unwrap() + ALIGN];
         let start = memory.as_ptr().align_offset(ALIGN);
-        let buffers = Buffers::lay(&mut Carve::reopen(&mut memory[start..]).unwrap(), n, &options);
+        let buffers = Buffers::layout(&mut Carve::reopen(&mut memory[start..]).unwrap(), n, &options);
         let mut close = Close::new(&kernel, &options, &masses, buffers).unwrap();
         let within = c(0.1 / n as f64);
         let any = close.seek(&points, within);

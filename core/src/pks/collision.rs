@@ -114,7 +114,7 @@ impl<T: Real> Criterion<T> {
     /// the smallest mass have.
     #[must_use]
     pub fn reach(&self, smallest: T, largest: T) -> Option<T> {
-        if self.straight() {
+        if self.gaussian_step() {
             return Some(T::INFINITY);
         }
         let pull = T::from_f64(1.001) * (self.constants.gamma * self.constants.chi) * (largest * largest);
@@ -131,8 +131,8 @@ impl<T: Real> Criterion<T> {
     /// pull that a group of that mass can have.
     #[must_use]
     pub fn excludes(&self, count: u32, mass: T, moment: T) -> bool {
-        // One straight step with noise may reach zero from afar and not from nearer by.
-        if self.straight() && self.constants.noise > T::ZERO {
+        // One gaussian_step step with noise may reach zero from afar and not from nearer by.
+        if self.gaussian_step() && self.constants.noise > T::ZERO {
             return false;
         }
         let count = T::from_usize(count as usize);
@@ -158,7 +158,7 @@ impl<T: Real> Criterion<T> {
         if !self.inelastic(index) {
             return false;
         }
-        if self.straight() {
+        if self.gaussian_step() {
             return self.increment(group, moment, self.quantile) < T::ZERO;
         }
         // Y / (2 beta^2 dt)
@@ -167,8 +167,8 @@ impl<T: Real> Criterion<T> {
         !negligible(a, x, self.probability) && incomplete_gamma::upper(a, x) > self.probability
     }
 
-    /// Whether the second moment takes one straight step: by the printed law and without noise, which the feature `small` refuses.
-    fn straight(&self) -> bool {
+    /// Whether the second moment takes one gaussian_step step: by the printed law and without noise, which the feature `small` refuses.
+    fn gaussian_step(&self) -> bool {
         cfg!(not(feature = "small")) && (self.law == CollisionLaw::Printed || self.constants.noise == T::ZERO)
     }
 
@@ -189,9 +189,9 @@ impl<T: Real> Criterion<T> {
         if moment <= T::ZERO {
             return Some(T::ZERO);
         }
-        if self.straight() {
+        if self.gaussian_step() {
             let after = self.increment(group, moment, z);
-            // The straight line from Y to Y + dY.
+            // The gaussian_step line from Y to Y + dY.
             return (after <= T::ZERO).then(|| clamp(self.dt * (moment / (moment - after))));
         }
         let a = -self.constants.index(group);

@@ -7,8 +7,8 @@
 //! bit, every other particle feels the exact force of each of them at every distance, and they feel the opposite. Nothing is left of
 //! the mesh's error in these pairs.
 //!
-//! A light particle may fall all the way within a step, in sub-steps of its own, while a heavy one sees it where it was. So a heavy one is
-//! driven by the mean force of that fall: r^2 falls by q = 2 chi m dt K'(r) / r of itself, and the factor's mean is
+//! A light particle may infall_factor all the way within a step, in sub-steps of its own, while a heavy one sees it where it was. So a heavy one is
+//! driven by the mean force of that infall_factor: r^2 falls by q = 2 chi m dt K'(r) / r of itself, and the factor's mean is
 //! `(1 - sqrt(1 - q)) / (chi m dt)`, which is K'(r) / r for short steps. That keeps the centre of mass but for noise.
 
 use super::motion::{self, Moved, Moving};
@@ -21,7 +21,7 @@ use crate::grid::{Equation, Grid, Mesh, Walls};
 use crate::mollifier::{Blob, Mollifier, Series};
 use crate::random::Generator;
 use crate::real::Real;
-use crate::simd::{Level, Plain, widest};
+use crate::simd::{Level, Loops, with_simd};
 
 /// At most so many particles are heavy: those of the greatest masses, of equal ones the first.
 pub const MAX_HEAVY: usize = 64;
@@ -82,7 +82,7 @@ impl<T: Real> Heavy<'_, T> {
 
 /// The heavy particles of a moment, in the order of the array.
 #[derive(Clone, Copy)]
-pub struct Picked<'a, T: Real> {
+pub struct HeavySet<'a, T: Real> {
     pull: Pull<'a, T>,
     core: T,
     count: usize,
@@ -91,7 +91,7 @@ pub struct Picked<'a, T: Real> {
     masses: [T; MAX_HEAVY],
 }
 
-impl<'a, T: Real> Picked<'a, T> {
+impl<'a, T: Real> HeavySet<'a, T> {
     /// The heavy ones of these particles; `None` without any.
     pub fn of(heavy: &Heavy<'a, T>, positions: &[[T; 2]], masses: &[T]) -> Option<Self> {
         let pull = Pull::new(heavy.kernel);
@@ -146,7 +146,7 @@ impl<'a, T: Real> Picked<'a, T> {
     ///
     /// # Errors
     /// Those of [`Grid::remove`].
-    pub fn leave(&self, grid: &mut Grid<'_, T>, executor: &dyn Executor) -> Result<()> {
+    pub fn remove_from(&self, grid: &mut Grid<'_, T>, executor: &dyn Executor) -> Result<()> {
         grid.remove(self.positions(), self.masses(), executor)
     }
 
@@ -154,10 +154,13 @@ impl<'a, T: Real> Picked<'a, T> {
     /// nothing from itself.
     pub fn attract(&self, points: &[[T; 2]], slopes: &mut [[T; 2]], jumps: &mut [T]) {
         let (positions, masses) = (self.positions(), self.masses());
-        widest(Level::best(), Attract { pull: &self.pull, core: self.core, positions, masses, points, slopes, jumps });
+        with_simd(
+            Level::best(),
+            Attract { pull: &self.pull, core: self.core, positions, masses, points, slopes, jumps },
+        );
     }
 
-    /// Overwrites the gradients at the heavy particles with that of the other particles, by pairs, in the mean over their fall if `fall` is
+    /// Overwrites the gradients at the heavy particles with that of the other particles, by pairs, in the mean over their infall_factor if `infall_factor` is
     /// 2 chi dt, and as they are if it is zero.
     ///
     /// # Errors
@@ -165,7 +168,7 @@ impl<'a, T: Real> Picked<'a, T> {
     fn react(
         &self,
         (positions, masses): (&[[T; 2]], &[T]),
-        fall: T,
+        infall_factor: T,
         slopes: &mut [[T; 2]],
         executor: &dyn Executor,
     ) -> Result<()> {
@@ -173,14 +176,14 @@ impl<'a, T: Real> Picked<'a, T> {
         par_chunks(executor, self.count, Chunks::new(slopes, 1), (), &|task, slopes, ()| {
             let (Some(&at), Some(&mass)) = (self.positions().get(task), self.masses().get(task)) else { return Ok(()) };
             let Some(slope) = slopes.first_mut() else { return Ok(()) };
-            let fall = fall * mass;
+            let infall_factor = infall_factor * mass;
             *slope = [T::ZERO; 2];
             let mut from = 0;
             for until in self.indices().iter().copied().chain([positions.len()]) {
                 let part = from..until;
                 from = until + 1;
                 let (Some(positions), Some(masses)) = (positions.get(part.clone()), masses.get(part)) else { continue };
-                let [x, y] = widest(Level::best(), React { pull, at, fall, positions, masses });
+                let [x, y] = with_simd(Level::best(), React { pull, at, infall_factor, positions, masses });
                 *slope = [slope[0] + x, slope[1] + y];
             }
             Ok(())
@@ -241,8 +244,8 @@ impl<'a, T: Real> Picked<'a, T> {
         let room = Error::TooLarge;
         let corrections = corrections.get_mut(..n).ok_or(room)?;
         let slopes = slopes.get_mut(..n).ok_or(room)?;
-        let fall = T::TWO * moving.options.chi * moving.dt;
-        self.react((moving.positions, moving.masses), fall, corrections, executor)?;
+        let infall_factor = T::TWO * moving.options.chi * moving.dt;
+        self.react((moving.positions, moving.masses), infall_factor, corrections, executor)?;
         grid.interpolate_here(self.positions(), slopes);
         for (correction, mesh) in corrections.iter_mut().zip(&*slopes) {
             *correction = [correction[0] - mesh[0], correction[1] - mesh[1]];
@@ -428,7 +431,7 @@ struct Attract<'a, T: Real> {
     jumps: &'a mut [T],
 }
 
-impl<T: Real> Plain for Attract<'_, T> {
+impl<T: Real> Loops for Attract<'_, T> {
     type Out = ();
 
     #[inline(always)]
@@ -465,17 +468,17 @@ struct React<'a, T: Real> {
     pull: &'a Pull<'a, T>,
     at: [T; 2],
     /// 2 chi m dt, or zero.
-    fall: T,
+    infall_factor: T,
     positions: &'a [[T; 2]],
     masses: &'a [T],
 }
 
-impl<T: Real> Plain for React<'_, T> {
+impl<T: Real> Loops for React<'_, T> {
     type Out = [T; 2];
 
     #[inline(always)]
     fn run(self) -> [T; 2] {
-        let Self { pull, at, fall, positions, masses } = self;
+        let Self { pull, at, infall_factor, positions, masses } = self;
         // Short sums are added up to long ones, so that errors grow slowly.
         const SHORT: usize = 128 * WIDTH;
         let mut total = [T::ZERO; 2];
@@ -486,7 +489,7 @@ impl<T: Real> Plain for React<'_, T> {
                 let mut factors = pull.factors(&squares);
                 for factor in &mut factors {
                     // 2 f / (1 + sqrt(1 - q)) does not cancel.
-                    let q = fall * *factor;
+                    let q = infall_factor * *factor;
                     *factor = T::TWO * *factor / (q.max(T::ONE) * (T::ONE + (T::ONE - q).max(T::ZERO).sqrt()));
                 }
                 // Lanes beyond the last have no mass.

@@ -25,9 +25,9 @@ const MAGIC: u64 = 0x6D6F_6C6C_6973_4D71;
 
 impl<'w, T: Real> Queue<'w, T> {
     /// Lays out the queue of `n` particles.
-    pub fn lay(space: &mut impl Space<'w>, n: usize) -> Self {
+    pub fn layout(space: &mut impl Space<'w>, n: usize) -> Self {
         let half = n / 2;
-        Self { ranges: space.part(half), lowest: space.part(half), values: space.part(half), head: space.part(6) }
+        Self { ranges: space.array(half), lowest: space.array(half), values: space.array(half), head: space.array(6) }
     }
 
     /// Forgets a queue left in the memory.

@@ -11,7 +11,7 @@ use crate::exec::Executor;
 use crate::random::{Generator, Philox, normals_of_labels};
 use crate::real::Real;
 use crate::rk4;
-use crate::simd::{Level, Plain, widest};
+use crate::simd::{Level, Loops, with_simd};
 
 /// Particles of a tile.
 pub const TILE: usize = 256;
@@ -209,7 +209,7 @@ fn tile<T: Real>(
     let mut enough = [true; TILE];
     let job = Once { part, slopes, normals, positions: &mut *positions, enough: &mut enough };
     // Where flash is dear nothing moves in tiles.
-    let finite = if cfg!(feature = "small") { job.run() } else { widest(Level::best(), job) };
+    let finite = if cfg!(feature = "small") { job.run() } else { with_simd(Level::best(), job) };
     if !finite {
         return Err(Error::BecameNotFinite);
     }
@@ -239,7 +239,7 @@ fn tile<T: Real>(
         let jump = jumps.get(k).copied().unwrap_or(part.options.control.width);
         // Where jumps are limited one sub-step may be enough all the same: then it is made once more.
         let walker = Walker { x, m, label, slope, normal, jump };
-        let (to, increment, done) = wander(part, field, draw, walker)?;
+        let (to, increment, done) = substep(part, field, draw, walker)?;
         if !(to[0].is_finite() && to[1].is_finite()) {
             return Err(Error::BecameNotFinite);
         }
@@ -264,7 +264,7 @@ struct Once<'a, T> {
     enough: &'a mut [bool; TILE],
 }
 
-impl<T: Real> Plain for Once<'_, T> {
+impl<T: Real> Loops for Once<'_, T> {
     type Out = bool;
 
     #[inline(always)]
@@ -299,7 +299,7 @@ struct Walker<T> {
 }
 
 /// Sub-steps of one particle: where it ends, its Wiener increment, how many they were.
-fn wander<T: Real>(
+fn substep<T: Real>(
     part: &Moving<'_, T>,
     field: Option<&Frozen<'_, T>>,
     draw: &mut Draw<'_, T>,

@@ -3,7 +3,7 @@
 use super::close::{self, Close};
 use super::collision::{Criterion, Merging};
 use super::extent::Extent;
-use super::heavy::{Heavy, Picked};
+use super::heavy::{Heavy, HeavySet};
 use super::merge::{Queue, compact};
 use super::motion::{self, Frozen, Moved, Moving};
 use super::search::{self, Mesh, Particles};
@@ -74,7 +74,7 @@ struct Arrays<'w, T> {
 }
 
 /// The only statement of the layout. `n` is the room of the state's arrays, so that it does not change as particles merge.
-fn lay<'w, T: Real>(
+fn layout<'w, T: Real>(
     space: &mut impl Space<'w>,
     n: usize,
     summed: &Summed<'_, T>,
@@ -90,19 +90,19 @@ fn lay<'w, T: Real>(
         None => 0,
     };
     let arrays = Arrays {
-        queue: Queue::lay(space, clustered),
+        queue: Queue::layout(space, clustered),
         found: search::Scratch::parts(space, clustered),
-        recorded: space.part(clustered),
-        moved: space.part(n),
-        increments: space.part(n),
-        substeps: space.part(motion::tiles_of(n)),
-        gradient: space.part(match summed {
+        recorded: space.array(clustered),
+        moved: space.array(n),
+        increments: space.array(n),
+        substeps: space.array(motion::tiles_of(n)),
+        gradient: space.array(match summed {
             _ if fixed => n.checked_mul(rk4::SLICES).ok_or(Error::TooLarge)?,
             Some(_) => n,
             None => 0,
         }),
-        field: space.part(field),
-        close: close::Buffers::lay(space, if summed.is_some() { n } else { 0 }, options),
+        field: space.array(field),
+        close: close::Buffers::layout(space, if summed.is_some() { n } else { 0 }, options),
     };
     space.finish()?;
     Ok(arrays)
@@ -138,7 +138,7 @@ pub fn workspace_bytes<T: Real>(
     workers: usize,
 ) -> Result<usize> {
     options.check()?;
-    Measure::of(|space| lay(space, n, &summed, options, workers).map(|_| ()))
+    Measure::of(|space| layout(space, n, &summed, options, workers).map(|_| ()))
 }
 
 /// Everything that a step is given beside the state.
@@ -204,7 +204,7 @@ pub fn step<T: Real>(
     let layout = Layout { room, summed: attraction.summed(), options, executor: run.executor };
     if counters.pending > 0 {
         let to = Log { events: &mut events, counters, report };
-        return layout.settle(workspace, state, n, dt, to, None);
+        return layout.commit(workspace, state, n, dt, to, None);
     }
     let before = (part(state.positions, n)?, part(state.masses, n)?, part(state.labels, n)?);
     let criterion = Criterion::new(
@@ -235,7 +235,7 @@ pub fn step<T: Real>(
 
     // (3): collisions, decided on the positions before the motion.
     let to = Log { events: &mut events, counters, report };
-    layout.settle(workspace, state, n, dt, to, Some((&criterion, found)))
+    layout.commit(workspace, state, n, dt, to, Some((&criterion, found)))
 }
 
 /// The search has checked the particles, so what the motion finds otherwise has become so.
@@ -297,7 +297,7 @@ impl<T: Real> Layout<'_, T> {
     #[cfg_attr(feature = "small", inline(never))]
     fn open<'w>(&self, workspace: &'w mut [u8]) -> Result<Arrays<'w, T>> {
         let workers = if cfg!(feature = "small") { 1 } else { self.executor.workers() };
-        lay(&mut Carve::reopen(workspace)?, self.room, &self.summed, self.options, workers)
+        layout(&mut Carve::reopen(workspace)?, self.room, &self.summed, self.options, workers)
     }
 
     /// Checks the particles, finds the clusters that may collide, unless none can, and marks their particles.
@@ -364,7 +364,7 @@ impl<T: Real> Layout<'_, T> {
         let moving = Moving { positions, masses, labels, recorded, options, dt, step };
         let moved = Moved { positions: &mut *ends, increments, substeps };
         let force = if attracted && !positions.is_empty() { &mut attraction } else { &mut Attraction::None };
-        travel(&moving, total, moved, force, generator, Buffers { gradient, field, close }, run, report)?;
+        move_particles(&moving, total, moved, force, generator, Buffers { gradient, field, close }, run, report)?;
         if cfg!(not(feature = "small"))
             && let Attraction::Mesh(grid, _) = &attraction
             && grid.equation().walls == Walls::NoFlux
@@ -395,7 +395,7 @@ impl<T: Real> Layout<'_, T> {
 
     /// Decides the clusters, if there is a criterion (else merges are pending), takes the new positions over, merges, and ends the step.
     #[cfg_attr(feature = "small", inline(never))]
-    fn settle(
+    fn commit(
         &self,
         workspace: &mut [u8],
         mut state: State<'_, T>,
@@ -431,7 +431,7 @@ impl<T: Real> Layout<'_, T> {
     }
 }
 
-/// What [`travel`] writes on the way.
+/// What [`move_particles`] writes on the way.
 struct Buffers<'s, T> {
     gradient: &'s mut [[T; 2]],
     field: &'s mut [u8],
@@ -441,7 +441,7 @@ struct Buffers<'s, T> {
 /// Moves all particles, of this mass: chooses the way, sums or solves the field, counts.
 #[expect(clippy::too_many_arguments, reason = "one caller; a structure of them would stand on short stacks")]
 #[inline]
-fn travel<T: Real>(
+fn move_particles<T: Real>(
     moving: &Moving<'_, T>,
     total: T,
     moved: Moved<'_, T>,
@@ -492,7 +492,7 @@ fn travel<T: Real>(
                     picked.attract(points, out, jumps);
                 }
             };
-            let others = picked.as_ref().map_or(&[][..], Picked::indices);
+            let others = picked.as_ref().map_or(&[][..], HeavySet::indices);
             let Moved { positions, increments, substeps } = moved;
             let field = Frozen { gradient: &gradient, others };
             let to = Moved { positions: &mut *positions, increments: &mut *increments, substeps };
@@ -552,12 +552,12 @@ fn solve<'h, T: Real>(
     scale: MassScale,
     (positions, masses): (&[[T; 2]], &[T]),
     executor: &dyn Executor,
-) -> Result<Option<Picked<'h, T>>> {
-    let picked = heavy.and_then(|heavy| Picked::of(heavy, positions, masses));
+) -> Result<Option<HeavySet<'h, T>>> {
+    let picked = heavy.and_then(|heavy| HeavySet::of(heavy, positions, masses));
     grid.begin(scale);
     grid.add(positions, masses, executor)?;
     if let Some(picked) = &picked {
-        picked.leave(grid, executor)?;
+        picked.remove_from(grid, executor)?;
     }
     grid.solve(executor)?;
     Ok(picked)

@@ -7,7 +7,7 @@
 
 use crate::real::Real;
 use crate::real::single::{logarithm, series};
-use crate::simd::{Level, Plain, widest};
+use crate::simd::{Level, Loops, with_simd};
 
 /// The bits of 1.0; or-ed with 52 bits b they make 1 + b 2^-52.
 const ONE: u64 = 0x3FF0_0000_0000_0000;
@@ -47,7 +47,7 @@ pub const fn words(n: usize) -> usize {
 /// # Source
 /// Box & Muller 1958.
 pub fn normals<T: Real>(bits: &[u64], out: &mut [T]) {
-    widest(Level::best(), Normals { bits, out });
+    with_simd(Level::best(), Normals { bits, out });
 }
 
 struct Normals<'a, T> {
@@ -55,7 +55,7 @@ struct Normals<'a, T> {
     out: &'a mut [T],
 }
 
-impl<T: Real> Plain for Normals<'_, T> {
+impl<T: Real> Loops for Normals<'_, T> {
     type Out = ();
 
     #[inline(always)]

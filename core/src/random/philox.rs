@@ -3,7 +3,7 @@
 use super::{Generator, normal};
 use crate::error::Result;
 use crate::real::Real;
-use crate::simd::{Level, Plain, widest};
+use crate::simd::{Level, Loops, with_simd};
 
 /// Multipliers of the rounds.
 const MULTIPLY: [u32; 2] = [0xD251_1F53, 0xCD9E_8D57];
@@ -66,7 +66,7 @@ impl Philox {
     }
 
     fn normals_at<T: Real>(&self, level: Level, labels: &[u64], step: u32, substep: u32, out: &mut [[T; 2]]) {
-        widest(level, Normals { philox: *self, labels, step, substep, out });
+        with_simd(level, Normals { philox: *self, labels, step, substep, out });
     }
 }
 
@@ -78,7 +78,7 @@ struct Normals<'a, T> {
     out: &'a mut [[T; 2]],
 }
 
-impl<T: Real> Plain for Normals<'_, T> {
+impl<T: Real> Loops for Normals<'_, T> {
     type Out = ();
 
     #[inline(always)]

@@ -448,7 +448,7 @@ mod tests {
             for _ in 0..40 {
                 bits = bits.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
                 // subnormal numbers among them
-                let bits = if bits % 3 == 0 { bits & !(0x7FF << 52) } else { bits };
+                let bits = if bits.is_multiple_of(3) { bits & !(0x7FF << 52) } else { bits };
                 let (x, y) = (f64::from_bits(bits), f32::from_bits((bits >> 32) as u32));
                 if !x.is_nan() {
                     assert_eq!(Scalar::ldexp(x, n).to_bits(), libm::ldexp(x, n).to_bits(), "{x:e} {n}");

@@ -19,13 +19,13 @@ mod log;
 mod neon;
 mod portable;
 mod rows;
-mod widest;
+mod with_simd;
 
 pub use lanes::{BlockJob, Isa, Job, MAX_LANES};
 pub use level::Level;
 pub(crate) use log::{log, log_numerator};
 pub use rows::{OCTAVES, PANEL_BITS, ROW, ROWS, Rows};
-pub(crate) use widest::{Plain, widest};
+pub(crate) use with_simd::{Loops, with_simd};
 
 use crate::scalar::Scalar;
 

@@ -143,7 +143,7 @@ pub(in crate::field) struct Call<'a, T, const D: usize> {
 
 /// Bytes for the compacted sources.
 pub(in crate::field) fn workspace_bytes<T: Real, const D: usize>(n_sources: usize) -> Result<usize> {
-    Measure::of(|space| Packed::<T, D>::lay(space, n_sources).map(|_| ()))
+    Measure::of(|space| Packed::<T, D>::layout(space, n_sources).map(|_| ()))
 }
 
 /// Overwrites the outputs with the sums of a kernel; the potential only if `potentials`.
@@ -157,7 +157,7 @@ fn sums<T: Real, const D: usize, K: PairKernel<T, D>>(
     let Call { options, sources, targets, outputs } = call;
     let [coordinate, mass] = sources.largest(1);
     let units = Units::of([coordinate.max(kernel.length()), mass], targets);
-    let mut packed = Packed::<T, D>::lay(&mut Carve::reopen(workspace)?, sources.positions.len())?;
+    let mut packed = Packed::<T, D>::layout(&mut Carve::reopen(workspace)?, sources.positions.len())?;
     packed.fill(units, sources.positions, sources.masses);
     let wanted = outputs.wanted();
     let pieces = (

@@ -157,16 +157,16 @@ impl<'w, T: Real, const D: usize> Packed<'w, T, D> {
     ///
     /// # Errors
     /// [`Error::TooLarge`]: more than 2^32 sources.
-    pub fn lay(space: &mut impl Space<'w>, n: usize) -> Result<Self> {
+    pub fn layout(space: &mut impl Space<'w>, n: usize) -> Result<Self> {
         if u32::try_from(n).is_err() {
             return Err(Error::TooLarge);
         }
         Ok(Self {
-            positions: space.array(n)?,
-            masses: space.array(n)?,
-            origins: space.array(n)?,
+            positions: space.try_array(n)?,
+            masses: space.try_array(n)?,
+            origins: space.try_array(n)?,
             // Each class may end in a block that is not full.
-            boxes: space.array(n / BLOCK + CLASSES)?,
+            boxes: space.try_array(n / BLOCK + CLASSES)?,
             counts: [0; CLASSES],
         })
     }

@@ -50,7 +50,7 @@ pub(super) fn sums<T: Real, const D: usize, const FULL: bool>(
     let Call { options, sources, targets, mut outputs } = call;
     let [coordinate, mass] = sources.largest(1);
     let units = Units::of([coordinate.max(kernel.length()), mass], targets);
-    let mut packed = Packed::<T, D>::lay(&mut Carve::reopen(workspace)?, sources.positions.len())?;
+    let mut packed = Packed::<T, D>::layout(&mut Carve::reopen(workspace)?, sources.positions.len())?;
     let (positions, masses) = packed.fill_in_range(units, sources.positions, sources.masses);
     let (blob, wanted) = (kernel.blob, outputs.wanted());
     let mollified = blob.mollifier() != Mollifier::None;

@@ -10,17 +10,17 @@
 
 use super::Particles;
 use super::bound::Bound;
+use super::key_layout::{KeyLayout, LEVEL};
 use super::mesh::Mesh;
 use super::order::{self, FIRST, MARK, key, levels};
 use super::sieve::{LANES, Reach, Sieve, add, locals};
-use super::word::{Beyond, LEVEL};
 use crate::error::Result;
 use crate::exec::Executor;
 use crate::exec::{Chunks, Ranges, par_chunks};
 use crate::memory::Space;
 use crate::pks::collision::Criterion;
 use crate::real::Real;
-use crate::simd::{Level, Plain, widest};
+use crate::simd::{Level, Loops, with_simd};
 use crate::sort::words as sort;
 
 /// How many buckets there are.
@@ -75,20 +75,20 @@ pub struct Bucket<'a> {
 
 impl<'w> Buckets<'w> {
     /// Lays out the memory for `n` particles.
-    pub fn lay(space: &mut impl Space<'w>, n: usize) -> Self {
+    pub fn layout(space: &mut impl Space<'w>, n: usize) -> Self {
         let blocks = n.div_ceil(BLOCK);
         let buckets = if n > 0 { BUCKETS } else { 0 };
         Self {
-            blocked: space.part(n),
-            spare: space.part(n),
-            ends: space.part(blocks.saturating_mul(PITCH)),
-            loads: space.part(blocks.saturating_mul(BUCKETS)),
+            blocked: space.array(n),
+            spare: space.array(n),
+            ends: space.array(blocks.saturating_mul(PITCH)),
+            loads: space.array(blocks.saturating_mul(BUCKETS)),
             occupied: 0,
-            numbers: space.part(buckets),
-            starts: space.part(if n > 0 { BUCKETS + 1 } else { 0 }),
-            masses: space.part(buckets),
-            pairs: space.part(buckets),
-            sums: space.part(if n > 0 { BUCKETS + 1 } else { 0 }),
+            numbers: space.array(buckets),
+            starts: space.array(if n > 0 { BUCKETS + 1 } else { 0 }),
+            masses: space.array(buckets),
+            pairs: space.array(buckets),
+            sums: space.array(if n > 0 { BUCKETS + 1 } else { 0 }),
         }
     }
 
@@ -108,7 +108,7 @@ impl<'w> Buckets<'w> {
         let Particles { positions, masses, smallest } = particles;
         let n = positions.len();
         let blocks = n.div_ceil(BLOCK);
-        let beyond = Beyond::new(n);
+        let beyond = KeyLayout::new(n);
         let pieces = (
             (Chunks::new(&mut *self.spare, BLOCK), Chunks::new(&mut *self.blocked, BLOCK)),
             (Chunks::new(&mut *self.ends, PITCH), Chunks::new(&mut *self.loads, BUCKETS)),
@@ -119,7 +119,7 @@ impl<'w> Buckets<'w> {
             let (Some(positions), Some(masses)) = (positions.get(from..until), masses.get(from..until)) else {
                 return Ok(());
             };
-            widest(Level::best(), File { mesh, beyond, from, positions, masses, keys, words, ends, loads });
+            with_simd(Level::best(), File { mesh, beyond, from, positions, masses, keys, words, ends, loads });
             Ok(())
         })?;
         self.total(blocks);
@@ -144,17 +144,17 @@ impl<'w> Buckets<'w> {
             let heavy = words.len() > 2 && criterion.grouped(mass, heaviest);
             let reach = if heavy { None } else { reaches.of(heaviest) };
             let sieve = Sieve { words: &mut *words, spare: &mut *spare, beyond, reach, positions };
-            let sieved = if heavy { None } else { widest(Level::best(), sieve) };
-            let corner = Beyond::corner(bucket);
+            let sieved = if heavy { None } else { with_simd(Level::best(), sieve) };
+            let corner = KeyLayout::corner(bucket);
             let (sum, found) = match sieved {
                 Some(sum) => (sum, 0),
                 None => {
-                    let sum = widest(Level::best(), Key { words: &mut *words, beyond, corner });
+                    let sum = with_simd(Level::best(), Key { words: &mut *words, beyond, corner });
                     let mut counts = [0; sort::BUCKETS];
                     sort::by_20_bits(words, spare, &mut counts);
                     let cells = reach.map(|reach| reach.cells);
-                    widest(Level::best(), Compare { words: &mut *words, shared, beyond, cells });
-                    order::deepen(mesh, positions, words, spare, &mut counts, shared);
+                    with_simd(Level::best(), Compare { words: &mut *words, shared, beyond, cells });
+                    order::refine_ties(mesh, positions, words, spare, &mut counts, shared);
                     let found = match reach {
                         _ if heavy => HEAVY,
                         Some(reach) => {
@@ -242,7 +242,7 @@ impl<'w> Buckets<'w> {
     /// What bounds second moments.
     pub fn bound<T: Real>(&self, mesh: &Mesh<T>, smallest: T) -> Bound<'_, T> {
         Bound {
-            // Beyond the occupied ones nothing is in order.
+            // KeyLayout the occupied ones nothing is in order.
             starts: self.starts.get(..=self.occupied).unwrap_or(&[]),
             sums: self.sums,
             width: mesh.side.ldexp(-(FIRST as i32)).to_f64(),
@@ -256,7 +256,7 @@ struct Reaches<T>([(T, Option<Reach<T>>); RATIOS + 1]);
 
 impl<T: Real> Reaches<T> {
     /// For masses from the smallest to the largest of the buckets' largest.
-    fn new(mesh: &Mesh<T>, criterion: &Criterion<T>, smallest: T, masses: &[[f64; 2]], beyond: Beyond) -> Self {
+    fn new(mesh: &Mesh<T>, criterion: &Criterion<T>, smallest: T, masses: &[[f64; 2]], beyond: KeyLayout) -> Self {
         let heaviest = masses.iter().fold(smallest, |most, &[_, h]| most.max(T::from_f64(h)));
         let width = mesh.side.ldexp(-((FIRST + beyond.levels) as i32));
         // In cells, what the coordinates of two particles are rounded by at most: each is a difference, next to the mesh's far side to a whole epsilon of it if
@@ -288,7 +288,7 @@ impl<T: Real> Reaches<T> {
 /// Puts the particles of a block into buckets.
 struct File<'a, T> {
     mesh: &'a Mesh<T>,
-    beyond: Beyond,
+    beyond: KeyLayout,
     /// The number of the block's first particle.
     from: usize,
     positions: &'a [[T; 2]],
@@ -299,7 +299,7 @@ struct File<'a, T> {
     loads: &'a mut [[f64; 2]],
 }
 
-impl<T: Real> Plain for File<'_, T> {
+impl<T: Real> Loops for File<'_, T> {
     type Out = ();
 
     #[inline(always)]
@@ -313,7 +313,7 @@ impl<T: Real> Plain for File<'_, T> {
         let keys = keys.get(..positions.len()).unwrap_or(&[]);
         for (&word, &m) in keys.iter().zip(masses) {
             if let (Some(count), Some([mass, heaviest])) =
-                (ends.get_mut(Beyond::bucket(word)), loads.get_mut(Beyond::bucket(word)))
+                (ends.get_mut(KeyLayout::bucket(word)), loads.get_mut(KeyLayout::bucket(word)))
             {
                 let m = m.to_f64();
                 *count += 1;
@@ -326,7 +326,7 @@ impl<T: Real> Plain for File<'_, T> {
             start += core::mem::replace(end, start);
         }
         for &word in keys {
-            if let Some(end) = ends.get_mut(Beyond::bucket(word)) {
+            if let Some(end) = ends.get_mut(KeyLayout::bucket(word)) {
                 if let Some(slot) = words.get_mut(usize::from(*end)) {
                     *slot = word;
                 }
@@ -339,11 +339,11 @@ impl<T: Real> Plain for File<'_, T> {
 /// Gives the words of a bucket their keys. Returns the sums of the keys' coordinates in the bucket and of their squares.
 struct Key<'a> {
     words: &'a mut [u64],
-    beyond: Beyond,
+    beyond: KeyLayout,
     corner: [u32; 2],
 }
 
-impl Plain for Key<'_> {
+impl Loops for Key<'_> {
     type Out = [u64; 3];
 
     #[inline(always)]
@@ -369,12 +369,12 @@ fn from_corner([sx, sy, squares]: [u64; 3], corner: [u32; 2], count: usize) -> [
 struct Compare<'a> {
     words: &'a mut [u64],
     shared: &'a mut [u8],
-    beyond: Beyond,
+    beyond: KeyLayout,
     /// Cells along each axis within which two are near; `None`: none are.
     cells: Option<u32>,
 }
 
-impl Plain for Compare<'_> {
+impl Loops for Compare<'_> {
     type Out = ();
 
     #[inline(always)]
@@ -468,7 +468,7 @@ mod tests {
         let c = T::from_f64;
         let mut numbers = Uniform(9);
         let mut uniform = || numbers.next();
-        let beyond = Beyond::new(n);
+        let beyond = KeyLayout::new(n);
         let mut farthest = 0;
         for _ in 0..400 {
             // Sides next to powers of two, where coordinates are coarsest against the cells.
@@ -519,12 +519,12 @@ mod tests {
         let law = Law { chi: 1e-6, noise: 1.0, gamma: 1.0 };
         let criterion = Criterion::new(law, CollisionLaw::Exact, Merging::All, 1e-4, 1e-6);
         let bytes = Measure::of(|space| {
-            Buckets::lay(space, n);
+            Buckets::layout(space, n);
             space.finish()
         });
         let mut memory = vec![0xAB_u8; bytes.unwrap() + ALIGN];
         let start = memory.as_ptr().align_offset(ALIGN);
-        let mut buckets = Buckets::lay(&mut Carve::reopen(&mut memory[start..]).unwrap(), n);
+        let mut buckets = Buckets::layout(&mut Carve::reopen(&mut memory[start..]).unwrap(), n);
         for step in 0..10 {
             let mesh = Mesh::new(&Search::default(), &extent, step);
             let particles = Particles { positions: &positions, masses: &masses, smallest: extent.smallest };

@@ -17,14 +17,14 @@
 mod bound;
 #[cfg(all(target_has_atomic = "ptr", not(feature = "small")))]
 mod buckets;
+#[cfg(all(target_has_atomic = "ptr", not(feature = "small")))]
+mod key_layout;
 mod mesh;
 mod moments;
 mod order;
 #[cfg(all(target_has_atomic = "ptr", not(feature = "small")))]
 mod sieve;
 mod tree;
-#[cfg(all(target_has_atomic = "ptr", not(feature = "small")))]
-mod word;
 
 use super::collision::Criterion;
 use super::theory::Group;
@@ -102,26 +102,31 @@ impl<'w, T: Real> Scratch<'w, T> {
     /// Lays out the scratch for `n` particles.
     ///
     /// # Errors
-    /// Those of [`Space::array`]; [`Error::TooLarge`]: more particles than 32 bits count.
-    pub fn lay(space: &mut impl Space<'w>, n: usize) -> Result<Self> {
+    /// Those of [`Space::try_array`]; [`Error::TooLarge`]: more particles than 32 bits count.
+    pub fn layout(space: &mut impl Space<'w>, n: usize) -> Result<Self> {
         u32::try_from(n).ok().filter(|&n| n < u32::MAX).ok_or(Error::TooLarge)?;
         let scratch = Self::parts(space, n);
         space.finish()?;
         Ok(scratch)
     }
 
-    /// As [`Scratch::lay`], for no more than 32 bits count, as parts of a layout that is asked for errors at its end.
+    /// As [`Scratch::layout`], for no more than 32 bits count, as parts of a layout that is asked for errors at its end.
     pub(super) fn parts(space: &mut impl Space<'w>, n: usize) -> Self {
         let stack = if n > 0 { STACK } else { 0 };
         Self {
-            words: space.part(n),
+            words: space.array(n),
             #[cfg(all(target_has_atomic = "ptr", not(feature = "small")))]
-            many: Many::lay(space, if n > sort::FEW { n } else { 0 }),
+            many: Many::layout(space, if n > sort::FEW { n } else { 0 }),
             #[cfg(not(all(target_has_atomic = "ptr", not(feature = "small"))))]
             many: core::marker::PhantomData,
-            stack: Stack { nodes: space.part(stack), masses: space.part(stack), moments: space.part(stack), height: 0 },
-            shared: space.part(n),
-            found: Found { ranges: space.part(n / 2), values: space.part(n / 2), count: 0 },
+            stack: Stack {
+                nodes: space.array(stack),
+                masses: space.array(stack),
+                moments: space.array(stack),
+                height: 0,
+            },
+            shared: space.array(n),
+            found: Found { ranges: space.array(n / 2), values: space.array(n / 2), count: 0 },
         }
     }
 
@@ -215,7 +220,7 @@ pub fn find<T: Real>(
     #[cfg(not(all(target_has_atomic = "ptr", not(feature = "small"))))]
     let _ = (many, executor);
     if !is_many {
-        order::few(mesh, positions, words, shared);
+        order::sort_small(mesh, positions, words, shared);
     }
     #[cfg(all(target_has_atomic = "ptr", not(feature = "small")))]
     let bound = many.bound(mesh, particles.smallest);

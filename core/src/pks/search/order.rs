@@ -30,7 +30,7 @@ pub fn levels(a: u32, b: u32) -> u8 {
 
 /// Orders few particles: their words, and the levels that each shares with the one before it.
 #[cfg_attr(feature = "small", inline(never))]
-pub fn few<T: Real>(mesh: &Mesh<T>, positions: &[[T; 2]], words: &mut [u64], shared: &mut [u8]) {
+pub fn sort_small<T: Real>(mesh: &Mesh<T>, positions: &[[T; 2]], words: &mut [u64], shared: &mut [u8]) {
     for (i, (word, x)) in words.iter_mut().zip(positions).enumerate() {
         *word = mesh.word(x, i);
     }
@@ -40,12 +40,12 @@ pub fn few<T: Real>(mesh: &Mesh<T>, positions: &[[T; 2]], words: &mut [u64], sha
         *level = before.map_or(0, |before| levels(before, key(word)));
         before = Some(key(word));
     }
-    deepen(mesh, positions, words, &mut [], &mut [], shared);
+    refine_ties(mesh, positions, words, &mut [], &mut [], shared);
 }
 
 /// Sorts those that share all of the first levels by the next sixteen. The keys are lost, and the marks.
 #[inline]
-pub fn deepen<T: Real>(
+pub fn refine_ties<T: Real>(
     mesh: &Mesh<T>,
     positions: &[[T; 2]],
     words: &mut [u64],

@@ -4,11 +4,11 @@
 //! A bit for each cell of a grid over the bucket tells where a second particle comes to; what lies in such cells is compared pair by pair. Two
 //! within reach of one another may lie on both sides of a border: what is within reach of its cell's border is compared too. Whatever is compared is listed in
 //! every cell that half the reach around it touches. So two within reach meet in the own cell of one of them, or, across a corner, in a cell that both
-//! touch. Beyond the bucket's edge cells are counted around, which compares in vain and misses nothing.
+//! touch. KeyLayout the bucket's edge cells are counted around, which compares in vain and misses nothing.
 
-use super::word::Beyond;
+use super::key_layout::KeyLayout;
 use crate::real::Real;
-use crate::simd::Plain;
+use crate::simd::Loops;
 
 /// Buckets of fewer particles are not worth it.
 const WORTH: usize = 64;
@@ -32,14 +32,14 @@ pub struct Sieve<'a, T> {
     /// As long, overwritten.
     pub spare: &'a mut [u64],
     /// What the words hold.
-    pub beyond: Beyond,
+    pub beyond: KeyLayout,
     /// Within which two are near; `None`: none are.
     pub reach: Option<Reach<T>>,
     /// Of all particles.
     pub positions: &'a [[T; 2]],
 }
 
-impl<T: Real> Plain for Sieve<'_, T> {
+impl<T: Real> Loops for Sieve<'_, T> {
     type Out = Option<[u64; 3]>;
 
     #[inline(always)]
@@ -70,7 +70,7 @@ impl<T: Real> Plain for Sieve<'_, T> {
 /// A bucket's particles.
 struct Among<'a, T> {
     words: &'a [u64],
-    beyond: Beyond,
+    beyond: KeyLayout,
     reach: Reach<T>,
     positions: &'a [[T; 2]],
 }
@@ -100,7 +100,7 @@ impl<T: Real> Reach<T> {
 
 /// The coordinates of up to [`LANES`] words, and zeros.
 #[inline(always)]
-pub fn locals(beyond: Beyond, words: &[u64]) -> [[u32; LANES]; 2] {
+pub fn locals(beyond: KeyLayout, words: &[u64]) -> [[u32; LANES]; 2] {
     let mut places = [[0; LANES]; 2];
     let [xs, ys] = &mut places;
     for ((x, y), &word) in xs.iter_mut().zip(ys).zip(words) {
@@ -111,7 +111,7 @@ pub fn locals(beyond: Beyond, words: &[u64]) -> [[u32; LANES]; 2] {
 
 /// Adds the coordinates of keys, and their squares.
 #[inline(always)]
-pub fn add([sx, sy, squares]: &mut [u64; 3], beyond: Beyond, [xs, ys]: &[[u32; LANES]; 2]) {
+pub fn add([sx, sy, squares]: &mut [u64; 3], beyond: KeyLayout, [xs, ys]: &[[u32; LANES]; 2]) {
     for (&x, &y) in xs.iter().zip(ys) {
         let (x, y) = (u64::from(x >> beyond.levels), u64::from(y >> beyond.levels));
         *sx += x;
@@ -135,7 +135,7 @@ struct Grid {
 impl Grid {
     /// With 8 to 16 cells for each particle, so that their bits take up to a quarter of a word each; none if they were not much wider than the reach.
     #[inline(always)]
-    fn new(particles: usize, beyond: Beyond, reach: u32) -> Option<Self> {
+    fn new(particles: usize, beyond: KeyLayout, reach: u32) -> Option<Self> {
         let levels = beyond.below();
         let cells = particles.ilog2() + 4;
         let axes = [cells.div_ceil(2), cells / 2];
@@ -203,7 +203,7 @@ impl Grid {
         words: &[u64],
         bits: &mut [u64],
         several: &mut [u64],
-        beyond: Beyond,
+        beyond: KeyLayout,
         sums: &mut [u64; 3],
     ) -> Option<usize> {
         bits.fill(0);
@@ -338,7 +338,7 @@ mod tests {
     #[test]
     fn no_two_within_reach_pass() {
         // Coordinates of 16 bits in the bucket.
-        let beyond = Beyond::new(1 << 20);
+        let beyond = KeyLayout::new(1 << 20);
         assert_eq!(beyond.below(), 16);
         let mut numbers = Uniform(3);
         let (mut with_two, mut tried, mut passed) = (0, 0, 0);
@@ -351,8 +351,8 @@ mod tests {
             let places = places(&mut numbers, count, shifts, beside);
             let put = |(i, x): (usize, &[u32; 2])| beyond.put(x.map(|x| 0x1400_0000 | x << 10), i);
             let mut words: Vec<u64> = places.iter().enumerate().map(put).collect();
-            let bucket = Beyond::bucket(words[0]);
-            assert!(words.iter().all(|&word| Beyond::bucket(word) == bucket));
+            let bucket = KeyLayout::bucket(words[0]);
+            assert!(words.iter().all(|&word| KeyLayout::bucket(word) == bucket));
             let near = |x: &[u32; 2], y: &[u32; 2]| x[0].abs_diff(y[0]).max(x[1].abs_diff(y[1])) <= cells;
             let two = places.iter().enumerate().any(|(k, x)| places[..k].iter().any(|y| near(x, y)));
             // By coordinates alone: any distance of those counts.
@@ -380,7 +380,7 @@ mod tests {
 
     #[test]
     fn a_crowd_in_one_cell_is_left_to_the_sort() {
-        let (beyond, count, mut numbers) = (Beyond::new(1 << 20), 4000, Uniform(5));
+        let (beyond, count, mut numbers) = (KeyLayout::new(1 << 20), 4000, Uniform(5));
         let grid = Grid::new(count, beyond, 1).unwrap();
         for crowd in [3, count / 10, count / 4, count / 2, count * 3 / 4] {
             let place = |i: usize| {
@@ -401,7 +401,7 @@ mod tests {
 
     #[test]
     fn none_pass_from_one_place_and_all_if_nothing_is_near() {
-        let beyond = Beyond::new(1 << 20);
+        let beyond = KeyLayout::new(1 << 20);
         for count in [WORTH - 1, WORTH, WORTH + 1] {
             // All in one place.
             let words: Vec<u64> = (0..count).map(|i| beyond.put([77 << 20, 33 << 20], i)).collect();

@@ -13,12 +13,12 @@ const BEYOND: u32 = 8;
 
 /// How the bits are shared out.
 #[derive(Clone, Copy, Debug)]
-pub struct Beyond {
+pub struct KeyLayout {
     /// How many levels beyond the key's are held.
     pub levels: u32,
 }
 
-impl Beyond {
+impl KeyLayout {
     /// For the numbers below `n`.
     pub fn new(n: usize) -> Self {
         let free = (n.saturating_sub(1) as u32).leading_zeros();
@@ -107,16 +107,16 @@ mod tests {
     #[test]
     fn words_hold_what_was_put_in() {
         for n in [1, 2, 513, 1 << 16, (1 << 16) + 1, 1_000_000, 1 << 24, u32::MAX as usize] {
-            let beyond = Beyond::new(n);
+            let beyond = KeyLayout::new(n);
             for [x, y] in [[0, 0], [u32::MAX, 0], [0x1234_5678, 0x9ABC_DEF0], [u32::MAX; 2]] {
                 for i in [0, n / 2, n - 1] {
                     let put = beyond.put([x, y], i);
                     let bucket = interleave([x >> (32 - LEVEL), y >> (32 - LEVEL)]);
-                    assert_eq!(Beyond::bucket(put), bucket as usize);
+                    assert_eq!(KeyLayout::bucket(put), bucket as usize);
                     let place = [x, y].map(|c| c >> (FIRST - beyond.levels));
                     assert_eq!(beyond.local(put), place.map(|c| c & ((1 << beyond.below()) - 1)));
                     assert_eq!(beyond.number(put), i as u64);
-                    let keyed = beyond.keyed(put, Beyond::corner(bucket as usize));
+                    let keyed = beyond.keyed(put, KeyLayout::corner(bucket as usize));
                     assert_eq!(beyond.place(keyed), place);
                     assert_eq!(key(keyed), interleave([x >> 16, y >> 16]));
                     assert_eq!(beyond.strip(keyed), u64::from(key(keyed)) << 32 | i as u64);

@@ -18,12 +18,12 @@ fn search(
     masses: &[f64],
 ) -> Vec<Vec<usize>> {
     let n = positions.len();
-    let bytes = Measure::of(|space| Scratch::<f64>::lay(space, n).map(|_| ())).unwrap();
+    let bytes = Measure::of(|space| Scratch::<f64>::layout(space, n).map(|_| ())).unwrap();
     // Dirty, and ringed by canaries.
     let mut memory = vec![0xAB_u8; bytes + 3 * ALIGN];
     let start = memory.as_ptr().align_offset(ALIGN) + ALIGN;
     let mut carve = Carve::reopen(&mut memory[start..start + bytes]).unwrap();
-    let mut scratch = Scratch::lay(&mut carve, n).unwrap();
+    let mut scratch = Scratch::layout(&mut carve, n).unwrap();
     let extent = Extent::of(positions, masses, &Serial).unwrap();
     let mesh = Mesh::new(search, &extent, step);
     let particles = Particles { positions, masses, smallest: extent.smallest };
