@@ -3,6 +3,7 @@
 //! `shell` runs programs, `tools` finds or installs them, `text` reads sources; each other file is one command or one
 //! check, and `suites` runs them all and counts.
 
+mod avx512;
 mod coverage;
 mod examples;
 mod features;
@@ -55,7 +56,7 @@ enum Command {
     },
     /// Proves on the linked library that it allocates, panics and prints nothing.
     Symbols,
-    /// Refuses a `use` that points up between the floors of `core`, and `unsafe` outside its two rooms.
+    /// Refuses a `use` in `core` that points up between layers or closes a circle, and `unsafe` outside its modules.
     Layers,
     /// Builds each combination of Cargo features without std.
     Features,
@@ -63,6 +64,12 @@ enum Command {
     Coverage,
     /// Runs the programs of `tests/firmware/` on bare machines in QEMU and measures them.
     Firmware,
+    /// Runs the tests of the instruction levels at AVX-512: on this processor, or in an emulator where it lacks the instructions.
+    Avx512 {
+        /// In the emulator in any case.
+        #[arg(long)]
+        emulate: bool,
+    },
     /// Runs the tests of core and of `tests/` on aarch64, in QEMU.
     Neon {
         /// Handed to `cargo test`.
@@ -108,6 +115,7 @@ fn run(command: Command) -> Result<()> {
         Command::Coverage => coverage::run(),
         Command::Figures { quick, threads, scenes } => figures::run(quick, threads, &scenes),
         Command::Firmware => firmware::run().map(|_| ()),
+        Command::Avx512 { emulate } => avx512::run(emulate).map(|_| ()),
         Command::Neon { filter } => neon::run(&filter),
         Command::Install { prefix } => install::run(&prefix),
     }

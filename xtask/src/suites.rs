@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
 
-use crate::{coverage, examples, features, firmware, header, install, layers, shell, symbols};
+use crate::{avx512, coverage, examples, features, firmware, header, install, layers, shell, symbols};
 
 /// Passed and failed.
 #[derive(Clone, Copy, Default)]
@@ -20,12 +20,15 @@ const SUITES: &[Suite] = &[
     ("format", "the source is as rustfmt leaves it", || {
         checked(shell::run(shell::cargo().args(["fmt", "--all", "--check"])))
     }),
-    ("layers", "uses point down, unsafe stays in its rooms", || checked(layers::run())),
+    ("layers", "uses point down and close no circle, unsafe stays in its modules", || checked(layers::run())),
     ("header", "the header is what the source makes", || checked(header::run(true))),
     ("coverage", "each function of the header is called by a test", || checked(coverage::run())),
     ("lints", "clippy finds nothing", || checked(lints())),
     ("docs", "the documentation builds without a warning", || checked(docs())),
     ("unit", "cargo test", cargo_test),
+    ("avx512", "the widest instructions compute what they should, here or in an emulator", || {
+        counted(avx512::run(false))
+    }),
     ("features", "each combination of features builds", || checked(features::run())),
     ("symbols", "nothing but memory functions is needed", || checked(symbols::run())),
     ("install", "programs find the libraries where they are installed", || counted(install::check())),

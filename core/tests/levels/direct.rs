@@ -1,15 +1,17 @@
 //! The direct sum against its twin in double-double arithmetic, at every level this machine has; and what it promises about
 //! bits, counts, refusals and extreme distances.
 
-use mollis_core::exec::{Executor, Serial};
-use mollis_core::exec::{Run, Statistics};
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use mollis_core::exec::{Executor, Run, Serial, Statistics};
 use mollis_core::field::{self, Accumulation, Options, Outputs, Plan, Sources, Wanted};
 use mollis_core::kernel::Kernel;
 use mollis_core::mollifier::Mollifier;
 use mollis_core::simd::Level;
-use mollis_core::{Error, Real};
+use mollis_core::{Error, Real, Result};
 use mollis_reference::field::{Soft, newtonian};
-use mollis_tests::Threads;
+
+use crate::{Random, cases, levels};
 
 const ALL: Wanted = Wanted { potential: true, gradient: true, laplacian: true };
 
@@ -77,26 +79,9 @@ fn sum<T: Real, const D: usize>(
     out
 }
 
-struct Rng(u64);
-impl Rng {
-    fn bits(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        z ^ (z >> 31)
-    }
-    /// In -1..1, exact in f32.
-    fn number(&mut self) -> f64 {
-        ((self.bits() >> 40) as f64) / f64::from(1_u32 << 23) - 1.0
-    }
-    fn below(&mut self, n: usize) -> usize {
-        (self.bits() >> 33) as usize % n
-    }
-}
-
 /// Random and adversarial: particles on each other, on the edge of the support, on a line through the target, far and near,
 /// masses that cancel.
-fn case<const D: usize>(rng: &mut Rng, small: f64, large: f64) -> Case<D> {
+fn case<const D: usize>(rng: &mut Random, small: f64, large: f64) -> Case<D> {
     let n = rng.below(40);
     let kind = rng.below(8);
     let soft = (rng.below(4) > 0).then(|| Soft {
@@ -175,8 +160,8 @@ fn check<T: Real, const D: usize>(case: &Case<D>, got: &Result3<T, D>, what: &st
 }
 
 fn bound_holds<T: Real, const D: usize>(cases: usize, small: f64, large: f64) {
-    let mut rng = Rng(D as u64);
-    let levels: Vec<Level> = Level::available().collect();
+    let mut rng = Random(D as u64);
+    let levels = levels();
     let mut worst: f64 = 0.0;
     for i in 0..cases {
         let case = case::<D>(&mut rng, small, large);
@@ -189,16 +174,16 @@ fn bound_holds<T: Real, const D: usize>(cases: usize, small: f64, large: f64) {
 
 #[test]
 fn the_error_bound_holds_in_f64() {
-    bound_holds::<f64, 1>(2000, 1e-300, 1e150);
-    bound_holds::<f64, 2>(2000, 1e-300, 1e150);
-    bound_holds::<f64, 3>(2000, 1e-300, 1e150);
+    bound_holds::<f64, 1>(cases(2000), 1e-300, 1e150);
+    bound_holds::<f64, 2>(cases(2000), 1e-300, 1e150);
+    bound_holds::<f64, 3>(cases(2000), 1e-300, 1e150);
 }
 
 #[test]
 fn the_error_bound_holds_in_f32() {
-    bound_holds::<f32, 1>(1400, 1e-30, 1e15);
-    bound_holds::<f32, 2>(1400, 1e-30, 1e15);
-    bound_holds::<f32, 3>(1400, 1e-12, 1e12);
+    bound_holds::<f32, 1>(cases(1400), 1e-30, 1e15);
+    bound_holds::<f32, 2>(cases(1400), 1e-30, 1e15);
+    bound_holds::<f32, 3>(cases(1400), 1e-12, 1e12);
 }
 
 /// Around every lane, register block, task and source block.
@@ -211,7 +196,7 @@ fn around() -> Vec<usize> {
 }
 
 fn grid_case<const D: usize>(n: usize, k: usize, soft: Option<Soft>) -> Case<D> {
-    let mut rng = Rng(n as u64 * 1000 + k as u64);
+    let mut rng = Random(n as u64 * 1000 + k as u64);
     let positions: Vec<[f64; D]> = (0..n).map(|_| std::array::from_fn(|_| rng.number())).collect();
     let targets = (0..k).map(|i| positions.get(i).copied().unwrap_or([0.25; D])).collect();
     Case { masses: (0..n).map(|_| rng.number()).collect(), positions, targets, soft }
@@ -220,7 +205,7 @@ fn grid_case<const D: usize>(n: usize, k: usize, soft: Option<Soft>) -> Case<D> 
 #[test]
 fn sizes_around_every_width() {
     let soft = Some(Soft { order: 2, exponent: 4, delta: 0.25 });
-    for level in Level::available() {
+    for level in levels() {
         for k in around() {
             let case = grid_case::<2>(9, k, soft);
             check(&case, &sum::<f64, 2>(&case, ALL, &Options::default(), level, &Serial), "targets");
@@ -234,10 +219,34 @@ fn sizes_around_every_width() {
     }
 }
 
+/// So many threads, which take tasks as they come.
+struct Threads(usize);
+
+impl Executor for Threads {
+    fn workers(&self) -> usize {
+        self.0
+    }
+
+    fn run(&self, tasks: usize, task: &(dyn Fn(usize) + Sync)) -> Result<()> {
+        let next = AtomicUsize::new(0);
+        std::thread::scope(|scope| {
+            for worker in 0..self.0 {
+                let next = &next;
+                scope.spawn(move || {
+                    while next.fetch_add(1, Ordering::Relaxed) < tasks {
+                        task(worker);
+                    }
+                });
+            }
+        });
+        Ok(())
+    }
+}
+
 #[test]
 fn the_same_bits_for_any_number_of_threads_at_every_level() {
     let case = grid_case::<2>(700, 700, Some(Soft { order: 4, exponent: 3, delta: 0.1 }));
-    for level in Level::available() {
+    for level in levels() {
         let one = sum::<f64, 2>(&case, ALL, &Options::default(), level, &Serial);
         for threads in [1, 2, 3, 7] {
             let many = sum::<f64, 2>(&case, ALL, &Options::default(), level, &Threads(threads));
@@ -255,7 +264,7 @@ fn the_same_bits_for_any_number_of_threads_at_every_level() {
 #[test]
 fn any_subset_of_outputs() {
     let case = grid_case::<2>(100, 33, Some(Soft { order: 2, exponent: 4, delta: 0.2 }));
-    for level in Level::available() {
+    for level in levels() {
         let all = sum::<f64, 2>(&case, ALL, &Options::default(), level, &Serial);
         for bits in 0..8 {
             let wanted = Wanted { potential: bits & 1 > 0, gradient: bits & 2 > 0, laplacian: bits & 4 > 0 };
@@ -277,7 +286,7 @@ fn any_subset_of_outputs() {
 /// A zero or a huge distance in one lane leaves the other lanes' bits as they are.
 #[test]
 fn lanes_do_not_touch_each_other() {
-    for level in Level::available() {
+    for level in levels() {
         let mut case = grid_case::<3>(20, 64, None);
         case.targets = (0..64).map(|i| [0.3 + 0.01 * f64::from(i), 0.2, -0.1]).collect();
         // What enters the units stays: the largest coordinate is a source's.
@@ -320,7 +329,7 @@ fn lanes_do_not_touch_each_other() {
 #[test]
 fn skipped_work_is_counted() {
     let soft = |delta| Some(Soft { order: 2, exponent: 4, delta });
-    for level in Level::available() {
+    for level in levels() {
         let run = |case: &Case<2>| sum::<f64, 2>(case, ALL, &Options::default(), level, &Serial).counters;
         // Targets far from all sources: no polynomial. Every seventh source has no mass.
         let mut case = grid_case::<2>(70, 40, soft(0.1));
@@ -348,7 +357,7 @@ fn compensated_sums_do_not_grow_with_n() {
     let mut case = grid_case::<2>(n, 3, Some(Soft { order: 2, exponent: 4, delta: 0.1 }));
     case.masses.iter_mut().for_each(|m| *m = m.abs());
     let options = Options { accumulation: Accumulation::Compensated, ..Options::default() };
-    for level in Level::available() {
+    for level in levels() {
         let got = sum::<f32, 2>(&case, ALL, &options, level, &Serial);
         // c, the additions within a block of 8, four for the double words; n u^2 / 4 is nothing here.
         let bound = (16.0 + 8.0 + 4.0) * f64::from(f32::EPSILON) / 2.0;
