@@ -1,6 +1,39 @@
 //! Particles that interact through softened ("mollified") potentials: all the mathematics of mollis.
 //!
 //! The crate allocates nothing, prints nothing and never panics in a release build. The caller owns all memory.
+//!
+//! ```
+//! use mollis_core::exec::Run;
+//! use mollis_core::field::{self, Options, Outputs, Sources, Wanted};
+//! use mollis_core::kernel::Kernel;
+//! use mollis_core::memory::ALIGN;
+//! use mollis_core::mollifier::Mollifier;
+//!
+//! // Two masses in the plane, and the Newtonian kernel log|x| / (2 pi), smoothed within 0.1.
+//! let (x, mass) = ([[0.0, 0.0], [1.0, 0.0]], [3.0, 5.0]);
+//! let kernel = Kernel::<f64, 2>::newtonian(1.0, Mollifier::Compact { order: 2, exponent: 4 }, 0.1)?;
+//!
+//! // The plan says which method runs and how much memory it needs.
+//! let wanted = Wanted { gradient: true, ..Wanted::default() };
+//! let plan = field::plan(&kernel, x.len(), x.len(), wanted, &Options::default())?;
+//! let bytes = plan.workspace_bytes(1)?;
+//! let mut memory = vec![0; bytes + ALIGN];
+//! let start = memory.as_ptr().align_offset(ALIGN);
+//! let workspace = &mut memory[start..start + bytes];
+//!
+//! let mut gradient = [[0.0; 2]; 2];
+//! let outputs = Outputs { gradient: Some(&mut gradient), ..Outputs::default() };
+//! let sources = Sources { positions: &x, masses: &mass };
+//! field::evaluate(&plan, &kernel, sources, &x, outputs, workspace, &mut Run::default())?;
+//!
+//! // Outside 0.1 the field is exactly that of points: grad u = sum m (x - y) / (2 pi |x - y|^2).
+//! assert!((gradient[1][0] - 3.0 / std::f64::consts::TAU).abs() < 1e-15);
+//! # Ok::<(), mollis_core::Error>(())
+//! ```
+//!
+//! `examples/` holds whole programs: a field sum, the blob method, coalescing particles.
+//!
+//! # Modules
 //! Its layers, from the bottom up; a module uses only its own layer and those below, and no two modules use each other:
 //!
 //! 1. [`error`], [`scalar`] and [`real`] (f32 and f64), [`special`] (functions libm lacks), [`memory`] (the layout of a caller's workspace),

@@ -71,7 +71,7 @@ fn build() -> Result<PathBuf> {
         let message: serde_json::Value = serde_json::from_str(line).ok()?;
         message.get("executable")?.as_str().map(PathBuf::from)
     });
-    programs.last().context("cargo names no test program")
+    programs.into_iter().next_back().context("cargo names no test program")
 }
 
 /// Debian's kernel for virtual machines, unpacked but not installed.

@@ -26,7 +26,7 @@ pub fn run(name: &str, arguments: &[String]) -> Result<()> {
     shell::run(shell::program(image).args(arguments))
 }
 
-/// The header by itself, as C and C++.
+/// The header by itself, as C and C++, and the README's program.
 pub fn header() -> Result<usize> {
     tools::need(&[("gcc", "gcc"), ("g++", "g++")])?;
     let file = shell::scratch("examples")?.join("header.c");
@@ -49,7 +49,20 @@ pub fn header() -> Result<usize> {
         ]);
         shell::run(command.arg(&file))?;
     }
-    Ok(HEADER.len())
+    readme()?;
+    Ok(HEADER.len() + 1)
+}
+
+/// The README's program in C.
+fn readme() -> Result<()> {
+    let text = shell::read(&shell::root().join("README.md"))?;
+    let (_, after) = text.split_once("```c\n").context("README.md holds no program in C")?;
+    let (program, _) = after.split_once("```").context("README.md: a block has no end")?;
+    let file = shell::scratch("examples")?.join("readme.c");
+    std::fs::write(&file, program)?;
+    let mut gcc = shell::program("gcc");
+    gcc.args(["-std=c11", "-pedantic", "-Wall", "-Wextra", "-Werror", "-fsyntax-only", "-Iinclude"]);
+    shell::run(gcc.arg(&file))
 }
 
 /// Every program, compiled and run with what `examples_c/NAME.test` holds as arguments; with valgrind if asked.

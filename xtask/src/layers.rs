@@ -78,7 +78,7 @@ impl Tree {
     fn add(&mut self, module: Module, source: &str) -> Result<()> {
         let code = text::code_only(source);
         let name = module.join("::");
-        let allowed = UNSAFE_MODULES.iter().any(|room| name == *room || name.starts_with(&format!("{room}::")));
+        let allowed = UNSAFE_MODULES.iter().any(|module| name == *module || name.starts_with(&format!("{module}::")));
         if !allowed && text::identifiers(&code).any(|(_, word)| word == "unsafe") {
             self.faults.push(format!("{name}: `unsafe` outside {UNSAFE_MODULES:?}"));
         }

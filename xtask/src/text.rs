@@ -1,4 +1,4 @@
-//! Just enough reading of Rust and C to check house rules: comments and literals out, identifiers counted.
+//! Just enough reading of Rust and C to check the rules of this repository: comments and literals out, identifiers counted.
 
 /// The source with every comment, string and character literal blanked; line breaks stay.
 pub fn code_only(source: &str) -> String {
