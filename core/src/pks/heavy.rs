@@ -1,21 +1,19 @@
 //! The few heavy particles beside a mesh: their attraction is summed pair by pair, not interpolated.
 //!
-//! On a mesh a particle is four nodes' masses, so that within some widths of it the attraction is wrong by as much as it is, and two heavy
-//! particles meet in a field that knows neither well. Particle-particle particle-mesh methods (Hockney & Eastwood, *Computer Simulation Using
-//! Particles*, 1988, chapter 8) subtract the smoothed force of near pairs and add the true one. Here the pairs that matter have a heavy
-//! partner, and these partners are so few that their smooth part need not be on the mesh at all: they are taken out of the density to the
-//! bit, every other particle feels the exact force of each of them at every distance, and they feel the opposite. Nothing is left of
-//! the mesh's error in these pairs.
+//! On a mesh a particle is spread over four nodes, so within a few mesh widths of it the interpolated attraction has a relative error of order one. Particle-particle
+//! particle-mesh methods (Hockney & Eastwood, *Computer Simulation Using Particles*, 1988, chapter 8) subtract the smoothed force of near pairs and
+//! add the true one. Here the pairs that matter have a heavy partner, and there are few heavy particles. So their smooth part is left off the mesh: they are
+//! removed from the density exactly, every other particle gets their exact force at every distance, and they get the opposite force. These
+//! pairs carry no error of the mesh.
 //!
-//! A light particle may infall_factor all the way within a step, in sub-steps of its own, while a heavy one sees it where it was. So a heavy one is
-//! driven by the mean force of that infall_factor: r^2 falls by q = 2 chi m dt K'(r) / r of itself, and the factor's mean is
-//! `(1 - sqrt(1 - q)) / (chi m dt)`, which is K'(r) / r for short steps. That keeps the centre of mass but for noise.
+//! A light particle may fall all the way to a heavy one within a step, in sub-steps of its own, while the heavy one is held at its place at the start of the step. The
+//! heavy one is therefore driven by the mean force of that fall: r^2 decreases by q = 2 chi m dt K'(r) / r of itself, and the factor's mean is
+//! `(1 - sqrt(1 - q)) / (chi m dt)`, which is K'(r) / r for short steps. The centre of mass is kept except for noise.
 
 use super::motion::{self, Moved, Moving};
 use super::state::Options;
 use crate::error::{Error, Result};
-use crate::exec::Executor;
-use crate::exec::{Chunks, par_chunks};
+use crate::exec::{Chunks, Executor, par_chunks};
 use crate::field::{Interaction, Wanted};
 use crate::grid::{Equation, Grid, Mesh, Walls};
 use crate::mollifier::{Blob, Mollifier, Series};
@@ -25,6 +23,9 @@ use crate::simd::{Level, Loops, with_simd};
 
 /// At most so many particles are heavy: those of the greatest masses, of equal ones the first.
 pub const MAX_HEAVY: usize = 64;
+
+/// One entry a heavy particle.
+type List<X> = heapless::Vec<X, MAX_HEAVY>;
 
 /// Particles of one task.
 const PARTICLES: usize = 8192;
@@ -81,33 +82,32 @@ impl<T: Real> Heavy<'_, T> {
 }
 
 /// The heavy particles of a moment, in the order of the array.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 pub struct HeavySet<'a, T: Real> {
     pull: Pull<'a, T>,
     core: T,
-    count: usize,
-    indices: [usize; MAX_HEAVY],
-    positions: [[T; 2]; MAX_HEAVY],
-    masses: [T; MAX_HEAVY],
+    indices: List<usize>,
+    positions: List<[T; 2]>,
+    masses: List<T>,
 }
 
 impl<'a, T: Real> HeavySet<'a, T> {
     /// The heavy ones of these particles; `None` without any.
     pub fn of(heavy: &Heavy<'a, T>, positions: &[[T; 2]], masses: &[T]) -> Option<Self> {
         let pull = Pull::new(heavy.kernel);
-        let (indices, origin, none) = ([0; MAX_HEAVY], [[T::ZERO; 2]; MAX_HEAVY], [T::ZERO; MAX_HEAVY]);
-        let mut picked = Self { pull, core: heavy.core, count: 0, indices, positions: origin, masses: none };
+        let mut picked =
+            Self { pull, core: heavy.core, indices: List::new(), positions: List::new(), masses: List::new() };
         for (index, (&m, &x)) in masses.iter().zip(positions).enumerate() {
             if m >= heavy.mass {
                 picked.take(index, x, m);
             }
         }
-        (picked.count > 0).then_some(picked)
+        (!picked.masses.is_empty()).then_some(picked)
     }
 
     /// Takes one more, for the last of the lightest if there is no room.
     fn take(&mut self, index: usize, x: [T; 2], m: T) {
-        if self.count == MAX_HEAVY {
+        if self.masses.is_full() {
             let (mut lightest, mut at) = (T::INFINITY, 0);
             for (k, &mass) in self.masses.iter().enumerate() {
                 if mass <= lightest {
@@ -117,29 +117,25 @@ impl<'a, T: Real> HeavySet<'a, T> {
             if m <= lightest {
                 return;
             }
-            close(&mut self.indices, at);
-            close(&mut self.positions, at);
-            close(&mut self.masses, at);
-            self.count -= 1;
+            remove(&mut self.indices, at);
+            remove(&mut self.positions, at);
+            remove(&mut self.masses, at);
         }
-        let slots = (self.indices.get_mut(self.count), self.positions.get_mut(self.count));
-        if let ((Some(to_index), Some(to_x)), Some(to_m)) = (slots, self.masses.get_mut(self.count)) {
-            (*to_index, *to_x, *to_m) = (index, x, m);
-            self.count += 1;
-        }
+        // There is room, in all three alike.
+        let _ = (self.indices.push(index), self.positions.push(x), self.masses.push(m));
     }
 
     /// Their places among the particles, ascending.
     pub fn indices(&self) -> &[usize] {
-        self.indices.get(..self.count).unwrap_or_default()
+        &self.indices
     }
 
     fn positions(&self) -> &[[T; 2]] {
-        self.positions.get(..self.count).unwrap_or_default()
+        &self.positions
     }
 
     fn masses(&self) -> &[T] {
-        self.masses.get(..self.count).unwrap_or_default()
+        &self.masses
     }
 
     /// Takes them out of the density of all particles.
@@ -160,7 +156,7 @@ impl<'a, T: Real> HeavySet<'a, T> {
         );
     }
 
-    /// Overwrites the gradients at the heavy particles with that of the other particles, by pairs, in the mean over their infall_factor if `infall_factor` is
+    /// Overwrites the gradients at the heavy particles with that of the other particles, by pairs, in the mean over a step if `infall_factor` is
     /// 2 chi dt, and as they are if it is zero.
     ///
     /// # Errors
@@ -173,7 +169,7 @@ impl<'a, T: Real> HeavySet<'a, T> {
         executor: &dyn Executor,
     ) -> Result<()> {
         let pull = &self.pull;
-        par_chunks(executor, self.count, Chunks::new(slopes, 1), (), &|task, slopes, ()| {
+        par_chunks(executor, self.masses.len(), Chunks::new(slopes, 1), (), &|task, slopes, ()| {
             let (Some(&at), Some(&mass)) = (self.positions().get(task), self.masses().get(task)) else { return Ok(()) };
             let Some(slope) = slopes.first_mut() else { return Ok(()) };
             let infall_factor = infall_factor * mass;
@@ -210,11 +206,10 @@ impl<'a, T: Real> HeavySet<'a, T> {
             self.attract(points, slopes, &mut []);
             Ok(())
         })?;
-        let mut own = [[T::ZERO; 2]; MAX_HEAVY];
-        let own = own.get_mut(..self.count).ok_or(Error::TooLarge)?;
-        self.react((positions, masses), T::ZERO, own, executor)?;
-        self.attract(self.positions(), own, &mut []);
-        for (&index, own) in self.indices().iter().zip(own) {
+        let mut own = list_of(self.masses.len(), [T::ZERO; 2])?;
+        self.react((positions, masses), T::ZERO, &mut own, executor)?;
+        self.attract(self.positions(), &mut own, &mut []);
+        for (&index, own) in self.indices().iter().zip(&own) {
             slopes.get_mut(index).into_iter().for_each(|slope| *slope = *own);
         }
         Ok(())
@@ -233,45 +228,41 @@ impl<'a, T: Real> HeavySet<'a, T> {
         moved: Moved<'_, T>,
         executor: &dyn Executor,
     ) -> Result<u64> {
-        let n = self.count;
-        let (mut corrections, mut slopes) = ([[T::ZERO; 2]; MAX_HEAVY], [[T::ZERO; 2]; MAX_HEAVY]);
-        let (mut ends, mut jumps, mut labels, mut recorded) =
-            ([[T::ZERO; 2]; MAX_HEAVY], [[T::ZERO; 2]; MAX_HEAVY], [0; MAX_HEAVY], [0; MAX_HEAVY]);
+        let n = self.masses.len();
+        let (mut corrections, mut slopes) = (list_of(n, [T::ZERO; 2])?, list_of(n, [T::ZERO; 2])?);
+        let (mut ends, mut jumps) = (list_of(n, [T::ZERO; 2])?, list_of(n, [T::ZERO; 2])?);
+        let (mut labels, mut recorded) = (list_of(n, 0)?, list_of(n, 0)?);
         for ((&index, label), flag) in self.indices().iter().zip(&mut labels).zip(&mut recorded) {
             *label = moving.labels.get(index).copied().ok_or(Error::LengthMismatch)?;
             *flag = moving.recorded.get(index).copied().unwrap_or(0);
         }
-        let room = Error::TooLarge;
-        let corrections = corrections.get_mut(..n).ok_or(room)?;
-        let slopes = slopes.get_mut(..n).ok_or(room)?;
         let infall_factor = T::TWO * moving.options.chi * moving.dt;
-        self.react((moving.positions, moving.masses), infall_factor, corrections, executor)?;
-        grid.interpolate_here(self.positions(), slopes);
-        for (correction, mesh) in corrections.iter_mut().zip(&*slopes) {
+        self.react((moving.positions, moving.masses), infall_factor, &mut corrections, executor)?;
+        grid.interpolate_here(self.positions(), &mut slopes);
+        for (correction, mesh) in corrections.iter_mut().zip(&slopes) {
             *correction = [correction[0] - mesh[0], correction[1] - mesh[1]];
         }
         let part = Moving {
             positions: self.positions(),
             masses: self.masses(),
-            labels: labels.get(..n).ok_or(room)?,
-            recorded: recorded.get(..n).ok_or(room)?,
+            labels: &labels,
+            recorded: &recorded,
             options: &self.options(moving.options),
             ..*moving
         };
-        let (ends, jumps) = (ends.get_mut(..n).ok_or(room)?, jumps.get_mut(..n).ok_or(room)?);
-        let mut there = *self;
+        let mut there = self.clone();
         let mut sum = |points: &[[T; 2]], slopes: &mut [[T; 2]]| {
             grid.interpolate_here(points, slopes);
-            for (slope, correction) in slopes.iter_mut().zip(&*corrections) {
+            for (slope, correction) in slopes.iter_mut().zip(&corrections) {
                 *slope = [slope[0] + correction[0], slope[1] + correction[1]];
             }
             there.positions.iter_mut().zip(points).for_each(|(to, x)| *to = *x);
             there.attract(points, slopes, &mut []);
             Ok(())
         };
-        let to = Moved { positions: &mut *ends, increments: &mut *jumps, substeps: &mut [] };
-        let made = motion::together(&part, &mut sum, None, generator, to, slopes)?;
-        for ((&index, end), (jump, &flag)) in self.indices().iter().zip(&*ends).zip(jumps.iter().zip(&recorded)) {
+        let to = Moved { positions: &mut ends, increments: &mut jumps, substeps: &mut [] };
+        let made = motion::together(&part, &mut sum, None, generator, to, &mut slopes)?;
+        for ((&index, end), (jump, &flag)) in self.indices().iter().zip(&ends).zip(jumps.iter().zip(&recorded)) {
             moved.positions.get_mut(index).into_iter().for_each(|to| *to = *end);
             if flag != 0 {
                 moved.increments.get_mut(index).into_iter().for_each(|to| *to = *jump);
@@ -299,12 +290,20 @@ impl<'a, T: Real> HeavySet<'a, T> {
     }
 }
 
-/// Closes the gap that the element at `at` leaves.
-fn close<X: Copy>(slice: &mut [X], at: usize) {
-    let mut rest = slice.iter_mut().skip(at).peekable();
+/// `n` times `value`.
+fn list_of<X: Clone>(n: usize, value: X) -> Result<List<X>> {
+    let mut list = List::new();
+    list.resize(n, value).map_err(|_| Error::TooLarge)?;
+    Ok(list)
+}
+
+/// Removes the element at `at`; the others keep their order.
+fn remove<X: Copy>(list: &mut List<X>, at: usize) {
+    let mut rest = list.iter_mut().skip(at).peekable();
     while let (Some(to), Some(next)) = (rest.next(), rest.peek()) {
         *to = **next;
     }
+    list.pop();
 }
 
 /// The kernel, and what is known of it.
