@@ -29,6 +29,8 @@ mod compact;
 mod distance;
 mod gaussian;
 mod law;
+#[cfg(feature = "nalgebra")]
+mod matrix;
 mod moments;
 mod newtonian;
 mod plain;
