@@ -159,9 +159,9 @@ impl<'a> Builder<'a> {
 
     /// Reserves the next triples of the tables.
     fn triples(&mut self, len: usize) -> Result<&mut [[f64; 3]]> {
-        let room = self.tables.get_mut(self.next..).ok_or(Error::WorkspaceTooSmall)?;
+        let free = self.tables.get_mut(self.next..).ok_or(Error::WorkspaceTooSmall)?;
         self.next += 3 * len;
-        room.as_chunks_mut::<3>().0.get_mut(..len).ok_or(Error::WorkspaceTooSmall)
+        free.as_chunks_mut::<3>().0.get_mut(..len).ok_or(Error::WorkspaceTooSmall)
     }
 
     /// Stores a panel of powers in two words: coefficients times `factors`.
