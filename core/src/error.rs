@@ -1,13 +1,13 @@
-//! The one table of errors: enum, C codes and texts.
+//! The table of errors: enum, C codes and texts.
 
 use core::ffi::CStr;
 
-/// What every fallible function of mollis returns.
+/// The result of every fallible function of mollis.
 pub type Result<T> = core::result::Result<T, Error>;
 
 macro_rules! errors {
     ($($code:literal $name:ident $text:literal $doc:literal)*) => {
-        /// Why a call was refused or a run stopped.
+        /// The reason why a call was refused or a run stopped.
         ///
         /// The number is the C code (`MOLLIS_ERR_*`); 0 is success. Numbers are never reused or changed, and are below 256.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -21,13 +21,13 @@ macro_rules! errors {
             /// Every error, in the order of the codes.
             pub const ALL: &'static [Error] = &[$(Error::$name,)*];
 
-            /// The variant's name, as the C constant is made from it: `NullPointer` is `MOLLIS_ERR_NULL_POINTER`.
+            /// The variant's name, from which the C constant is formed: `NullPointer` is `MOLLIS_ERR_NULL_POINTER`.
             #[must_use]
             pub const fn name(self) -> &'static str {
                 match self { $(Error::$name => stringify!($name),)* }
             }
 
-            /// A sentence for people, without a final stop. Static, never empty.
+            /// An English sentence without a final full stop. Static, never empty.
             #[must_use]
             pub const fn text(self) -> &'static CStr {
                 match self { $(Error::$name => $text,)* }
@@ -96,7 +96,7 @@ mod tests {
         }
         for &e in Error::ALL {
             assert_eq!(Error::from_code(e as i32), Some(e));
-            // `space::par_chunks` keeps a code in eight bits, and the C header promises the rest to hosts.
+            // `exec::par_chunks` stores a code in eight bits, and the C header reserves the remaining codes for hosts.
             assert!((1..256).contains(&(e as i32)));
             assert!(!e.text().is_empty() && e.text().to_bytes().is_ascii());
         }

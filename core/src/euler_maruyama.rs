@@ -1,27 +1,27 @@
 //! Adaptive Euler-Maruyama sub-steps (Zhelezov & Fatkullin (3.4), (3.5)).
 //!
-//! `X(t + s) = X(t) + v s + sqrt(2 D s) N`, where s is chosen so that the expected length of the jump stays below a given width.
+//! `X(t + s) = X(t) + v s + sqrt(2 D s) N`, with s chosen so that the expected length of the jump is below a given width.
 
 use crate::error::{Error, Result};
 use crate::real::Real;
 
-/// How sub-steps are chosen.
+/// Parameters of the choice of sub-steps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Control<T> {
-    /// The expected jump of a sub-step stays below this length: the mesh width. Infinity for no limit.
+    /// The upper bound of the expected jump of a sub-step: the mesh width. Infinity for no bound.
     pub width: T,
-    /// At least so many sub-steps a step; 0 counts as 1.
+    /// The minimum number of sub-steps per step; 0 counts as 1.
     pub at_least: u32,
-    /// More than so many are refused with [`Error::TooManySubsteps`].
+    /// The maximum number of sub-steps per step. More give [`Error::TooManySubsteps`].
     pub at_most: u32,
 }
 
 impl<T: Real> Control<T> {
-    /// The next sub-step with `remaining` of the step `dt` left, at speed |v| and diffusivity D, `done` sub-steps having been made:
-    /// `remaining` itself if one is enough.
+    /// The next sub-step, with `remaining` of the step `dt` left after `done` sub-steps, at speed |v| and diffusivity D.
+    /// Returns `remaining` if one sub-step suffices.
     ///
     /// # Errors
-    /// [`Error::TooManySubsteps`]: it would be one too many.
+    /// [`Error::TooManySubsteps`]: it would exceed the maximum number.
     #[inline]
     pub fn next(&self, dt: T, remaining: T, done: u32, speed: T, diffusivity: T) -> Result<T> {
         if done >= self.at_most {
@@ -29,11 +29,11 @@ impl<T: Real> Control<T> {
         }
         let longest = largest(speed, diffusivity, self.width);
         let longest = if self.at_least > 1 { longest.min(dt / T::from_usize(self.at_least as usize)) } else { longest };
-        // What is left carries a rounding of dt from each sub-step: a rest of that size is not a sub-step of its own.
+        // `remaining` has a rounding error of dt from each sub-step. A rest of that size is not a separate sub-step.
         if longest >= remaining - dt * T::EPSILON * T::from_usize(done as usize + 1) {
             return Ok(remaining);
         }
-        // No progress: the sub-step vanishes against the step.
+        // No progress: the sub-step is negligible relative to the step.
         if longest <= dt * T::EPSILON || longest.is_nan() {
             return Err(Error::TooManySubsteps);
         }
@@ -49,7 +49,7 @@ pub fn largest<T: Real>(speed: T, diffusivity: T, width: T) -> T {
         return width;
     }
     let noise = (T::PI * diffusivity).sqrt();
-    // speed r^2 + noise r = width, r = sqrt(s), by the form without cancellation.
+    // speed r^2 + noise r = width, r = sqrt(s), solved by the formula without cancellation.
     let root = noise + (noise * noise + T::from_i32(4) * speed * width).sqrt();
     if root == T::ZERO {
         return T::INFINITY;

@@ -1,8 +1,8 @@
-//! The classical Runge-Kutta method of fourth order with a fixed step, on a flat state in the caller's memory.
+//! The classical Runge-Kutta method of fourth order with a fixed step, for a flat state in the caller's memory.
 //!
-//! The state is one slice of scalars; what stands where in it is the caller's matter. The stepper holds three more
-//! slices of that length ([`Scratch`]), laid out by [`Scratch::layout`]. A step either completes or leaves the state as it
-//! was: a right-hand side that fails, or a new state that is not finite, never reaches the state.
+//! The state is one slice of scalars with a layout chosen by the caller. The stepper uses three more
+//! slices of that length ([`Scratch`]), laid out by [`Scratch::layout`]. A step either completes or leaves the state
+//! unchanged: if a right-hand side fails or the new state is not finite, nothing is written to the state.
 //!
 //! Source: Kutta, *Beitrag zur naeherungsweisen Integration totaler Differentialgleichungen*, 1901; Hairer, Norsett,
 //! Wanner, *Solving Ordinary Differential Equations I*, section II.1, table 1.2 (left).
@@ -11,14 +11,14 @@ use crate::error::{Error, Result};
 use crate::memory::Space;
 use crate::real::Real;
 
-/// Where the method's interval of stability on the negative real axis ends: the real root of
+/// The length of the method's interval of stability on the negative real axis. The real root of
 /// 1 + z/2 + z^2/6 + z^3/24 = 0, which is R(z) = 1, is -2.785293563...
 pub const REAL_STABILITY: f64 = 2.785_293_563;
 
-/// Slices of the state's length in a [`Scratch`].
+/// Number of slices of the state's length in a [`Scratch`].
 pub const SLICES: usize = 3;
 
-/// What a step needs beside the state; garbage between steps.
+/// The scratch memory of a step; undefined between steps.
 #[derive(Debug)]
 pub struct Scratch<'w, T> {
     /// The argument of the right-hand side, then the new state.
@@ -38,12 +38,12 @@ impl<'w, T: Real> Scratch<'w, T> {
         Ok(Self { stage: space.try_array(n)?, slope: space.try_array(n)?, sum: space.try_array(n)? })
     }
 
-    /// A slice of the state's length, free between steps.
+    /// A slice of the state's length, unused between steps.
     pub fn spare(&mut self) -> &mut [T] {
         self.slope
     }
 
-    /// The scratch of a state of a third of `memory`'s length.
+    /// The scratch for a state of one third of the length of `memory`.
     #[must_use]
     pub fn split(memory: &'w mut [T]) -> Self {
         let n = memory.len() / SLICES;
@@ -53,7 +53,7 @@ impl<'w, T: Real> Scratch<'w, T> {
     }
 }
 
-/// Which of the four evaluations of a step is asked for. The first is at the state itself.
+/// The evaluation requested from the right-hand side, one of four per step. The first is at the state itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {
     /// k1, at the state.
@@ -68,12 +68,12 @@ pub enum Stage {
 
 /// Advances `state` by one step of length `dt`.
 ///
-/// `slope_of(stage, y, dy)` overwrites `dy` with the right-hand side at `y`. Four calls a step, in order. With only
-/// `+` and `*` in a fixed order, equal right-hand sides give equal bits on every machine.
+/// `slope_of(stage, y, dy)` overwrites `dy` with the right-hand side at `y`. It is called four times per step, in order. The step uses only
+/// `+` and `*` in a fixed order, so equal right-hand sides give equal bits on every machine.
 ///
 /// # Errors
 /// [`Error::LengthMismatch`]: `scratch` was laid out for another length. [`Error::BecameNotFinite`]: the new state
-/// would hold a value that is not finite. Whatever `slope_of` returns. In each case `state` is as it was.
+/// would hold a value that is not finite. Any error of `slope_of`. In each case `state` is unchanged.
 pub fn step<T: Real>(
     state: &mut [T],
     scratch: &mut Scratch<'_, T>,
@@ -137,7 +137,7 @@ mod tests {
                 })
                 .unwrap();
                 for (y, b) in y.iter().zip(before) {
-                    // Some twenty roundings of values of size |b|.
+                    // About twenty roundings of values of size |b|.
                     assert!((y - factor * b).abs() <= 20.0 * f64::EPSILON * b.abs(), "{y} {}", factor * b);
                 }
             });

@@ -1,11 +1,11 @@
 //! Definitions 2.2 and 2.3 in one call: k fixed steps of RK4 on the caller's buffers.
 //!
-//! Particles carry mass and move each other; tracers are carried along (the blob method "off the grid"). The right-hand
-//! side is one call of [`field::evaluate`], whatever the kernel and the method behind it:
+//! Particles have mass and interact. Tracers are advected (the blob method "off the grid"). The right-hand
+//! side is one call of [`field::evaluate`], for any kernel and any method:
 //!
 //! `x' = -grad u(x)`, `rho' = -(div v) rho = Laplacian(u) rho`, `u(x) = sum_j m_j K_delta(x - x_j)`.
 //!
-//! Without a mollifier the same call is the particle method.
+//! Without a mollifier the same call performs the particle method.
 
 use crate::diagnostics::moments;
 use crate::diagnostics::sums::{Wide, sum_of_products};
@@ -16,34 +16,34 @@ use crate::memory::{Carve, Measure, Space};
 use crate::real::{Real, Scalar, length};
 use crate::rk4::{self, Stage};
 
-/// What a run computes beside positions. What is not wanted is not computed.
+/// The quantities that a run computes besides positions. Others are not computed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Wanted {
-    /// Advance densities along the trajectories: one Laplacian sum an evaluation.
+    /// Advance densities along the trajectories: one Laplacian sum per evaluation.
     pub density: bool,
     /// The velocity at the end: one more evaluation after the last step.
     pub velocity: bool,
-    /// The velocity's divergence at the end: as above.
+    /// The velocity's divergence at the end, at the same cost.
     pub divergence: bool,
-    /// Watch the regularised energy (2.4): one potential sum a step, and one after the last; a rise beyond rounding
-    /// stops the run. It falls where no mass is negative: its rate is `-sum_i m_i |grad u(x_i)|^2`.
+    /// Monitor the regularised energy (2.4): one potential sum per step, and one after the last. A rise beyond rounding
+    /// stops the run. The energy decreases if no mass is negative: its rate is `-sum_i m_i |grad u(x_i)|^2`.
     pub energy: bool,
 }
 
-/// How a run is done: made by [`plan()`], of sizes and options only.
+/// The methods of a run, determined by [`plan()`] from sizes and options only.
 #[derive(Clone, Debug)]
 pub struct Plan {
     particles: usize,
     tracers: usize,
     total: usize,
     wanted: Wanted,
-    /// The relative error that the field sums are allowed: 0 means rounding alone.
+    /// The relative error allowed to the field sums; 0 means rounding alone.
     tolerance: f64,
-    /// k2 to k4.
+    /// The field plan of k2 to k4.
     later: field::Plan,
-    /// k1, with the potential if the energy is watched; what is wanted at the end, if anything.
+    /// The field plans of k1, with the potential if the energy is monitored, and of the outputs at the end, if any.
     #[cfg(not(feature = "small"))]
-    others: (field::Plan, Option<field::Plan>),
+    ends: (field::Plan, Option<field::Plan>),
 }
 
 /// Plans runs of `particles` massive particles and `tracers` massless ones.
@@ -76,12 +76,12 @@ pub fn plan<T: Real, const D: usize>(
         tolerance: options.tolerance,
         later: each(false, true, density)?,
         #[cfg(not(feature = "small"))]
-        others: (each(energy, true, density)?, if at_end { Some(each(energy, velocity, divergence)?) } else { None }),
+        ends: (each(energy, true, density)?, if at_end { Some(each(energy, velocity, divergence)?) } else { None }),
     })
 }
 
 impl Plan {
-    /// Bytes of workspace that [`step`] needs with an executor of this many workers.
+    /// Bytes of workspace that [`step`] needs with an executor of `workers` workers.
     ///
     /// # Errors
     /// [`Error::TooLarge`].
@@ -89,7 +89,7 @@ impl Plan {
         Measure::of(|space| Arrays::<T>::layout::<D>(space, self, workers).map(|_| ()))
     }
 
-    /// How the velocity is evaluated: the method, why, and what it skips.
+    /// How the velocity is evaluated: the method, the reason for it, and what it skips.
     #[must_use]
     pub fn field(&self) -> &field::Plan {
         &self.later
@@ -101,18 +101,18 @@ impl Plan {
         self.wanted
     }
 
-    /// Of k1.
+    /// The plan of k1.
     fn first(&self) -> &field::Plan {
         #[cfg(not(feature = "small"))]
-        return &self.others.0;
+        return &self.ends.0;
         #[cfg(feature = "small")]
         &self.later
     }
 
-    /// Of what is wanted at the end.
+    /// The plan of the outputs at the end.
     fn last(&self) -> Option<&field::Plan> {
         #[cfg(not(feature = "small"))]
-        return self.others.1.as_ref();
+        return self.ends.1.as_ref();
         #[cfg(feature = "small")]
         None
     }
@@ -128,8 +128,8 @@ impl Plan {
     }
 }
 
-/// The workspace: the state as one flat slice (positions, then densities; particles before tracers), the stepper's
-/// scratch, a scalar for each point for what the watch and the end want, and the field's own scratch.
+/// The workspace: the state as one flat slice (positions, then densities; particles before tracers), the scratch of the
+/// stepper, one scalar per point for the energy and the outputs at the end, and the scratch of the field.
 struct Arrays<'w, T> {
     state: &'w mut [T],
     scratch: rk4::Scratch<'w, T>,
@@ -153,18 +153,18 @@ impl<'w, T: Real> Arrays<'w, T> {
 }
 
 impl<'w, T: Real> Arrays<'w, T> {
-    /// An array that is there if it is wanted; never with the feature `small`.
+    /// An array that is empty unless wanted; always empty with the feature `small`.
     fn maybe(space: &mut impl Space<'w>, wanted: bool, n: usize) -> Result<&'w mut [T]> {
         if cfg!(feature = "small") { Ok(&mut []) } else { space.try_array(if wanted { n } else { 0 }) }
     }
 }
 
-/// Points that follow the flow, with what is known along their trajectories.
+/// Points that follow the flow, with quantities along their trajectories.
 #[derive(Debug)]
 pub struct Trajectories<'a, T, const D: usize> {
-    /// Length units; advanced in place.
+    /// In length units; advanced in place.
     pub positions: &'a mut [[T; D]],
-    /// Mass over volume; advanced in place. Present if and only if the plan wants densities.
+    /// Mass over volume; advanced in place. Must be present if and only if the plan includes densities.
     pub density: Option<&'a mut [T]>,
     /// Length over time, at the end of the run; overwritten.
     pub velocity: Option<&'a mut [[T; D]]>,
@@ -193,18 +193,18 @@ impl<T, const D: usize> Trajectories<'_, T, D> {
     }
 }
 
-/// What a run works on.
+/// The state of a run.
 #[derive(Debug)]
 pub struct State<'a, T, const D: usize> {
-    /// Mass of each particle (density times h^d in the blob method), any sign; never written.
+    /// Mass of each particle (density times h^d in the blob method), any sign; read-only.
     pub masses: &'a [T],
     /// The particles.
     pub particles: Trajectories<'a, T, D>,
-    /// The tracers (Definition 2.3); may be none.
+    /// The tracers (Definition 2.3); may be empty.
     pub tracers: Trajectories<'a, T, D>,
 }
 
-/// A state as a callback between steps sees it.
+/// The state passed to a callback between steps.
 #[derive(Clone, Copy, Debug)]
 pub struct Progress<'a, T, const D: usize> {
     /// Steps completed in this call.
@@ -215,43 +215,43 @@ pub struct Progress<'a, T, const D: usize> {
     pub density: Option<&'a [T]>,
 }
 
-/// What to call after each step: `false` stops the run.
+/// Called after each step; returning `false` stops the run.
 pub type AfterStep<'a, T, const D: usize> = &'a mut dyn FnMut(Progress<'_, T, D>) -> bool;
 
-/// How far a run goes.
+/// The length of a run.
 pub struct Advance<'a, T, const D: usize> {
-    /// Length of a step; not looked at if there is none.
+    /// Length of a step; ignored if there are no steps.
     pub dt: T,
-    /// Number of steps; 0 computes the outputs of the state as it is.
+    /// Number of steps; 0 computes the outputs of the current state.
     pub steps: usize,
     /// Called after each step.
     pub after_step: Option<AfterStep<'a, T, D>>,
 }
 
-/// What a run says about itself, also when it fails.
+/// The report of a run, also of a failed one.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Report {
-    /// Steps completed; the state in the caller's buffers is the one after them.
+    /// Steps completed. The caller's buffers hold the state after them.
     pub steps: usize,
     /// With [`Error::NotFinite`]: the index of the first particle with a value that is not finite, tracers counted
     /// after the particles.
     pub first_bad: Option<usize>,
-    /// The energy at the start and the last one computed, if watched.
+    /// The first and the last computed energy, if monitored.
     pub energy: Option<(f64, f64)>,
 }
 
-/// Advances the state by `advance.steps` steps and writes the outputs wanted at the end.
+/// Advances the state by `advance.steps` steps and writes the requested outputs at the end.
 ///
-/// The caller's buffers hold the state after the last completed step at any time: during `after_step`, and after an
-/// error. Masses are not touched. Cost: four field evaluations a step, one more if the plan wants outputs at the end.
-/// Scratch: [`Plan::workspace_bytes`], garbage after the call. Same bits for any executor.
+/// The caller's buffers always hold the state after the last completed step, also during `after_step` and after an
+/// error. Masses are not changed. Cost: four field evaluations a step, and one more if the plan has outputs at the end.
+/// Scratch: [`Plan::workspace_bytes`], undefined after the call. The bits are the same for any executor.
 ///
 /// # Errors
-/// Refused, with nothing but `report` written: [`Error::LengthMismatch`], [`Error::TimeStep`], [`Error::NotFinite`],
-/// [`Error::Mass`] (a negative one where the energy is watched), [`Error::WorkspaceTooSmall`], [`Error::Misaligned`]. Stopped, with the
-/// state of the last completed step and no output written: [`Error::BecameNotFinite`] (the state, or what is wanted at its end);
+/// Refused, with only `report` written: [`Error::LengthMismatch`], [`Error::TimeStep`], [`Error::NotFinite`],
+/// [`Error::Mass`] (negative while the energy is monitored), [`Error::WorkspaceTooSmall`], [`Error::Misaligned`]. Stopped, with the
+/// state of the last completed step and no output written: [`Error::BecameNotFinite`] (the state, or an output at its end);
 /// [`Error::Stopped`] by `after_step` or by `run.should_stop`;
-/// [`Error::EnergyRose`], with the state after the step that raised it; what [`field::evaluate`] returns.
+/// [`Error::EnergyRose`], with the state after the step that raised it; the errors of [`field::evaluate`].
 ///
 /// # Source
 /// Craig & Bertozzi, Definitions 2.2 and 2.3, equation (2.4).
@@ -268,7 +268,7 @@ pub fn step<T: Real, const D: usize>(
     let State { masses, mut particles, mut tracers } = state;
     let mut wanted = plan.wanted;
     if cfg!(feature = "small") {
-        // The plan has refused all else.
+        // The plan has refused all other outputs.
         wanted = Wanted { density: wanted.density, ..Wanted::default() };
         (particles.velocity, particles.divergence) = (None, None);
         tracers = Trajectories::none();
@@ -309,7 +309,7 @@ pub fn step<T: Real, const D: usize>(
             let how = if stage == Stage::First { plan.first() } else { &plan.later };
             field::flow(how, kernel, sources, points, outputs, memory, run)?;
             if watched {
-                watch.see(masses, potential)?;
+                watch.record(masses, potential)?;
             }
             flow.as_flattened_mut().iter_mut().for_each(|v| *v = -*v);
             for (rate, &density) in growth.iter_mut().zip(densities) {
@@ -343,11 +343,11 @@ pub fn step<T: Real, const D: usize>(
     let sources = Sources { positions: points.get(..count).unwrap_or(points), masses };
     field::flow(last, kernel, sources, points, outputs, memory, run).map_err(in_run)?;
     if cfg!(not(feature = "small")) && wanted.energy {
-        let seen = watch.see(masses, potential);
+        let outcome = watch.record(masses, potential);
         report.energy = watch.energies();
-        seen?;
+        outcome?;
     }
-    // Rates may overflow where positions do not.
+    // Velocities and divergences may overflow where positions do not.
     let finite = |wanted: bool, rates: &[T]| !wanted || rates.iter().all(|v| v.is_finite());
     if !(finite(wanted.velocity, flow.as_flattened()) && finite(wanted.divergence, divergence)) {
         return Err(Error::BecameNotFinite);
@@ -367,24 +367,24 @@ fn negate_into<V: Copy>(to: Option<&mut [V]>, from: &[V], negative: impl Fn(V) -
     }
 }
 
-/// The inputs were finite, so what the field sum finds otherwise has become so.
+/// The inputs were finite, so a value that is not finite arose during the run.
 fn in_run(error: Error) -> Error {
     if error == Error::NotFinite { Error::BecameNotFinite } else { error }
 }
 
-/// Positions and densities of a flat state.
+/// Splits a flat state into positions and densities.
 fn split<T: Real, const D: usize>(flat: &[T], total: usize) -> Result<(&[[T; D]], &[T])> {
     let (positions, densities) = flat.split_at_checked(total.saturating_mul(D)).ok_or(Error::LengthMismatch)?;
     Ok((positions.as_chunks().0, densities))
 }
 
-/// As [`split`], to write.
+/// As [`split`], mutable.
 fn split_mut<T: Real, const D: usize>(flat: &mut [T], total: usize) -> Result<(&mut [[T; D]], &mut [T])> {
     let (positions, densities) = flat.split_at_mut_checked(total.saturating_mul(D)).ok_or(Error::LengthMismatch)?;
     Ok((positions.as_chunks_mut().0, densities))
 }
 
-/// The first particle, then tracer, with a value that is not finite.
+/// The index of the first particle, then tracer, with a value that is not finite.
 fn first_bad<T: Real, const D: usize>(
     masses: &[T],
     particles: &Trajectories<'_, T, D>,
@@ -404,10 +404,10 @@ fn first_bad<T: Real, const D: usize>(
     first(particles, masses).or_else(|| first(tracers, &[]).map(|k| masses.len().saturating_add(k)))
 }
 
-/// Copies the caller's state into the flat one.
+/// Copies the caller's state into the flat state.
 fn load<T: Real, const D: usize>(flat: &mut [T], particles: &Trajectories<'_, T, D>, tracers: &Trajectories<'_, T, D>) {
     let mut to = flat.iter_mut();
-    // The part comes first: when it ends, nothing of the state has been taken.
+    // `part` is the first operand of `zip`, so that its end consumes no element of `to`.
     let mut copy = |part: &[T]| part.iter().zip(to.by_ref()).for_each(|(&from, to)| *to = from);
     copy(particles.positions.as_flattened());
     if cfg!(not(feature = "small")) {
@@ -419,7 +419,7 @@ fn load<T: Real, const D: usize>(flat: &mut [T], particles: &Trajectories<'_, T,
     }
 }
 
-/// Copies the flat state back into the caller's.
+/// Copies the flat state back into the caller's state.
 fn store<T: Real, const D: usize>(
     flat: &[T],
     particles: &mut Trajectories<'_, T, D>,
@@ -439,7 +439,7 @@ fn store<T: Real, const D: usize>(
     }
 }
 
-/// The energy along a run, and how far it may rise by rounding.
+/// Monitors the energy of a run, with a tolerance for rounding.
 struct Watch {
     tolerance: f64,
     first: Option<f64>,
@@ -447,9 +447,9 @@ struct Watch {
 }
 
 impl Watch {
-    /// The energy's rounding error is that of the potentials: c u sqrt(n) sum_i |m_i| sum_j |m_j| |K_ij| on other than
-    /// contrived cases, or the tolerance allowed to the field in place of c u sqrt(n). |K_ij| is replaced by its largest value
-    /// at a few distances up to the set's diameter, and twice that to leave room for growth.
+    /// The rounding error of the energy is that of the potentials: c u sqrt(n) sum_i |m_i| sum_j |m_j| |K_ij|, except in
+    /// contrived cases, with the field's tolerance in place of c u sqrt(n) if that is larger. |K_ij| is replaced by its largest value
+    /// at a few distances up to the diameter of the set, and up to twice that to allow for growth.
     fn new<T: Real, const D: usize>(
         plan: &Plan,
         kernel: &dyn Interaction<T, D>,
@@ -475,8 +475,8 @@ impl Watch {
         Ok(watch)
     }
 
-    /// The energy (2.4) of these potentials; an error if it is above the last one by more than rounding, or not finite.
-    fn see<T: Real>(&mut self, masses: &[T], potential: &[T]) -> Result<()> {
+    /// Computes the energy (2.4) from the potentials. Returns an error if it exceeds the last one by more than rounding or is not finite.
+    fn record<T: Real>(&mut self, masses: &[T], potential: &[T]) -> Result<()> {
         let energy = energy_of(masses, potential);
         let rose = self.first.is_some() && energy > self.last + self.tolerance;
         self.first.get_or_insert(energy);
@@ -494,7 +494,7 @@ impl Watch {
 
 /// `(1/2) sum_i m_i u(x_i)`: the regularised energy (2.4) of the particle measure, from the potentials at the particles.
 ///
-/// Each term costs one rounding; the sum is compensated and in double. It is infinite only if the energy is beyond the range.
+/// Each term has one rounding. The sum is compensated, in double precision. It is infinite only if the energy is out of range.
 #[must_use]
 pub fn energy_of<T: Real>(masses: &[T], potential: &[T]) -> f64 {
     let pairs = masses.iter().zip(potential).map(|(m, u)| [m.to_f64(), u.to_f64()]);

@@ -2,7 +2,7 @@
 
 use crate::real::Real;
 
-/// A sum that carries its own rounding error: Neumaier's variant of Kahan's summation.
+/// A sum with compensation for its rounding errors: Neumaier's variant of Kahan's summation.
 ///
 /// The result is within 2 u |sum| + (n u)^2 sum |x_j|, to leading order, of the exact sum of the terms as given (Ogita,
 /// Rump, Oishi, *Accurate sum and dot product*, 2005, the bound of their Sum2).

@@ -1,26 +1,26 @@
-//! The W^{-1,2}_h norm of a grid function (Craig & Bertozzi, section 3): the norm in which the density converges.
+//! The W^{-1,2}_h norm of a grid function (Craig & Bertozzi, section 3), in which the density converges.
 
 use super::sums::{Wide, dot};
 use crate::error::{Error, Result};
 use crate::memory::{Carve, Measure, Space};
 use crate::real::Real;
 
-/// A box of the lattice `h Z^D`, and how many cells of zeros around it stand for the rest of the lattice.
+/// A box of the lattice `h Z^D`, with a margin of zeros that represents the rest of the lattice.
 ///
-/// Arrays over the box run along the first axis first.
+/// Arrays over the box are ordered with the first axis fastest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lattice<T, const D: usize> {
     /// Points along each axis.
     pub points: [usize; D],
     /// h.
     pub spacing: T,
-    /// Points of zeros added on every side. The infinite lattice is the limit; what is cut off changes the norm by
-    /// about `e^(-2 margin h)` relative to it.
+    /// Points of zeros added on every side. The limit is the infinite lattice. The truncation changes the norm by
+    /// about `e^(-2 margin h)`, relatively.
     pub margin: usize,
 }
 
 impl<T: Real, const D: usize> Lattice<T, D> {
-    /// Points along each axis with the margin and one more layer, which holds the zeros of the boundary.
+    /// Points along each axis, including the margin and one more layer for the zero boundary values.
     fn extended(&self) -> Result<[usize; D]> {
         let both = self.margin.checked_add(1).and_then(|m| m.checked_mul(2)).ok_or(Error::TooLarge)?;
         let mut extended = self.points;
@@ -42,16 +42,16 @@ impl<T: Real, const D: usize> Lattice<T, D> {
         Measure::of(|space| Arrays::<T>::layout(space, Self::count(&self.extended()?)?).map(|_| ()))
     }
 
-    /// The norm of `values` in W^{-1,2}_h: the largest `(u, g)_h` over grid functions g with
+    /// The norm of `values` in W^{-1,2}_h: the maximum of `(u, g)_h` over grid functions g with
     /// `|g|^2 + sum_k |D_k^+ g|^2 <= 1` in L^2_h.
     ///
-    /// The largest is attained, so it is `sqrt((u, A^{-1} u)_h)` with `A = 1 - Laplacian_h`, the (2 D + 1)-point lattice Laplacian. The
-    /// solve is by conjugate gradients, whose steps add up to `(u, A^{-1} u)` from below (Hestenes, Stiefel 1952, theorem 6:1);
-    /// since A >= 1 the rest is at most the squared residual, which is taken below 1e3 u of the sum. About
+    /// The maximum is `sqrt((u, A^{-1} u)_h)` with `A = 1 - Laplacian_h`, the (2 D + 1)-point lattice Laplacian. The
+    /// system is solved by conjugate gradients, whose steps sum to `(u, A^{-1} u)` from below (Hestenes, Stiefel 1952, theorem 6:1).
+    /// Since A >= 1, the remainder is at most the squared residual, which is reduced below 1e3 u of the sum. Cost: about
     /// `10 sqrt(1 + 4 D / h^2)` sweeps over box and margin.
     ///
     /// # Errors
-    /// [`Error::LengthMismatch`]: `values` is not one value a point; [`Error::NotFinite`]: a value;
+    /// [`Error::LengthMismatch`]: `values` does not have one value per point; [`Error::NotFinite`]: a value;
     /// [`Error::OutOfDomain`]: the spacing; [`Error::TooLarge`]; [`Error::WorkspaceTooSmall`], [`Error::Misaligned`].
     pub fn dual_norm(&self, values: &[T], workspace: &mut [u8]) -> Result<T> {
         let extended = self.extended()?;
@@ -75,7 +75,7 @@ impl<T: Real, const D: usize> Lattice<T, D> {
         residual.iter_mut().for_each(|v| *v /= largest);
         direction.iter_mut().zip(residual.iter()).for_each(|(d, &r)| *d = r);
 
-        // A square of the spacing may overflow.
+        // The square of the spacing may overflow.
         let per_square = (T::ONE / self.spacing) * (T::ONE / self.spacing);
         let condition = T::ONE + T::from_usize(4 * D) * per_square;
         if !condition.is_finite() {
@@ -105,7 +105,7 @@ impl<T: Real, const D: usize> Lattice<T, D> {
         Ok(T::from_f64(wide(largest).times(volume.root(2)).get()))
     }
 
-    /// Copies the box into the middle of the zeroed extended one.
+    /// Copies the box to the middle of the zeroed extended box.
     fn place(&self, values: &[T], extended: &[usize; D], into: &mut [T]) {
         let from = self.margin.saturating_add(1);
         let inside = |mut index: usize| {
@@ -137,8 +137,8 @@ impl<'w, T: Real> Arrays<'w, T> {
     }
 }
 
-/// `to = (1 - Laplacian_h) from` inside the outermost layer, zero on it. `from` is zero on it, so neighbours across a row's
-/// end, which are on it, add nothing.
+/// `to = (1 - Laplacian_h) from` inside the outermost layer, and zero on it. `from` is zero on that layer. It contains the neighbours
+/// across the end of a row, so they contribute nothing.
 fn apply<T: Real, const D: usize>(from: &[T], to: &mut [T], axes: &[usize; D], per_square: T) {
     let diagonal = T::ONE + T::from_usize(2 * D) * per_square;
     for (to, &v) in to.iter_mut().zip(from) {
@@ -201,7 +201,7 @@ mod tests {
         }
     }
 
-    /// A product of sines is an eigenfunction on a box with zeros around it (margin 0).
+    /// A product of sines is an eigenfunction on a box with zero boundary values (margin 0).
     fn eigenfunction<const D: usize>(points: [usize; D], waves: [usize; D]) {
         let h = 0.25;
         let lattice = Lattice { points, spacing: h, margin: 0 };
@@ -245,7 +245,7 @@ mod tests {
         }
     }
 
-    /// In single precision 2^24 + 1 is 2^24. The spacing is so large that the lattice Laplacian is nothing: the norm is that of L^2_h.
+    /// In single precision 2^24 + 1 is 2^24. The spacing is so large that the lattice Laplacian is negligible, and the norm is that of L^2_h.
     #[test]
     fn many_small_values_beside_a_large_one() {
         let (n, h) = ((1 << 20) + 1, 2.0_f32.powi(40));
@@ -256,11 +256,11 @@ mod tests {
         let mut values = vec![1.0_f32; n];
         values[n / 2] = 4096.0;
         let got = lattice.dual_norm(&values, &mut memory[start..start + bytes]).unwrap();
-        // (2^40 (2^24 + 2^20))^(1/2) = 2^30 17^(1/2), but for 2 / h^2 = 2^-79 of it and one rounding.
+        // (2^40 (2^24 + 2^20))^(1/2) = 2^30 17^(1/2), up to a relative 2 / h^2 = 2^-79 and one rounding.
         assert_eq!(got, 2.0_f32.powi(30) * 4.123_105_6);
     }
 
-    /// h^D is beyond the range at either end, its square root is not; beside h^2 = 1e400 the Laplacian is nothing.
+    /// h^D overflows or underflows, its square root does not. Relative to h^2 = 1e400 the Laplacian is negligible.
     #[test]
     fn volumes_beyond_the_range() {
         for h in [1e130_f64, 1e200] {

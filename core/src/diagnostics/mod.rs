@@ -1,8 +1,8 @@
-//! What a run conserves or dissipates, how well its blobs overlap, how long a step may be; discrete norms.
+//! Conserved and dissipated quantities, the overlap of blobs, bounds of the time step, discrete norms.
 //!
-//! * [`moments()`], [`smallest_overlap`]: mass, centre, second moment; the least overlap of neighbouring blobs
+//! * [`moments()`], [`smallest_overlap`]: mass, centre, second moment; the smallest overlap of neighbouring blobs
 //! * [`norm`], [`distance`], [`Lattice::dual_norm`]: discrete norms L^p_h and W^{-1,2}_h (Craig & Bertozzi, Section 5)
-//! * [`stable_step`], [`stable_step_anywhere`]: a bound of the blob method's step
+//! * [`stable_step`], [`stable_step_anywhere`]: bounds of the blob method's time step
 
 mod compensated;
 mod dual_norm;

@@ -1,4 +1,4 @@
-//! What a run conserves or dissipates, from positions and masses alone: total mass, centre of mass, second moment; and
+//! Conserved and dissipated quantities from positions and masses alone: total mass, centre of mass, second moment; and
 //! the overlap of the blobs.
 
 use super::sums::{Wide, sum_of_products};
@@ -25,9 +25,9 @@ pub struct Moments<T, const D: usize> {
 /// | `positions` | `[n][D]` | length |
 /// | `masses`    | `[n]`    | mass, any sign |
 ///
-/// Two passes, compensated sums in double precision: each term costs two roundings, the sums a few more, whatever n. No particles give
-/// zeros. A finite result is found whatever lies between: masses and places are scaled by powers of two where products would
-/// leave the range. Not finite in, not finite out.
+/// Two passes with compensated sums in double precision. Each term has two roundings and the sums a few more, for any n. No particles give
+/// zeros. Masses and positions are scaled by powers of two where products would leave the range, so a result in range is found
+/// for any intermediate values. Input that is not finite gives output that is not finite.
 ///
 /// # Errors
 /// [`Error::LengthMismatch`].
@@ -44,7 +44,7 @@ pub fn moments<T: Real, const D: usize>(positions: &[[T; D]], masses: &[T]) -> R
         let first = sum_of_products(weights.clone().zip(along.clone()).map(|(m, x)| [m, x]));
         let middle = if mass.is_zero() { Wide::ZERO } else { first.over(mass) };
         *slot = T::from_f64(middle.get());
-        // Distances in units in which none overflows: 1, unless the centre or a place is close to the end of the range.
+        // The unit of distances, chosen so that none overflows: 1, unless the centre or a position is close to the end of the range.
         let farthest = along.clone().fold(0.0_f64, |most, x| if x.abs() > most { x.abs() } else { most });
         let unit = farthest.frexp().1.max(middle.exponent().unwrap_or(0)).saturating_sub(1000).max(0);
         let (scale, middle) = (1.0_f64.ldexp(-unit), middle.in_units(unit));
@@ -58,13 +58,13 @@ pub fn moments<T: Real, const D: usize>(positions: &[[T; D]], masses: &[T]) -> R
 
 /// The smallest overlap of the blobs: delta over the local spacing of the particles.
 ///
-/// A particle of mass m in a density rho stands for the volume m / rho, so its spacing is `(m / rho)^(1/D)` and the
-/// overlap `delta (rho / m)^(1/D)`. Particles without mass or density are not counted; `None` if all are such.
+/// A particle of mass m in a density rho represents the volume m / rho, so its spacing is `(m / rho)^(1/D)` and the
+/// overlap `delta (rho / m)^(1/D)`. Particles without mass or density are ignored; `None` if there are no others.
 ///
-/// The sum of blobs samples the density on a lattice of that spacing, with the aliasing error of the mollifier's
-/// transform at 2 pi / spacing (Poisson's summation): for a Gaussian of width delta, `exp(-(pi overlap)^2)`. Where a flow spreads the particles
-/// (repulsion), the overlap falls and this error takes over from delta^m: an overlap of 1.4 to 1.7 leaves 5e-9 to 4e-13 times the
-/// density at the start, but 1 leaves 5e-5. For a compact mollifier delta is the radius of the support, so its overlap must be
+/// The sum of blobs samples the density on a lattice of that spacing. Its aliasing error is the mollifier's
+/// transform at 2 pi / spacing (Poisson's summation): for a Gaussian of width delta, `exp(-(pi overlap)^2)`. Where a flow spreads the
+/// particles (repulsion), the overlap decreases and this error exceeds delta^m: an overlap of 1.4 to 1.7 leaves 5e-9 to 4e-13 times the
+/// initial density, but 1 leaves 5e-5. For a compact mollifier delta is the radius of the support, so its overlap must be
 /// larger by the ratio of the widths (2D, order 2: sqrt(M + 2)).
 ///
 /// # Errors
@@ -103,24 +103,24 @@ mod tests {
         assert_eq!(moments(&positions, &[1.0]), Err(Error::LengthMismatch));
     }
 
-    /// Sun and planet in metres and kilograms: in single precision m x is beyond the range, the centre is not.
+    /// Sun and planet in metres and kilograms. In single precision m x is out of range, but the centre is not.
     #[test]
     fn finite_moments_of_factors_whose_product_is_not() {
         let (sun, earth, distance) = (1.989e30_f32, 5.972e24_f32, 1.496e11_f32);
         let got = moments(&[[0.0, 0.0], [distance, 0.0]], &[sun, earth]).unwrap();
         let (m, e, r) = (f64::from(sun), f64::from(earth), f64::from(distance));
-        // Each is rounded once to single precision.
+        // Each value is rounded once to single precision.
         let same = |got: f32, want: f64| assert!((f64::from(got) / want - 1.0).abs() <= 0.5 * f64::from(f32::EPSILON));
         same(got.mass, m + e);
         same(got.centre[0], e * r / (m + e));
         assert_eq!(got.centre[1], 0.0);
-        // The second moment, 1.3e47, is beyond the range.
+        // The second moment, 1.3e47, is out of range.
         assert_eq!(got.second, f32::INFINITY);
         // The same in double precision at the ends of its range.
         for (mass, length) in [(1e300, 1e200), (1e-300, 1e-200), (1e300, 1e-300), (1e-300, 1e307), (3e-320, 1e200)] {
             let got = moments(&[[length, -length], [-3.0 * length, length]], &[mass, 3.0 * mass]).unwrap();
             let close = |got: f64, want: f64| {
-                // What is below the normal range is rounded to its units.
+                // Subnormal values are rounded to the smallest unit.
                 assert!(
                     (got - want).abs() <= 4.0 * f64::EPSILON * want.abs() + 5e-324,
                     "{mass} {length}: {got:e} {want:e}"
@@ -140,7 +140,7 @@ mod tests {
         // 1e200 at the origin, 1e-200 at 1e300: their centre is at 1e-100.
         let got = moments(&[[0.0], [1e300]], &[1e200, 1e-200]).unwrap();
         assert!((got.centre[0] / 1e-100 - 1.0).abs() < 4.0 * f64::EPSILON);
-        // A centre that lies beyond the range is infinite.
+        // A centre out of range is infinite.
         let got = moments(&[[1e300], [0.0]], &[1.0, 1e-17 - 1.0]).unwrap();
         assert_eq!((got.mass, got.centre[0]), (0.0, 0.0));
         let got = moments(&[[1e300], [0.0]], &[1.0, -1.0 + f64::EPSILON]).unwrap();
@@ -159,7 +159,7 @@ mod tests {
         assert_eq!(got.second, 16_777_216.0 + 256.0 * n as f32);
     }
 
-    /// 1e5 terms of cancelling size: the compensated sum is as good as one in twice the precision.
+    /// 1e5 terms that cancel: the compensated sum is as accurate as a sum in twice the precision.
     #[test]
     fn sums_do_not_lose_digits() {
         let terms: Vec<f32> = (0..100_000).map(|k| (k as f32 * 0.37).sin() * 1e3 + 0.1).collect();
@@ -178,7 +178,7 @@ mod tests {
         assert!((smallest_overlap::<f64, 3>(0.2, &[0.001], &[1.0]).unwrap().unwrap() - 2.0).abs() < 1e-15);
         assert_eq!(smallest_overlap::<f64, 1>(0.2, &[0.0], &[0.5]), Ok(None));
         assert_eq!(smallest_overlap::<f64, 1>(0.2, &[1.0, f64::NAN], &[0.0, 0.5]), Ok(None));
-        // (rho / m)^(1/2) of a quotient beyond the range at either end.
+        // (rho / m)^(1/2), where the quotient is out of range at either end.
         for (m, rho, want) in [(1e-200, 1e200, 1e200), (1e200, 1e-200, 1e-200)] {
             let got = smallest_overlap::<f64, 2>(1.0, &[m, m], &[rho, 1.5 * rho]).unwrap().unwrap();
             assert!((got / want - 1.0).abs() < 4.0 * f64::EPSILON, "{got:e} {want:e}");

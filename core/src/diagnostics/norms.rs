@@ -7,8 +7,8 @@ use crate::real::{Real, Scalar, length};
 
 /// `(sum_i |u_i|^p cell)^(1/p)`, the L^p_h norm with `cell` = h^d; the largest `|u_i|` for infinite `p`.
 ///
-/// Scaled by the largest value, so that no power overflows, and summed in double precision with compensation: a few roundings, whatever n, in
-/// single precision two. No values give 0; NaN in, NaN out.
+/// Values are scaled by the largest one, so that no power overflows, and summed in double precision with compensation. The result has a few
+/// roundings for any n, in single precision two. No values give 0; NaN gives NaN.
 ///
 /// # Errors
 /// [`Error::OutOfDomain`]: `p` is below 1 or NaN, or `cell` is not positive and finite.
@@ -16,7 +16,7 @@ pub fn norm<T: Real>(values: &[T], cell: T, p: T) -> Result<T> {
     power_mean(values.iter().map(|v| v.abs().to_f64()), cell, p)
 }
 
-/// The L^p_h norm of `|a_i - b_i|` (Euclidean): the error of trajectories.
+/// The L^p_h norm of `|a_i - b_i|` (Euclidean), for the error of trajectories.
 ///
 /// # Errors
 /// [`Error::LengthMismatch`]; those of [`norm`].
@@ -49,7 +49,7 @@ fn power_mean<T: Real>(values: impl Iterator<Item = f64> + Clone, cell: T, p: T)
             Scalar::pow(q, p)
         });
     }
-    // sum cell = mean 2^exponent, which may be beyond the range where its root is not: whole powers of two are kept apart.
+    // sum cell = mean 2^exponent may be out of range where its root is not, so integer powers of two are kept separately.
     let (sum, of_sum) = sum.value().frexp();
     let (share, of_share) = cell.frexp();
     let (mean, exponent) = (sum * share, of_sum + of_share);
@@ -84,7 +84,7 @@ mod tests {
         assert!((huge / 5e200 - 1.0).abs() < 5.0 * f64::EPSILON);
     }
 
-    /// 2^25 ones, whose sum of squares is beyond what single precision counts to.
+    /// 2^25 ones. Their sum of squares exceeds the integers that single precision can count.
     #[test]
     fn long_norms_in_single_precision() {
         let ones = std::vec![1.0_f32; 1 << 25];
@@ -110,7 +110,7 @@ mod tests {
                     let got: f64 = norm(&values, 1.0_f64.ldexp(cell), p).unwrap();
                     let (whole, rest) = (i32::div_euclid(cell, p as i32), i32::rem_euclid(cell, p as i32));
                     let want = (want * libm::exp2(f64::from(rest) / p)).ldexp(exponent + whole);
-                    // Some ten roundings; below the normal range to its units.
+                    // About ten roundings; for subnormal results one unit.
                     let close = (got - want).abs() <= 16.0 * f64::EPSILON * want + 5e-324;
                     assert!(close || got == want, "{exponent} {cell} {p}: {got:e} {want:e}");
                 }

@@ -1,4 +1,4 @@
-//! How long a step of RK4 may be: from a bound on the Jacobian of the velocity.
+//! Bounds of the time step of RK4, from a bound of the Jacobian of the velocity.
 
 use crate::error::{Error, Result};
 use crate::field::Interaction;
@@ -6,26 +6,26 @@ use crate::kernel::Law;
 use crate::real::{Real, length};
 use crate::rk4::REAL_STABILITY;
 
-/// A step length that RK4 is stable with at this state: `2.785 / L`, where L bounds the spectral radius of the Jacobian of
-/// the right-hand side of Definition 2.2. Infinite where nothing moves.
+/// A time step for which RK4 is stable at this state: `2.785 / L`, where L bounds the spectral radius of the Jacobian of
+/// the right-hand side of Definition 2.2. Infinite if nothing moves.
 ///
 /// The Jacobian's blocks are `J_ij = m_j H_ij` for j != i and `J_ii = -sum_(j != i) m_j H_ij`, with `H_ij` the Hessian of
 /// K_delta at `x_i - x_j`, whose norm is the larger of `|g|` and `|Laplacian - (d - 1) g|` (g the gradient factor). So the
-/// row sums of norms, hence the spectral radius, are at most `2 max_i sum_(j != i) |m_j| |H_ij|`. Densities add the
-/// eigenvalues `sum_j m_j Laplacian(K_delta)(x_i - x_j)`. The system is a gradient flow and its Jacobian has real eigenvalues, so
-/// the real interval of stability is the one that counts. The bound counts every contribution with its absolute
-/// value; that the state changes is covered by that slack alone, so ask again when particles have moved by a good
-/// part of delta. [`stable_step_anywhere`] needs no asking again.
+/// row sums of norms, and the spectral radius, are at most `2 max_i sum_(j != i) |m_j| |H_ij|`. Densities add the
+/// eigenvalues `sum_j m_j Laplacian(K_delta)(x_i - x_j)`. The system is a gradient flow whose Jacobian has real eigenvalues, so
+/// the real interval of stability applies. The bound takes the absolute value of every contribution.
+/// Only this slack covers changes of the state, so the step must be recomputed when particles have moved by a considerable
+/// part of delta. [`stable_step_anywhere`] needs no recomputation.
 ///
 /// | argument    | shape    | unit   |
 /// |-------------|----------|--------|
 /// | `positions` | `[n][D]` | length |
 /// | `masses`    | `[n]`    | mass, any sign |
 ///
-/// Without a mollifier a kernel has a bounded Hessian only if each of its terms is a power with p >= 2. With any other one a pair of particles at one place
-/// has no such step, nor has a pair so close that the Hessian is beyond the scalar's range.
+/// Without a mollifier a kernel has a bounded Hessian only if each of its terms is a power with p >= 2. For other kernels no such step exists
+/// if two particles coincide, or are so close that the Hessian is out of the scalar's range.
 ///
-/// Cost: `n (n - 1)` evaluations of two of the kernel's scalar functions: meant for once in many steps.
+/// Cost: `n (n - 1)` evaluations of two scalar functions of the kernel. Intended for use once in many steps.
 ///
 /// # Errors
 /// [`Error::LengthMismatch`]; [`Error::NotFinite`]: a position, a mass or the bound is not finite.
@@ -54,7 +54,7 @@ pub fn stable_step<T: Real, const D: usize>(
             growth += m.to_f64().abs() * found.trace;
         }
         let larger = if 2.0 * hessian > growth { 2.0 * hessian } else { growth };
-        // NaN is not finite, but not larger either.
+        // NaN compares as not larger, so finiteness is tested separately.
         if !(larger.is_finite() && (hessian + growth).is_finite() && x.iter().all(|c| c.is_finite())) {
             return Err(Error::NotFinite);
         }
@@ -63,18 +63,18 @@ pub fn stable_step<T: Real, const D: usize>(
     step_of(bound)
 }
 
-/// A step length that RK4 is stable with at every state of this total absolute mass (`sum |m_j|`) in which no two
-/// particles are farther apart than `diameter`: as [`stable_step`] with `L = 2 sum |m_j| max_r |H(r)|`.
+/// A time step for which RK4 is stable at every state of this total absolute mass (`sum |m_j|`) in which no two
+/// particles are farther apart than `diameter`: as [`stable_step`], with `L = 2 sum |m_j| max_r |H(r)|`.
 ///
-/// Shorter than what most states allow, by about the number of particles within delta, but it holds along a whole run: with it the
-/// energy (2.4) never rises beyond rounding (test `energy_falls_below_the_step_estimate`). The maximum is taken over some 3000 distances up to
-/// `diameter`, spaced evenly, geometrically down to a millionth of it or to delta, and evenly up to twice delta.
+/// It is shorter than most states need, by about the number of particles within delta, but holds along a whole run. With it the
+/// energy (2.4) never rises beyond rounding (test `energy_falls_below_the_step_estimate`). The maximum is taken over about 3000 distances up to
+/// `diameter`: evenly spaced, geometrically down to a millionth of it or to delta, and evenly up to twice delta.
 ///
-/// A kernel without a mollifier is refused, whatever its terms are, unless each is a power with p >= 2: any other one (a user's own included) is taken to
+/// A kernel without a mollifier is refused unless each term is a power with p >= 2. Other terms, including a user's own kernel, are assumed to
 /// have an unbounded Hessian at r = 0.
 ///
 /// # Errors
-/// [`Error::NotFinite`]: an argument or the bound is not finite, or there is none; [`Error::OutOfDomain`]: a negative argument.
+/// [`Error::NotFinite`]: an argument or the bound is not finite, or no bound exists; [`Error::OutOfDomain`]: a negative argument.
 pub fn stable_step_anywhere<T: Real, const D: usize>(
     kernel: &dyn Interaction<T, D>,
     absolute_mass: T,
@@ -88,7 +88,7 @@ pub fn stable_step_anywhere<T: Real, const D: usize>(
     }
     let origin = Hessian::at_origin(kernel).ok_or(Error::NotFinite)?;
     const EACH: usize = 1024;
-    // Down to where the mollified kernel is as at the origin.
+    // Down to distances at which the mollified kernel is as at the origin.
     let delta = length_of(kernel).min(diameter);
     let share = if delta > T::ZERO && diameter > T::ZERO { delta / diameter } else { T::ONE };
     let ratio = share.min(T::from_f64(1e-6)).max(T::MIN_POSITIVE).pow(T::ONE / T::from_usize(EACH));
@@ -98,7 +98,7 @@ pub fn stable_step_anywhere<T: Real, const D: usize>(
         for r in [diameter * evenly, geometric, (T::TWO * delta).min(diameter) * evenly] {
             if r > T::ZERO {
                 let here = Hessian::at(kernel, r).larger();
-                // NaN stays.
+                // NaN is kept.
                 largest = if here > largest || here.is_nan() { here } else { largest };
             }
         }
@@ -107,12 +107,12 @@ pub fn stable_step_anywhere<T: Real, const D: usize>(
     step_of(2.0 * absolute_mass.to_f64() * largest)
 }
 
-/// delta where the kernel tells it, else 0.
+/// delta if the kernel provides it, else 0.
 fn length_of<T: Real, const D: usize>(kernel: &dyn Interaction<T, D>) -> T {
     kernel.sum().map_or_else(|| kernel.newtonian().map_or(T::ZERO, |(_, blob)| blob.delta()), |sum| sum.delta())
 }
 
-/// Of K_delta at some distance, the numbers that the bounds are made of.
+/// The numbers used in the bounds, for K_delta at one distance.
 #[derive(Clone, Copy)]
 struct Hessian {
     /// The norm of the Hessian.
@@ -122,17 +122,17 @@ struct Hessian {
 }
 
 impl Hessian {
-    /// At a distance above zero, or anywhere of a mollified kernel.
+    /// At a positive distance, or at any distance for a mollified kernel.
     fn at<T: Real, const D: usize>(kernel: &dyn Interaction<T, D>, r: T) -> Self {
         let laplacian = kernel.laplacian(r).to_f64();
-        // In one dimension there is no direction but along.
+        // In one dimension there is only the radial direction.
         let g = if D == 1 { laplacian } else { kernel.gradient_factor(r).to_f64() };
         let along = (laplacian - (D - 1) as f64 * g).abs();
-        // NaN stays.
+        // NaN is kept.
         Self { norm: if g.abs() > along { g.abs() } else { along }, trace: laplacian.abs() }
     }
 
-    /// At zero distance, where it is bounded: of a kernel without a mollifier the limit, which is the sum of the coefficients with p = 2 times the identity.
+    /// At zero distance, if bounded. Without a mollifier it is the limit: the sum of the coefficients of the terms with p = 2, times the identity.
     fn at_origin<T: Real, const D: usize>(kernel: &dyn Interaction<T, D>) -> Option<Self> {
         if !kernel.is_singular() {
             return Some(Self::at(kernel, T::ZERO));
@@ -150,7 +150,7 @@ impl Hessian {
         Some(Self { norm: factor.abs(), trace: (D as f64 * factor).abs() })
     }
 
-    /// Twice this bounds what a unit of mass contributes, to velocities and to densities.
+    /// Twice this value bounds the contribution of a unit of mass to velocities and densities.
     fn larger(self) -> f64 {
         let half = 0.5 * self.trace;
         if half > self.norm { half } else { self.norm }

@@ -1,10 +1,10 @@
-//! Sums that neither stop growing nor leave the range on the way: compensated, in double precision, of products that are scaled by powers of two
-//! where a factor is very large or very small.
+//! Compensated sums in double precision. Products are scaled by powers of two where a factor is very large or very small, so no
+//! intermediate result leaves the range.
 
 use super::compensated::Sum;
 use crate::real::{Real, Scalar};
 
-/// `value * 2^exponent`: a number that may lie beyond the range of f64. `value` is 0, not finite, or between 1/2 and 1 in magnitude.
+/// `value * 2^exponent`, possibly out of the range of f64. `value` is 0, not finite, or between 1/2 and 1 in magnitude.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Wide {
     value: f64,
@@ -24,17 +24,17 @@ impl Wide {
         self.value == 0.0
     }
 
-    /// The exponent; none of zero.
+    /// The exponent; `None` for zero.
     pub(crate) fn exponent(self) -> Option<i32> {
         (!self.is_zero()).then_some(self.exponent)
     }
 
-    /// The number divided by 2^`unit`: infinite or zero only if that is.
+    /// The number divided by 2^`unit`. Infinite or zero only if the quotient is out of range.
     pub(crate) fn in_units(self, unit: i32) -> f64 {
         self.value.ldexp(self.exponent - unit)
     }
 
-    /// The number: infinite or zero only if it is.
+    /// The number. Infinite or zero only if it is out of range.
     pub(crate) fn get(self) -> f64 {
         self.in_units(0)
     }
@@ -59,14 +59,14 @@ impl Wide {
         Self::new(self.in_units(top) + other.in_units(top), top)
     }
 
-    /// `|self| < |other|` of numbers that are not zero.
+    /// `|self| < |other|`, for numbers other than zero.
     pub(crate) fn is_smaller(self, other: Self) -> bool {
         (self.exponent, self.value.abs()) < (other.exponent, other.value.abs())
     }
 
     /// The n-th root of a positive number, n = 1, 2, 3.
     pub(crate) fn root(self, n: i32) -> Self {
-        // The exponent becomes a multiple of n.
+        // Makes the exponent a multiple of n.
         let rest = self.exponent.rem_euclid(n);
         let value = self.value.ldexp(rest);
         let root = match n {
@@ -78,21 +78,21 @@ impl Wide {
     }
 }
 
-/// The exponents between which the numbers that are not zero lie.
+/// The range of the exponents of the nonzero numbers.
 #[derive(Clone, Copy)]
 struct Range {
     least: i32,
     most: i32,
 }
 
-/// Products of numbers within these exponents are in the normal range, and sums of them stay there.
+/// Products of numbers with these exponents, and sums of them, stay in the normal range.
 const PLAIN: Range = Range { least: -1000, most: 1000 };
 
-/// The sum of the products of each item's factors, of fewer than 2^63 items.
+/// The sum of the products of each item's factors, for fewer than 2^63 items.
 ///
-/// As good as if each product were rounded N - 1 times and the sum then once, as [`Sum`] says, whatever the factors' sizes: where products might leave
-/// the range all of them are scaled, exactly, by that power of two which makes the largest about 1. A factor that is not finite gives a result that is
-/// not.
+/// As accurate as if each product were rounded N - 1 times and the sum then once, as for [`Sum`], for factors of any size. If products might
+/// leave the range, all are scaled exactly by the power of two that makes the largest about 1. A factor that is not finite gives a result
+/// that is not finite.
 pub(crate) fn sum_of_products<const N: usize>(items: impl Iterator<Item = [f64; N]> + Clone) -> Wide {
     let mut extremes = [(f64::INFINITY, 0.0_f64); N];
     let mut count = 0_u64;
@@ -106,7 +106,7 @@ pub(crate) fn sum_of_products<const N: usize>(items: impl Iterator<Item = [f64; 
     }
     let mut range = Range { least: 0, most: (64 - count.leading_zeros()) as i32 };
     for (least, most) in extremes {
-        // Without any the infinity at the start counts as 1.
+        // If all are zero, the initial infinity counts as 1.
         range = Range { least: range.least + least.frexp().1, most: range.most + most.frexp().1 };
     }
     let mut sum = Sum::<f64>::default();
@@ -128,8 +128,8 @@ pub(crate) fn sum_of_products<const N: usize>(items: impl Iterator<Item = [f64; 
 
 /// The sum of the products of the elements of two slices.
 ///
-/// Short sums are added up to long ones in double precision, and these with compensation: of positive products the sum has a relative error below
-/// 300 u, of the square root of that on average, and in single precision none of its own.
+/// Sums of short blocks are added in double precision and combined with compensation. For positive products the relative error is below
+/// 300 u, on average the square root of 300 times u. In single precision this adds no error.
 pub(crate) fn dot<T: Real>(a: &[T], b: &[T]) -> f64 {
     const SHORT: usize = 256;
     let mut sum = Sum::<f64>::default();
@@ -171,7 +171,7 @@ mod tests {
         for n in 1..4 {
             for exponent in -9..9 {
                 let root = Wide::new(1.7, exponent).root(n).get();
-                // One root of a rounded exponent.
+                // One root and a rounded exponent.
                 assert!((root / Scalar::pow(1.7.ldexp(exponent), 1.0 / f64::from(n)) - 1.0).abs() < 4.0 * f64::EPSILON);
             }
         }

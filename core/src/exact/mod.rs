@@ -1,4 +1,4 @@
-//! Solutions in closed form, to compare with.
+//! Solutions in closed form, for comparison.
 //!
 //! * [`radial`]: radial solutions of the aggregation equation with the Newtonian kernel
 //! * [`steady`]: steady states of repulsive-attractive kernels

@@ -1,8 +1,8 @@
 //! Exact radial solutions of the aggregation equation with the Newtonian kernel, by mass coordinates.
 //!
 //! With K = c times the Newtonian kernel (Laplacian = +Dirac) and a radial density, the mass enclosed by a particle's
-//! sphere does not change, so `r^(d-1) r' = -c m / S_d` with `S_d` = 2, 2 pi, 4 pi, and the density along a trajectory
-//! obeys `rho' = c rho^2`:
+//! sphere is constant. So `r^(d-1) r' = -c m / S_d` with `S_d` = 2, 2 pi, 4 pi, and the density along a trajectory
+//! satisfies `rho' = c rho^2`:
 //!
 //! `r(t)^d = r(0)^d - c d m t / S_d`,  `rho(t) = 1 / (1 / rho(0) - c t)`.
 //!
@@ -47,14 +47,14 @@ impl<T: Real> Bump<T> {
     #[must_use]
     pub fn density(&self, r: T) -> T {
         let t = self.edge(r);
-        // The ball is closed: the indicator is 1 at its edge, as Craig & Bertozzi (4.4).
+        // The ball is closed: the indicator is 1 at its edge, as in Craig & Bertozzi (4.4).
         if r > self.radius { T::ZERO } else { self.height * t.powi(self.exponent) }
     }
 
     /// The mass within distance `r >= 0` of the centre, in `D` = 1, 2, 3 dimensions.
     ///
     /// `J_k = int_0^r x^(D-1) (1 - x^2)^k dx` follows from `J_0 = r^D / D` and
-    /// `(2 k + D) J_k = r^D (1 - r^2)^k + 2 k J_(k-1)`, by parts: positive terms only, so a few roundings per step.
+    /// `(2 k + D) J_k = r^D (1 - r^2)^k + 2 k J_(k-1)`, by parts. All terms are positive, so each step has a few roundings.
     #[must_use]
     pub fn enclosed_mass<const D: usize>(&self, r: T) -> T {
         let inside = if r < self.radius { r } else { self.radius };
@@ -69,15 +69,15 @@ impl<T: Real> Bump<T> {
         T::from_f64(sphere(D)) * self.height * self.radius.powi(D as u32) * integral
     }
 
-    /// 1 - (r / radius)^2 without cancellation near the edge, not below zero.
+    /// 1 - (r / radius)^2, without cancellation near the edge, at least zero.
     fn edge(&self, r: T) -> T {
         let q = r / self.radius;
         ((self.radius - r) / self.radius * (T::ONE + q)).max(T::ZERO)
     }
 }
 
-/// The factor by which the distance from the centre changes in time `t`, for a particle that starts at distance `r`
-/// around the mass `enclosed`: `r(t) = factor r`. Zero once the particle has reached the centre; one at `r = 0`.
+/// The factor of the distance from the centre after time `t`, for a particle that starts at distance `r`
+/// around the mass `enclosed`: `r(t) = factor r`. Zero after the particle has reached the centre; one at `r = 0`.
 ///
 /// `coefficient` is c of the kernel: 1 attracts, -1 repels.
 #[must_use]
@@ -86,28 +86,28 @@ pub fn contraction<T: Real, const D: usize>(coefficient: T, enclosed: T, r: T, t
         return T::ONE;
     }
     let d = T::from_usize(D);
-    // r(t)^D / r^D; in one dimension the sum and the root are the identity.
+    // r(t)^D / r^D. In one dimension sum and root are the identity.
     let cube = (T::ONE - coefficient * d * enclosed * t / (T::from_f64(sphere(D)) * r.powi(D as u32))).max(T::ZERO);
     match D {
         1 => cube,
         2 => cube.sqrt(),
         _ if cube == T::ZERO => T::ZERO,
         _ => {
-            // One Newton step makes up for the rounded 1/3.
+            // One Newton step corrects for the rounded exponent 1/3.
             let root = cube.pow(T::ONE / T::from_i32(3));
             root - (root - cube / (root * root)) / T::from_i32(3)
         }
     }
 }
 
-/// The density along a trajectory at time `t`: `1 / (1 / density - c t)`; zero stays zero. Infinite or of the wrong
+/// The density along a trajectory at time `t`: `1 / (1 / density - c t)`; 0 for zero density. Infinite or of the wrong
 /// sign at and after the blow-up time ([`blow_up_time`]).
 #[must_use]
 pub fn density_along<T: Real>(coefficient: T, density: T, t: T) -> T {
     density / (T::ONE - coefficient * density * t)
 }
 
-/// When the density along a trajectory becomes infinite: `1 / (c density)`; infinity where it never does.
+/// The time at which the density along a trajectory becomes infinite: `1 / (c density)`; infinity if it never does.
 #[must_use]
 pub fn blow_up_time<T: Real>(coefficient: T, density: T) -> T {
     let rate = coefficient * density;
@@ -153,7 +153,7 @@ mod tests {
         assert_eq!(Bump::new(1.0, 1.0, 65), Err(Error::OutOfDomain));
     }
 
-    /// A uniform ball contracts with one factor everywhere, and mass times volume gives its density again.
+    /// A uniform ball contracts by the same factor everywhere, and its density is mass over volume.
     fn uniform<const D: usize>(coefficient: f64) {
         let ball = Bump::new(1.0, 1.0, 0).unwrap();
         let t = 0.7;

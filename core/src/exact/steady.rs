@@ -1,9 +1,9 @@
-//! Steady states that are known in closed form, to compare long runs with.
+//! Steady states in closed form, for comparison with long runs.
 
 use crate::error::{Error, Result};
 use crate::real::Real;
 
-/// The radius of the ring (the uniform density on a circle, total mass 1) that is a steady state in the plane of
+/// The radius of the ring (uniform density on a circle, total mass 1) that is a steady state in the plane of
 /// `K = |x|^a / a - |x|^b / b`, for `a > b > 0`.
 ///
 /// On a ring of radius R the radial force of |x|^p / p is proportional to `(2 R)^(p-1) B((p+1)/2, 1/2)`, so
@@ -21,7 +21,7 @@ pub fn ring_radius<T: Real>(a: T, b: T) -> Result<T> {
     if b <= T::ZERO || a <= b {
         return Err(Error::OutOfDomain);
     }
-    // log B(x, 1/2) = log Gamma(x) + log Gamma(1/2) - log Gamma(x + 1/2); Gamma(1/2) cancels in the quotient.
+    // log B(x, 1/2) = log Gamma(x) + log Gamma(1/2) - log Gamma(x + 1/2). Gamma(1/2) cancels in the quotient.
     let log_beta = |p: T| {
         let x = (p + T::ONE) * T::HALF;
         x.log_gamma() - (x + T::HALF).log_gamma()
@@ -36,7 +36,7 @@ pub fn ring_radius<T: Real>(a: T, b: T) -> Result<T> {
 /// that density give `s = 2 pi R^4 = 1 / (1 + 2 / sqrt 3)` and `q = (4 pi / 3) R^6 / (1 - s)`.
 ///
 /// Source: Fetecau, Huang, Kolokolnikov, *Swarm dynamics and equilibria for a nonlocal aggregation model*, 2011 (their
-/// q = 4); the closed form follows from the two conditions above.
+/// q = 4). The closed form follows from the two conditions above.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct QuarticLogarithmic<T> {
     /// R, the radius of the support.
@@ -119,7 +119,7 @@ mod tests {
         // The midpoint rule's error is about (h / R)^2 = 2.5e-11.
         assert!((sum(0) - 1.0).abs() < 1e-9 && (sum(2) - state.second_moment).abs() < 1e-9);
         assert!((state.enclosed_mass(1.0) - 1.0).abs() < 1e-14);
-        // At rest: the force of the quartic part, r (r^2 + 2 q), is that of the enclosed mass, m / (2 pi r).
+        // Equilibrium: the force of the quartic part, r (r^2 + 2 q), equals that of the enclosed mass, m / (2 pi r).
         for r in [0.1, 0.3, state.radius] {
             let quartic = r * (r * r + 2.0 * state.second_moment);
             assert!((quartic - state.enclosed_mass(r) / (2.0 * f64::PI * r)).abs() < 1e-14);

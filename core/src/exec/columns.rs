@@ -1,10 +1,10 @@
-//! A matrix, divided among tasks by blocks of columns.
+//! Division of a matrix among tasks by blocks of columns.
 
 use core::marker::PhantomData;
 
 use super::Partition;
 
-/// A matrix stored by rows of `pitch` elements, divided into blocks of `each` columns (the last may be narrower).
+/// A matrix stored by rows of `pitch` elements, divided into blocks of `each` columns. The last block may be narrower.
 #[derive(Debug)]
 pub struct Columns<'a, T> {
     start: *mut T,
@@ -40,15 +40,15 @@ pub struct Block<'a, T> {
 }
 
 impl<T> Block<'_, T> {
-    /// The block's part of row `j`; empty beyond the last row.
+    /// The block's part of row `j`; empty for j beyond the last row.
     #[inline(always)]
     #[expect(unsafe_code, reason = "a part of a row, within the bounds that were checked")]
     pub fn row(&mut self, j: usize) -> &mut [T] {
         if j >= self.rows {
             return &mut [];
         }
-        // SAFETY: j < rows and the block's columns lie within the pitch, so the range lies in the matrix; the block owns
-        // these columns, and `&mut self` lets one row of it be borrowed at a time.
+        // SAFETY: j < rows and the block's columns are within the pitch, so the range is in the matrix. The block owns
+        // these columns, and `&mut self` allows one row of it to be borrowed at a time.
         unsafe { core::slice::from_raw_parts_mut(self.start.add(j * self.pitch), self.width) }
     }
 }
@@ -62,7 +62,7 @@ unsafe impl<T: Send + 'static> Partition for Columns<'_, T> {
         let from = index.saturating_mul(self.each).min(self.pitch);
         let width = self.each.min(self.pitch - from);
         let rows = if width == 0 { 0 } else { self.rows };
-        // With no row the matrix may be empty, and stepping into it would leave it.
+        // Without rows the matrix may be empty, and adding an offset would leave it.
         let from = if rows == 0 { 0 } else { from };
         // SAFETY: from < pitch and there is at least one row, or from = 0.
         let start = unsafe { self.start.add(from) };

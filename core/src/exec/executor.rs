@@ -1,29 +1,29 @@
-//! The executor a host passes to a call: parallelism is the host's, never the library's.
+//! The executor that a host passes to a call. The library itself starts no threads.
 //!
-//! Work is split into tasks whose number depends on the problem's size alone, never on the executor, so results are bit
+//! Work is split into tasks. Their number depends on the problem's size alone, never on the executor, so results are bit
 //! for bit the same for any number of threads. Tasks are independent and may run in any order.
 
 use crate::error::Result;
 
 /// Runs independent tasks, perhaps on several threads.
 ///
-/// Soundness does not depend on an implementation being right: mollis counts task indices itself, so a task that is
-/// started too often does nothing and one that is never started is reported as [`crate::Error::Executor`].
+/// Soundness does not depend on the implementation. mollis counts task indices itself: a task that is
+/// started too often does nothing, and one that is never started is reported as [`crate::Error::Executor`].
 pub trait Executor: Sync {
-    /// How many tasks may run at the same time, 1 to [`MAX_WORKERS`](crate::exec::MAX_WORKERS); workers beyond are refused tasks. Scratch
-    /// memory is this many times a task's need.
+    /// The number of tasks that may run at the same time, 1 to [`MAX_WORKERS`](crate::exec::MAX_WORKERS). Workers beyond get no tasks.
+    /// The scratch memory of a task is allocated once per worker.
     fn workers(&self) -> usize;
 
-    /// Calls `task(worker)` exactly `tasks` times, with `worker < self.workers()` and never two calls with the same
-    /// `worker` at a time; returns when all have returned.
+    /// Calls `task(worker)` exactly `tasks` times with `worker < self.workers()`, and never two calls with the same
+    /// `worker` at the same time. Returns when all calls have returned.
     ///
     /// # Errors
-    /// What the host's pool reports; it ends the call and comes back unchanged. (A step of coalescing particles whose result is being copied is
-    /// completed without the executor.)
+    /// The error of the host's pool. It ends the call and is returned unchanged. (Exception: a step of coalescing particles that is already
+    /// copying its result completes without the executor.)
     fn run(&self, tasks: usize, task: &(dyn Fn(usize) + Sync)) -> Result<()>;
 }
 
-/// Runs everything in the calling thread, in order.
+/// Runs all tasks in the calling thread, in order.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Serial;
 

@@ -1,7 +1,7 @@
-//! The context of a call: who runs its tasks and on which instruction set, how outputs are divided among tasks, what is counted.
+//! The context of a call: its executor and instruction set, the division of outputs among tasks, and its counters.
 //!
-//! * [`Run`]: level, executor, the wish to stop; [`Statistics`]: what a sum did
-//! * [`Executor`]: the host's way to run independent tasks; [`Serial`]: in the calling thread
+//! * [`Run`]: level, executor, stop request; [`Statistics`]: the counters of a sum
+//! * [`Executor`]: runs independent tasks for the host; [`Serial`]: in the calling thread
 //! * [`par_chunks`]: runs tasks, each with its own piece of the outputs ([`Partition`]) and of the scratch
 //!
 //! Work is split into tasks whose number depends on the problem's size alone, so results are bit for bit the same for any number of threads.

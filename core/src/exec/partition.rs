@@ -1,7 +1,7 @@
-//! Dividing outputs and scratch among tasks.
+//! Division of outputs and scratch among tasks.
 //!
 //! [`par_chunks`] gives every task the piece of the outputs with its index, and a piece of the scratch that no other
-//! running task holds. Both are claimed through atomics, so exclusive access does not rest on the host's executor.
+//! running task has. Atomics ensure exclusive access to both, whatever the host's executor does.
 
 use core::marker::PhantomData;
 use core::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -9,19 +9,19 @@ use core::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use crate::error::{Error, Result};
 use crate::exec::Executor;
 
-/// What can be divided into disjoint pieces, by index.
+/// Data that can be divided into disjoint pieces by index.
 ///
 /// # Safety
 /// Pieces with different indices must not overlap.
 #[expect(unsafe_code, reason = "implementors promise disjoint pieces")]
 pub unsafe trait Partition: Sync {
-    /// One piece, which lives no longer than the task that is given it.
+    /// One piece. Its lifetime ends with the task that receives it.
     type Piece<'p>;
 
     /// The piece with this index; empty beyond the end.
     ///
     /// # Safety
-    /// No two pieces of the same index may be alive at a time, and none when what is divided is used again: `'p` is the caller's promise.
+    /// No two pieces of the same index may exist at the same time, and none when the divided data is used again. The caller guarantees `'p`.
     unsafe fn piece<'p>(&self, index: usize) -> Self::Piece<'p>;
 }
 
@@ -61,7 +61,7 @@ unsafe impl<T: Send + 'static> Partition for Chunks<'_, T> {
     }
 }
 
-/// A slice, divided where the caller says.
+/// A slice, divided at positions given by the caller.
 #[derive(Debug)]
 pub struct Ranges<'a, T> {
     whole: Chunks<'a, T>,
@@ -70,12 +70,12 @@ pub struct Ranges<'a, T> {
 }
 
 impl<'a, T> Ranges<'a, T> {
-    /// Divides `slice`: piece k is from `starts[k]` to `starts[k + 1]`; beyond them pieces are empty.
+    /// Divides `slice`: piece k is `starts[k]..starts[k + 1]`. Pieces beyond the last start are empty.
     ///
     /// # Errors
     /// [`Error::LengthMismatch`]: the starts are not ascending, or one is beyond the end.
     pub fn new(slice: &'a mut [T], starts: &'a [u32]) -> Result<Self> {
-        // Not `is_sorted`, which holds a panic.
+        // Not `is_sorted`, which contains a panic path.
         let ascending = starts.iter().zip(starts.iter().skip(1)).all(|(a, b)| a <= b);
         if ascending && starts.last().is_none_or(|&last| last as usize <= slice.len()) {
             Ok(Self { whole: Chunks::new(slice, 1), starts })
@@ -100,20 +100,20 @@ unsafe impl<T: Send + 'static> Partition for Ranges<'_, T> {
     }
 }
 
-// SAFETY: as the inner one.
+// SAFETY: as for the inner one.
 #[expect(unsafe_code, reason = "passes on the inner promise")]
 unsafe impl<D: Partition> Partition for Option<D> {
     type Piece<'p> = Option<D::Piece<'p>>;
 
     unsafe fn piece<'p>(&self, index: usize) -> Self::Piece<'p> {
-        // SAFETY: passed on to the caller.
+        // SAFETY: the caller guarantees it.
         self.as_ref().map(|d| unsafe { d.piece(index) })
     }
 }
 
 macro_rules! partition_tuple {
     ($($name:ident)*) => {
-        // SAFETY: each part keeps its promise, and parts are different borrows.
+        // SAFETY: each part satisfies the contract, and parts are different borrows.
         #[expect(unsafe_code, reason = "passes on the parts' promises")]
         unsafe impl<$($name: Partition),*> Partition for ($($name,)*) {
             type Piece<'p> = ($($name::Piece<'p>,)*);
@@ -122,7 +122,7 @@ macro_rules! partition_tuple {
             #[allow(clippy::unused_unit, reason = "the empty tuple is the empty piece")]
             unsafe fn piece<'p>(&self, _index: usize) -> Self::Piece<'p> {
                 let ($($name,)*) = self;
-                // SAFETY: passed on to the caller.
+                // SAFETY: the caller guarantees it.
                 ($(unsafe { $name.piece(_index) },)*)
             }
         }
@@ -136,7 +136,7 @@ partition_tuple!(A B C D E);
 partition_tuple!(A B C D E F);
 
 /// No outputs, or no scratch.
-// SAFETY: nothing overlaps nothing.
+// SAFETY: there are no elements that could overlap.
 #[expect(unsafe_code, reason = "empty pieces")]
 unsafe impl Partition for () {
     type Piece<'p> = ();
@@ -144,22 +144,22 @@ unsafe impl Partition for () {
     unsafe fn piece<'p>(&self, _index: usize) -> Self::Piece<'p> {}
 }
 
-/// The most workers that are used, whatever an executor states: their flags live on the stack.
+/// The largest number of workers used, whatever an executor reports. Their flags are on the stack.
 pub const MAX_WORKERS: usize = 256;
 
-/// What a task does with its index, its piece of the outputs and a worker's piece of the scratch.
+/// The body of a task, called with its index, its piece of the outputs and its worker's piece of the scratch.
 pub type Body<'b, O, S> =
     dyn for<'p> Fn(usize, <O as Partition>::Piece<'p>, <S as Partition>::Piece<'p>) -> Result<()> + Sync + 'b;
 
-/// Runs `body(task, outputs' piece, scratch piece)` for every task in `0..tasks`, through the executor.
+/// Runs `body(task, piece of the outputs, piece of the scratch)` for every task in `0..tasks`, through the executor.
 ///
-/// `scratch` must hold one piece for each of the executor's workers. When several tasks fail, the error of the lowest
-/// task index is returned; which of the later tasks still ran is then not defined, so outputs are not either.
+/// `scratch` must hold one piece per worker of the executor. When several tasks fail, the error of the lowest
+/// task index is returned. Whether later tasks still ran is then not defined, so the outputs are undefined.
 ///
-/// Pieces can't leave their tasks:
+/// A piece can't be moved out of its task:
 ///
 /// ```compile_fail,E0521
-/// use mollis_core::{parallel::Serial, space::{Chunks, par_chunks}};
+/// use mollis_core::exec::{Chunks, Serial, par_chunks};
 /// use std::sync::Mutex;
 /// let (mut out, kept) = (vec![0; 8], Mutex::new(Vec::new()));
 /// par_chunks(&Serial, 2, Chunks::new(&mut out, 4), (), &|_, piece, ()| {
@@ -170,7 +170,7 @@ pub type Body<'b, O, S> =
 ///
 /// # Errors
 /// The first error by task index; [`Error::Executor`] when the executor skipped tasks or ran more at a time than it
-/// stated; the executor's own error.
+/// reported; the executor's own error.
 #[expect(unsafe_code, reason = "hands each claimed piece to one task")]
 pub fn par_chunks<'b, O: Partition + 'b, S: Partition + 'b>(
     executor: &dyn Executor,
@@ -183,8 +183,8 @@ pub fn par_chunks<'b, O: Partition + 'b, S: Partition + 'b>(
     let next = AtomicUsize::new(0);
     let done = AtomicUsize::new(0);
     let broken = AtomicBool::new(false);
-    // The failed task of lowest index and its code, in one word, so that "first by index" needs no lock: an error of
-    // task t is (t, code), and the minimum over the tasks is kept. Codes fit in 8 bits.
+    // The lowest index of a failed task and its error code, in one word, so that no lock is needed: the minimum
+    // over the tasks of (task, code) is kept. Codes fit in 8 bits.
     let first_error = AtomicUsize::new(usize::MAX);
     let workers = executor.workers().clamp(1, MAX_WORKERS);
     let busy: [AtomicBool; MAX_WORKERS] = [const { AtomicBool::new(false) }; MAX_WORKERS];
@@ -202,8 +202,8 @@ pub fn par_chunks<'b, O: Partition + 'b, S: Partition + 'b>(
             broken.store(true, Ordering::Relaxed);
             return;
         }
-        // SAFETY: `next` gives each task index once; `slot` gives the worker's scratch to one running task. The body takes pieces of any lifetime, so
-        // it keeps none, and both arguments are this call's alone.
+        // SAFETY: `next` gives each task index once. `slot` gives the worker's scratch to one running task. The body accepts pieces of any
+        // lifetime, so it keeps none, and both arguments are exclusive to this call.
         let (output, scratch) = unsafe { (outputs.piece(task), scratch.piece(worker)) };
         if let Err(error) = body(task, output, scratch) {
             let word = task.saturating_mul(256).saturating_add(error as usize);
@@ -229,7 +229,7 @@ mod tests {
     use crate::exec::Serial;
     use std::vec;
 
-    /// Runs tasks on two threads, or misbehaves on purpose.
+    /// Runs tasks on two threads, optionally violating the contract.
     struct Threads {
         repeat: usize,
         same_worker: bool,
@@ -274,7 +274,7 @@ mod tests {
         let starts = [0, 0, 3, 4, 4, 9];
         let mut out = vec![0_u32; 10];
         let executor = Threads { repeat: 1, same_worker: false };
-        // Beyond the last start there is nothing.
+        // Pieces beyond the last start are empty.
         par_chunks(&executor, 7, Ranges::new(&mut out, &starts).unwrap(), (), &|task, piece, ()| {
             piece.iter_mut().for_each(|v| *v += 1 + task as u32);
             Ok(())

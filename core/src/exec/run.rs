@@ -1,17 +1,17 @@
-//! How a call runs, and what it counts.
+//! The options and counters of a call.
 
 use super::{Executor, Serial};
 use crate::simd::Level;
 
-/// How a call runs: on which instruction set, through which executor. Nothing of it is ever stored.
+/// The options of a call: instruction set, executor, stop request, counters. None of it is stored.
 pub struct Run<'a> {
     /// The instruction set.
     pub level: Level,
-    /// Who runs the tasks.
+    /// Runs the tasks.
     pub executor: &'a dyn Executor,
-    /// Asked between tasks; `true` ends the call with [`Error::Stopped`].
+    /// Called between tasks; `true` ends the call with [`Error::Stopped`].
     pub should_stop: Option<&'a (dyn Fn() -> bool + Sync)>,
-    /// Added to, when the call succeeds.
+    /// The counts are added to it when the call succeeds.
     pub counters: Option<&'a mut Statistics>,
 }
 
@@ -27,19 +27,19 @@ impl core::fmt::Debug for Run<'_> {
     }
 }
 
-/// What a sum did: skipped work is a tested count, not a guess from a clock.
+/// The counters of a sum, so that tests can count skipped work instead of timing it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(C)]
 pub struct Statistics {
-    /// Pairs of a target and a source with mass whose distance was computed.
+    /// Pairs of a target and a source of nonzero mass whose distance was computed.
     pub pairs: u64,
-    /// Of these, pairs closer than delta.
+    /// Those of these pairs that are closer than delta.
     pub near_pairs: u64,
     /// Blocks (one source against one register block of targets) that evaluated the mollifier's polynomial.
     pub polynomial_blocks: u64,
-    /// Blocks in which every lane was near, so that nothing was divided.
+    /// Blocks in which every lane was near, so that no division was needed.
     pub all_near_blocks: u64,
-    /// Pairs that took the scaled path, because r^2 or r^D leaves the normal range.
+    /// Pairs that used the scaled path, because r^2 or r^D leaves the normal range.
     pub scaled_pairs: u64,
     /// Sources without mass that were dropped.
     pub massless_sources: u64,

@@ -7,13 +7,13 @@ use crate::error::{Error, Result};
 use crate::real::{Real, Scalar};
 use crate::simd::Loops;
 
-/// Words after the nodes' masses: what lies outside the mesh (number, mass, first moments about the centre), padded to a
-/// cache line.
+/// Words after the masses of the nodes, for particles outside the mesh: count, mass, first moments about the mesh centre; padded to
+/// a cache line.
 pub(super) const TAIL: usize = 8;
-/// Offsets of outside particles are cut at 2^10 mesh widths; moments are in units of 2^-10 mass units.
+/// Offsets of outside particles are clamped to 2^10 sides of the mesh. Their moments are in units of 2^-10 mass units.
 const MOMENT: f64 = 1024.0;
 
-/// Adds the particles to `words`: nodes' masses in units, then the tail.
+/// Adds the particles to `words`: the masses of the nodes in units, then the tail.
 pub(super) struct Deposit<'a, T> {
     pub mesh: &'a Mesh<T>,
     pub locator: Locator,
@@ -21,7 +21,7 @@ pub(super) struct Deposit<'a, T> {
     pub scale: MassScale,
     pub positions: &'a [[T; 2]],
     pub masses: &'a [T],
-    /// Takes the particles away that were added.
+    /// Subtracts the particles; they were added before with the same positions and masses.
     pub remove: bool,
     pub words: &'a mut [i64],
 }
@@ -35,7 +35,7 @@ impl<T: Real> Loops for Deposit<'_, T> {
         let nodes = words.len().saturating_sub(TAIL);
         let (words, tail) = words.split_at_mut_checked(nodes).ok_or(Error::LengthMismatch)?;
         let tail = tail.first_chunk_mut::<TAIL>().ok_or(Error::LengthMismatch)?;
-        // Rounding is symmetric, so the opposite mass takes away what was added, to the bit.
+        // Rounding is symmetric in sign, so adding the opposite mass restores every bit.
         let one = if remove { -1 } else { 1 };
         let ([first, second], pitch) = (scale.per_mass(), mesh.cells()[0] + 1);
         let first = f64::from(one) * first;
@@ -53,7 +53,7 @@ impl<T: Real> Loops for Deposit<'_, T> {
             for ((&node, (((&a, &b), &c), &d)), (&x, m)) in node.iter().zip(shares).zip(positions.iter().zip(masses)) {
                 if node == OUTSIDE {
                     let m = m.to_f64() * first * second;
-                    away(mesh, &locator, walls, x, m, i64::from(one), pitch, words, tail)?;
+                    outside(mesh, &locator, walls, x, m, i64::from(one), pitch, words, tail)?;
                 } else {
                     scatter(words, pitch, node as usize, [a, b, c, d]);
                 }
@@ -63,8 +63,7 @@ impl<T: Real> Loops for Deposit<'_, T> {
     }
 }
 
-/// The four shares of `m` units, to the nodes (0, 0), (1, 0), (0, 1), (1, 1) of the cell. They add up to the rounded m
-/// exactly.
+/// The four shares of `m` units for the nodes (0, 0), (1, 0), (0, 1), (1, 1) of the cell. They add up exactly to m, rounded.
 #[inline(always)]
 fn divide(m: f64, [fx, fy]: [f64; 2]) -> [i64; 4] {
     let (right, upper) = (m * fx, 1.0 - fy);
@@ -85,10 +84,10 @@ fn scatter(words: &mut [i64], pitch: usize, node: usize, shares: [i64; 4]) {
     add(words, node.wrapping_add(pitch), shares[2], shares[3]);
 }
 
-/// A particle outside: with no-flux walls it acts from its mirror place, in free space it is counted in the tail.
+/// Deposits a particle outside the mesh: at its mirror image with no-flux walls, into the tail in free space.
 #[expect(clippy::too_many_arguments, reason = "the rare branch of one loop")]
 #[inline(never)]
-fn away<T: Real>(
+fn outside<T: Real>(
     mesh: &Mesh<T>,
     locator: &Locator,
     walls: Walls,
@@ -104,7 +103,7 @@ fn away<T: Real>(
     }
     match walls {
         Walls::NoFlux => {
-            // The mirror place is inside.
+            // The mirror image is inside the mesh.
             let (node, fraction) = locator.place(mesh.reflect(x).0);
             scatter(words, pitch, node as usize, divide(m, fraction));
         }
@@ -126,7 +125,7 @@ fn away<T: Real>(
     Ok(())
 }
 
-/// Total mass in units and its centre, from the integers alone.
+/// Total mass in units and its centre, computed from the integers alone.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sum {
     pub outside: u64,
@@ -140,7 +139,7 @@ pub(super) fn sum<T: Real>(mesh: &Mesh<T>, words: &[i64]) -> Sum {
     let nodes = words.len().saturating_sub(TAIL);
     let (words, tail) = words.split_at_checked(nodes).unwrap_or((words, &[]));
     for (j, row) in words.chunks(pitch.max(1)).enumerate() {
-        // A row's sum fits in 64 bits, its first moment may not: i <= 2^20.
+        // The sum of a row fits in 64 bits. Its first moment may not, as i <= 2^20.
         let mut in_row = 0_i64;
         let mut first = 0_i64;
         let mut wide = 0_i128;
@@ -163,14 +162,14 @@ pub(super) fn sum<T: Real>(mesh: &Mesh<T>, words: &[i64]) -> Sum {
     let tail = tail.first_chunk::<4>().copied().unwrap_or_default();
     units = units.wrapping_add(tail[1]);
     let (lower, upper, cells) = (mesh.lower(), mesh.upper(), mesh.cells());
-    let centre = |l: T, u: T, n: usize, moment: i128, away: i64| {
+    let centre = |l: T, u: T, n: usize, moment: i128, outside: i64| {
         let (l, u) = (l.to_f64(), u.to_f64());
         let middle = middle(l, u);
         if units == 0 {
             return middle;
         }
-        // Widths from the middle: the nodes' first moment, and the tail's.
-        let from_middle = moment as f64 / n as f64 - 0.5 * inside + away as f64 * MOMENT;
+        // First moments about the middle, in sides of the mesh: of the nodes and of the tail.
+        let from_middle = moment as f64 / n as f64 - 0.5 * inside + outside as f64 * MOMENT;
         middle + (u - l) * (from_middle / units as f64)
     };
     Sum {
@@ -187,7 +186,7 @@ fn middle(l: f64, u: f64) -> f64 {
     0.5 * (l + u)
 }
 
-/// [sum w (x^2 - y^2), sum 2 w x y] of the nodes' masses in units, about `centre`, lengths in units of 2^`unit`.
+/// [sum w (x^2 - y^2), sum 2 w x y] of the masses of the nodes in units, about `centre`. Lengths are in units of 2^`unit`.
 pub(super) fn second_moments<T: Real>(mesh: &Mesh<T>, words: &[i64], centre: [f64; 2], unit: i32) -> [f64; 2] {
     let pitch = mesh.cells()[0] + 1;
     let words = words.get(..words.len().saturating_sub(TAIL)).unwrap_or_default();

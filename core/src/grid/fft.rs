@@ -1,24 +1,24 @@
-//! Complex Fourier transforms of any length over several sequences at a time, without memory of their own.
+//! Complex Fourier transforms of any length, of several sequences at a time, in the caller's memory.
 //!
-//! Lengths whose prime factors are at most [`MAX_PRIME`] go through Stockham's self-sorting passes (Cochran et al. 1967;
-//! Van Loan, *Computational Frameworks for the FFT*, 1992, Section 1.7) of radix 4, 2, 3, 5 and any odd prime; others through
-//! Bluestein's convolution (1970) of a length 2^a 3^b 5^c. Each element holds one number of [`LANES`] sequences, so every
-//! operation is the same for all lanes and the compiler keeps them in vector registers.
+//! Lengths with prime factors up to [`MAX_PRIME`] use Stockham's self-sorting passes (Cochran et al. 1967; Van Loan,
+//! *Computational Frameworks for the FFT*, 1992, Section 1.7) of radix 4, 2, 3, 5 and any odd prime. Other lengths use Bluestein's
+//! convolution (1970) of length 2^a 3^b 5^c. Each element holds one number of [`LANES`] sequences. Every operation is the same in
+//! all lanes, so the compiler can use vector registers.
 
 use crate::error::{Error, Result};
 use crate::memory::Space;
 use crate::real::{Real, Scalar};
 
-/// Complex sequences transformed together.
+/// Number of complex sequences transformed together.
 pub(super) const LANES: usize = 4;
-/// Real parts, then imaginary parts, of one element of the sequences.
+/// One element of all sequences: the real parts, then the imaginary parts.
 pub(super) type Element<T> = [[T; LANES]; 2];
-/// The largest prime factor with a pass of its own; beyond it Bluestein's way is faster.
+/// The largest prime factor with its own pass. Above it Bluestein's convolution is faster.
 pub(super) const MAX_PRIME: usize = 31;
-/// Passes of a length below 2^21.
+/// Most passes of a length below 2^21.
 const MAX_PASSES: usize = 24;
 
-/// The radices of the passes, zeros after the last.
+/// The radices of the passes, padded with zeros.
 type Radices = [usize; MAX_PASSES];
 
 /// Radices of `n` in the order of the passes; `None` when a prime factor is above [`MAX_PRIME`].
@@ -34,14 +34,14 @@ fn radices(mut n: usize) -> Option<Radices> {
     (n == 1).then_some(found)
 }
 
-/// The smallest 2^a 3^b 5^c that is not below `n`.
+/// The smallest 2^a 3^b 5^c >= `n`.
 pub(super) fn smooth(n: usize) -> usize {
     let mut best = n.next_power_of_two();
     let mut fives = 1_usize;
     while fives < best {
         let mut threes = fives;
         while threes < best {
-            // A power of two times this, just reaching n.
+            // The smallest power of two times `threes` that is >= n.
             let mut size = threes;
             while size < n {
                 size *= 2;
@@ -54,7 +54,7 @@ pub(super) fn smooth(n: usize) -> usize {
     best
 }
 
-/// Roughly the operations a transform of this length costs, for choosing among lengths.
+/// Approximate number of operations of a transform of this length, to compare lengths.
 pub(super) fn cost(n: usize) -> usize {
     match radices(n) {
         Some(radices) => {
@@ -75,7 +75,7 @@ pub(super) fn cost(n: usize) -> usize {
     }
 }
 
-/// exp(-2 pi i k / n), correct to the scalar's rounding: the angle is reduced to an eighth of a turn in integers.
+/// exp(-2 pi i k / n), correct to the rounding of the scalar: the angle is reduced to an eighth of a turn in integers.
 fn root<T: Real>(k: usize, n: usize) -> [T; 2] {
     // Eighths of a turn: 8 k = octant * n + rest.
     let eight = 8 * (k % n.max(1));
@@ -86,7 +86,7 @@ fn root<T: Real>(k: usize, n: usize) -> [T; 2] {
     if odd {
         (c, s) = (s, c);
     }
-    // Now (c, s) is the point within its quadrant.
+    // (c, s) is the point within its quadrant.
     let (c, s) = match octant / 2 {
         0 => (c, s),
         1 => (-s, c),
@@ -102,12 +102,12 @@ pub(super) fn half_root<T: Real>(j: usize, n: usize) -> [T; 2] {
     [-s, c]
 }
 
-/// The passes of one smooth length.
+/// The passes of a length without a prime factor above [`MAX_PRIME`].
 #[derive(Debug)]
 struct Passes<'w, T> {
     length: usize,
     radices: Radices,
-    /// For each pass of radix r on length l, for p < l / r, the r - 1 factors exp(-2 pi i p k / l).
+    /// For each pass of radix r on length l and each p < l / r: the r - 1 factors exp(-2 pi i p k / l).
     twiddles: &'w mut [[T; 2]],
     /// exp(-2 pi i k / length).
     roots: &'w mut [[T; 2]],
@@ -116,7 +116,7 @@ struct Passes<'w, T> {
 impl<'w, T: Real> Passes<'w, T> {
     fn layout(space: &mut impl Space<'w>, length: usize) -> Result<Self> {
         let radices = radices(length).ok_or(Error::TooLarge)?;
-        // sum over passes of l - l / r = length - 1
+        // The passes need sum (l - l / r) = length - 1 factors.
         Ok(Self { length, radices, twiddles: space.try_array(length)?, roots: space.try_array(length)? })
     }
 
@@ -142,7 +142,7 @@ impl<'w, T: Real> Passes<'w, T> {
         }
     }
 
-    /// Transforms `a`; returns the result and the spare buffer.
+    /// Transforms `a`. Returns the buffer with the result and the spare buffer.
     #[inline(always)]
     fn run<'b>(
         &self,
@@ -210,7 +210,7 @@ fn pass<T: Real, const R: usize>(
     }
 }
 
-/// As [`pass`] for an odd prime: sums and differences of x_j and x_(r-j) against cosines and sines.
+/// As [`pass`], for an odd prime: combines the sums and differences of x_j and x_(r-j) with cosines and sines.
 #[inline(always)]
 fn pass_prime<T: Real>(
     radix: usize,
@@ -261,7 +261,7 @@ fn pass_prime<T: Real>(
                     even = add(even, scale(*sum, c));
                     odd = add(odd, scale(*difference, s));
                 }
-                // s carries the sign of exp(-i ..): x_j w^(jk) + x_(r-j) w^(-jk) = sum c + i difference s.
+                // s has the sign of exp(-i ..): x_j w^(jk) + x_(r-j) w^(-jk) = sum c + i difference s.
                 let odd = times_i(odd);
                 store(k, add(even, odd));
                 store(radix - k, sub(even, odd));
@@ -282,10 +282,10 @@ pub(super) struct Fft<'w, T> {
 struct Bluestein<'w, T> {
     /// exp(-i pi j^2 / length).
     chirp: &'w mut [[T; 2]],
-    /// The transform of its conjugate, wrapped around, over the length of the convolution.
+    /// The transform of the conjugate chirp, periodic with the length of the convolution.
     filter: &'w mut [[T; 2]],
-    /// Room to transform the filter.
-    room: [&'w mut [Element<T>]; 2],
+    /// Buffers to transform the filter.
+    buffers: [&'w mut [Element<T>]; 2],
 }
 
 impl<'w, T: Real> Fft<'w, T> {
@@ -303,7 +303,7 @@ impl<'w, T: Real> Fft<'w, T> {
             Some(Bluestein {
                 chirp: space.try_array(length)?,
                 filter: space.try_array(inner)?,
-                room: [space.try_array(inner)?, space.try_array(inner)?],
+                buffers: [space.try_array(inner)?, space.try_array(inner)?],
             })
         };
         Ok(Self { length, passes, bluestein })
@@ -312,8 +312,8 @@ impl<'w, T: Real> Fft<'w, T> {
     pub(super) fn prepare(&mut self) {
         self.passes.prepare();
         let (n, inner) = (self.length, self.passes.length);
-        let Some(Bluestein { chirp, filter, room: [a, b] }) = &mut self.bluestein else { return };
-        // j^2 mod 2 n by differences: (j + 1)^2 = j^2 + 2 j + 1.
+        let Some(Bluestein { chirp, filter, buffers: [a, b] }) = &mut self.bluestein else { return };
+        // j^2 mod 2 n, by (j + 1)^2 = j^2 + 2 j + 1.
         let mut square = 0;
         for (j, slot) in chirp.iter_mut().enumerate() {
             *slot = root(square, 2 * n);
@@ -335,8 +335,8 @@ impl<'w, T: Real> Fft<'w, T> {
         }
     }
 
-    /// Transforms the first `length` elements of `a`, x_k -> sum_j x_j exp(-2 pi i j k / length); returns the buffer that holds the
-    /// result and the spare one. Both hold at least [`Fft::buffer`] elements.
+    /// Transforms the first `length` elements of `a`, x_k -> sum_j x_j exp(-2 pi i j k / length). Returns the buffer with the
+    /// result and the spare buffer. Both hold at least [`Fft::buffer`] elements.
     #[inline(always)]
     pub(super) fn run<'b>(
         &self,
@@ -356,7 +356,7 @@ impl<'w, T: Real> Fft<'w, T> {
             (a, b) = self.passes.run(a, b);
             if !backward {
                 for (x, &w) in a.iter_mut().zip(filter.iter()) {
-                    // The inverse transform is the forward one with real and imaginary parts exchanged.
+                    // The inverse transform is the forward transform with real and imaginary parts exchanged.
                     let [re, im] = times(*x, w);
                     *x = [im, re];
                 }
@@ -441,7 +441,7 @@ mod tests {
     use crate::memory::{Carve, Measure};
     use std::vec;
 
-    /// The largest error of all lanes against the sum itself in f64, over the l2 norm of the sequence.
+    /// The largest error over all lanes, compared with the direct sum in f64, divided by the l2 norm of the sequence.
     fn error<T: Real>(n: usize) -> f64 {
         let bytes = Measure::of(|space| Fft::<T>::layout(space, n).map(|_| ())).unwrap();
         let mut memory = vec![0xA5_u8; bytes + 64];
@@ -476,8 +476,8 @@ mod tests {
 
     #[test]
     fn any_length_against_the_sum() {
-        // The sum in f64 itself errs by about sqrt(n) u; the fast transform by a few u for each pass, Bluestein's twice that and
-        // its filter: 40 u covers log2(1024) passes at 2 u each and the sum's own error.
+        // The direct sum in f64 has an error of about sqrt(n) u. The fast transform has a few u per pass, Bluestein's twice that and the
+        // error of its filter. 40 u covers log2(1024) passes at 2 u each and the error of the direct sum.
         let lengths =
             (1..=80).chain([97, 101, 121, 125, 127, 128, 135, 169, 187, 243, 251, 256, 257, 270, 320, 509, 511, 1000]);
         for n in lengths {

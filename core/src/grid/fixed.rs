@@ -1,18 +1,18 @@
-//! Masses in 64-bit fixed point: sums that do not depend on order, threads or ranks.
+//! Masses in 64-bit fixed point. The sums do not depend on the order of the particles, the threads or the ranks.
 //!
-//! A mass m is stored as the integer nearest to m / unit, unit = 2^`exponent`, and integers are added. With the scale of a
-//! total mass M, sum |m| <= M, the unit is between 2^-50 M and 2^-49 M: one particle's share has at most 50 bits, so
-//! the rounding is one floating-point addition; a node's total is at most 2^50 plus half a unit for each of n shares, so
-//! no sum can overflow 2^63 before n reaches 2^63.
+//! A mass m is stored as the integer nearest to m / unit with unit = 2^`exponent`, and integers are added. For a scale of
+//! total mass M >= sum |m| the unit is between 2^-50 M and 2^-49 M. One particle's share has at most 50 bits, so it is rounded
+//! by one floating-point addition. The total of a node is at most 2^50 plus half a unit for each of n shares, so no sum
+//! overflows 2^63 before n reaches 2^63.
 
 use crate::error::{Error, Result};
 use crate::real::{Real, Scalar};
 
-/// Bits of the total mass in units.
+/// Bits of the total mass, in units.
 pub(super) const BITS: i32 = 50;
-/// The unit of the smallest masses, which is the smallest number of all: no mass is lost in it.
+/// The exponent of the smallest unit, which is the smallest positive f64. It represents every mass exactly.
 const LEAST: i32 = -1074;
-/// 1.5 * 2^52: added to |x| <= 2^51 it rounds x to an integer, which stands in the low bits.
+/// 1.5 * 2^52. Adding it to |x| <= 2^51 rounds x to an integer and leaves that integer in the low bits.
 const ROUND: f64 = 6_755_399_441_055_744.0;
 
 /// The unit of fixed-point masses, a power of two.
@@ -37,9 +37,9 @@ impl MassScale {
         Ok(Self::from_bound(e))
     }
 
-    /// The scale of these masses, of any sign: it does not depend on their order.
+    /// The scale of these masses, of any sign. It does not depend on their order.
     ///
-    /// Cost: two passes over the masses. It changes only when masses do.
+    /// Cost: two passes over the masses. Recompute it only when masses change.
     ///
     /// # Errors
     /// [`Error::NotFinite`].
@@ -56,8 +56,8 @@ impl MassScale {
         if largest == T::ZERO {
             return Ok(Self::from_bound(0));
         }
-        // First a scale from n max |m|, which is independent of order as well; it may be far above the sum, so the sum in
-        // that scale gives the second. Truncation loses less than a unit each, so `n` units more are a bound.
+        // The first scale is from n max |m|, which does not depend on the order but may be far above the sum. The sum in that scale
+        // gives the second scale. Truncation loses less than one unit each, so `n` units are added for an upper bound.
         let n = masses.len() as u64;
         let e = largest.to_f64().frexp().1 + (64 - n.leading_zeros()) as i32;
         let [first, second] = halves::<f64>(61 - e);
@@ -66,12 +66,12 @@ impl MassScale {
         Ok(Self::from_bound((64 - sum.leading_zeros()) as i32 - (61 - e)))
     }
 
-    /// `e` with sum |m| <= 2^e.
+    /// The scale for sum |m| <= 2^e.
     fn from_bound(e: i32) -> Self {
         Self { exponent: (e - BITS).max(LEAST) }
     }
 
-    /// The unit is 2 to this power.
+    /// The exponent of the unit, a power of two.
     #[must_use]
     pub fn exponent(self) -> i32 {
         self.exponent
@@ -83,26 +83,26 @@ impl MassScale {
         1.0_f64.ldexp(self.exponent)
     }
 
-    /// Units in a mass of 1, in two factors.
+    /// Units in a mass of 1, as two factors.
     pub(super) fn per_mass(self) -> [f64; 2] {
         halves(-self.exponent)
     }
 }
 
-/// 2^`exponent` in two factors, of which neither leaves the range where the power does. A number times both of them, one after the
-/// other, is rounded only where the result is below the normal range.
+/// 2^`exponent` as two factors. Each is in the range if the power is. Multiplying a number by one after the other rounds
+/// only where the result is below the normal range.
 pub(super) fn halves<T: Real>(exponent: i32) -> [T; 2] {
     let half = exponent / 2;
     [half, exponent - half].map(|e| T::ONE.ldexp(e.min(T::MAX_EXPONENT)))
 }
 
-/// The integer nearest to `x`, |x| <= 2^51, halves to even.
+/// The integer nearest to `x`, for |x| <= 2^51; halves round to even.
 #[inline(always)]
 pub(super) fn nearest(x: f64) -> i64 {
     (x + ROUND).to_bits().wrapping_sub(ROUND.to_bits()) as i64
 }
 
-/// `units` as a number, |units| < 2^51: the inverse of [`nearest`], and like it a few operations for several at a time.
+/// `units` as a number, for |units| < 2^51. The inverse of [`nearest`]; it vectorises as well.
 #[inline(always)]
 pub(super) fn exact(units: i64) -> f64 {
     f64::from_bits((units as u64).wrapping_add(ROUND.to_bits())) - ROUND
@@ -129,7 +129,7 @@ mod tests {
             for n in [1, 2, 3, 1000] {
                 let scale = MassScale::of(&std::vec![-m; n]).unwrap();
                 let one = units(m, scale);
-                // The smallest masses are whole numbers of the smallest unit; others keep their first 50 bits less those of n.
+                // The smallest masses are multiples of the smallest unit. Others keep 50 bits less those of n.
                 assert!(one * n as f64 <= 2.0_f64.powi(50) && scale.unit() > 0.0);
                 assert!(one * n as f64 >= 2.0_f64.powi(47) || scale.exponent() == LEAST && nearest(one) as f64 == one);
                 assert!((nearest(one) as f64 * scale.unit() / m - 1.0).abs() <= n as f64 * 2.0_f64.powi(-47));

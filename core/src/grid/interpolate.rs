@@ -1,4 +1,4 @@
-//! The gradient at the particles: bilinear interpolation of the centred differences, the adjoint of the deposit.
+//! The gradient at the particles: bilinear interpolation of centred differences. It is the adjoint of the deposit.
 
 use super::Walls;
 use super::mesh::{BLOCK, Locator, Mesh, OUTSIDE, Places};
@@ -11,9 +11,9 @@ pub(super) struct Interpolate<'a, T> {
     pub mesh: &'a Mesh<T>,
     pub locator: Locator,
     pub walls: Walls,
-    /// In units of mass of their own.
+    /// With masses in units of their bound.
     pub monopole: Monopole<T>,
-    /// The unit of those masses, in two factors.
+    /// That unit, as two factors.
     pub unit: [T; 2],
     /// The gradient at the nodes.
     pub gradient: &'a [[T; 2]],
@@ -34,7 +34,7 @@ impl<T: Real> Loops for Interpolate<'_, T> {
             let Places { node, x, y } = &places;
             for ((((out, &node), &x), &y), &position) in out.iter_mut().zip(node).zip(x).zip(y).zip(positions) {
                 *out = if node == OUTSIDE {
-                    away(mesh, &locator, walls, (&monopole, unit), gradient, position)
+                    outside(mesh, &locator, walls, (&monopole, unit), gradient, position)
                 } else {
                     bilinear(gradient, pitch, node, [x, y])
                 };
@@ -54,9 +54,10 @@ fn bilinear<T: Real>(gradient: &[[T; 2]], pitch: usize, node: u64, fraction: [f6
     [(wa * a[0] + wb * b[0]) + (wc * c[0] + wd * d[0]), (wa * a[1] + wb * b[1]) + (wc * c[1] + wd * d[1])]
 }
 
-/// Outside: the monopole's gradient (3.8), or with no-flux walls that of the mirror place, mirrored. NaN where the position is not finite.
+/// The gradient outside the mesh: the monopole's (3.8), or with no-flux walls the mirrored one of the mirror image. NaN for a
+/// position that is not finite.
 #[inline(never)]
-fn away<T: Real>(
+fn outside<T: Real>(
     mesh: &Mesh<T>,
     locator: &Locator,
     walls: Walls,

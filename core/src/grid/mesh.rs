@@ -1,16 +1,16 @@
-//! The mesh: a rectangle cut into equal cells.
+//! The mesh: a rectangle divided into equal cells.
 
 use crate::error::{Error, Result};
 use crate::real::{Real, Scalar};
 
-/// The most cells along an axis: node numbers and their first moments stay exact in 64 bits.
+/// Most cells along an axis. Node numbers and their first moments are then exact in 64 bits.
 pub const MAX_CELLS: usize = 1 << 20;
-/// Corners reach up to 2^-13 of the scalar's largest number: particles outside count up to 2^10 sides away, so no distance overflows.
-const ROOM: i32 = 13;
-/// The longer side of a cell is at most 2^40 times the shorter one: the square of their ratio stands in the equations.
+/// Corners are at most 2^-13 of the scalar's largest number. Outside particles count up to 2^10 sides away, so no distance overflows.
+const HEADROOM: i32 = 13;
+/// The longer side of a cell is at most 2^40 times the shorter one, because the equations contain the square of their ratio.
 const LONGEST: i32 = 40;
 
-/// A rectangle of `cells[0]` by `cells[1]` equal cells; node `(i, j)`, `0 <= i <= cells[0]`, `0 <= j <= cells[1]`, stands at
+/// A rectangle of `cells[0]` by `cells[1]` equal cells. Node `(i, j)`, `0 <= i <= cells[0]`, `0 <= j <= cells[1]`, is at
 /// `lower + (i, j) * spacing`. Arrays over the nodes run along x first: node `(i, j)` is element `j (cells[0] + 1) + i`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mesh<T> {
@@ -23,14 +23,14 @@ impl<T: Real> Mesh<T> {
     /// The mesh on `[lower, upper]`.
     ///
     /// # Errors
-    /// [`Error::NotFinite`]; [`Error::OutOfDomain`]: `upper` is not above `lower`, fewer than 2 cells along an axis, a corner beyond 2^-13 of the
-    /// scalar's largest number, a mesh width below its normal range, or cells more than 2^40 times as long as wide;
-    /// [`Error::TooLarge`]: more than [`MAX_CELLS`], or too many nodes to count.
+    /// [`Error::NotFinite`]; [`Error::OutOfDomain`]: `upper` is not above `lower`, fewer than 2 cells along an axis, a corner beyond 2^-13 of
+    /// the scalar's largest number, a mesh width below its normal range, or cells more than 2^40 times as long as wide;
+    /// [`Error::TooLarge`]: more than [`MAX_CELLS`], or the number of nodes overflows.
     pub fn new(lower: [T; 2], upper: [T; 2], cells: [usize; 2]) -> Result<Self> {
         if !lower.iter().chain(&upper).all(|v| v.is_finite()) {
             return Err(Error::NotFinite);
         }
-        let most = T::MAX.ldexp(-ROOM);
+        let most = T::MAX.ldexp(-HEADROOM);
         for ((&l, &u), &n) in lower.iter().zip(&upper).zip(&cells) {
             if n < 2 || u <= l || l < -most || u > most || (u - l) / T::from_usize(n) < T::MIN_POSITIVE {
                 return Err(Error::OutOfDomain);
@@ -60,7 +60,7 @@ impl<T: Real> Mesh<T> {
         self.cells
     }
 
-    /// How many nodes there are.
+    /// The number of nodes.
     pub fn nodes(&self) -> usize {
         (self.cells[0] + 1) * (self.cells[1] + 1)
     }
@@ -71,33 +71,33 @@ impl<T: Real> Mesh<T> {
         [(self.upper[0] - self.lower[0]) / n, (self.upper[1] - self.lower[1]) / m]
     }
 
-    /// A power of two that is at least the longer side, by its exponent: the unit of length of second moments.
+    /// The exponent of a power of two >= the longer side. This power is the length unit of second moments.
     pub(super) fn reach(&self) -> i32 {
         let [w, h] = [self.upper[0] - self.lower[0], self.upper[1] - self.lower[1]];
         w.max(h).frexp().1
     }
 
-    /// Where node (i, j) stands; i and j may lie outside the mesh (ghost nodes).
+    /// The position of node (i, j). i and j may lie outside the mesh (ghost nodes).
     pub fn node(&self, i: isize, j: isize) -> [T; 2] {
         let [h, k] = self.spacing();
         [self.lower[0] + signed::<T>(i) * h, self.lower[1] + signed::<T>(j) * k]
     }
 
-    /// Whether the closed rectangle holds `x`: lower <= x <= upper. Deposit and interpolation find a cell for exactly these places.
+    /// Whether `x` is in the closed rectangle, lower <= x <= upper. Deposit and interpolation find a cell for exactly these positions.
     pub fn contains(&self, x: [T; 2]) -> bool {
         let within = |a: T, l: T, u: T| l <= a && a <= u;
         within(x[0], self.lower[0], self.upper[0]) && within(x[1], self.lower[1], self.upper[1])
     }
 
-    /// `x` folded into the rectangle by reflection at its walls, as often as needed, and for each axis whether the number of
-    /// reflections is odd. Points inside, borders included, stay as they are.
+    /// `x` reflected at the walls until it is in the rectangle, and for each axis whether the number of reflections is odd.
+    /// Points inside or on the border do not change.
     pub fn reflect(&self, x: [T; 2]) -> ([T; 2], [bool; 2]) {
         let fold = |a: T, l: T, u: T| {
             if l <= a && a <= u {
                 return (a, false);
             }
             let width = u - l;
-            // In widths; a full period is two of them.
+            // In sides of the mesh; the period is two sides.
             let g = (a - l) / width;
             let g = g - T::TWO * (g * T::HALF).floor();
             let (g, odd) = if g > T::ONE { (T::TWO - g, true) } else { (g, false) };
@@ -109,12 +109,12 @@ impl<T: Real> Mesh<T> {
     }
 }
 
-/// Exact for the numbers that occur, |n| <= MAX_CELLS + 1.
+/// Exact, because |n| <= MAX_CELLS + 1.
 fn signed<T: Real>(n: isize) -> T {
     T::from_i32(n as i32)
 }
 
-/// The mesh in numbers that the loops over particles need, in f64 for both scalars: the only place that finds cells.
+/// The mesh parameters for loops over particles, in f64 for both scalars. Only this type computes cells.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Locator {
     lower: [f64; 2],
@@ -124,15 +124,15 @@ pub(super) struct Locator {
     pitch: f64,
 }
 
-/// 2^52: added to a number in 0..2^51 it rounds it to an integer, which then stands in the low bits.
+/// 2^52. Adding it to a number in 0..2^51 rounds that to an integer and leaves the integer in the low bits.
 const ROUND: f64 = 4_503_599_627_370_496.0;
 
-/// Particles that are located together.
+/// Number of particles located together.
 pub(super) const BLOCK: usize = 64;
-/// The node of a particle that is outside.
+/// The node number that marks a particle outside the mesh.
 pub(super) const OUTSIDE: u64 = u64::MAX;
 
-/// Where particles are: the lower left nodes `j (nx + 1) + i` of their cells and their places there, 0 to 1 each way.
+/// Locations of particles: the lower left node `j (nx + 1) + i` of the cell and the coordinates in the cell, 0 to 1 along each axis.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Places {
     pub node: [u64; BLOCK],
@@ -152,7 +152,7 @@ impl Locator {
         Self { lower: l, upper: u, inverse, cells, pitch: cells[0] + 1.0 }
     }
 
-    /// Finds the places of at most [`BLOCK`] particles.
+    /// Locates at most [`BLOCK`] particles.
     #[inline(always)]
     pub(super) fn places<T: Real>(&self, positions: &[[T; 2]], places: &mut Places) {
         let Places { node, x, y } = places;
@@ -161,10 +161,10 @@ impl Locator {
         }
     }
 
-    /// The node and the place in its cell. What is inside is decided by the coordinates, as [`Mesh::contains`] does: the quotient
-    /// that gives the cell is rounded, may come out above the number of cells at the upper border, and is kept in the mesh.
+    /// The node and the coordinates in its cell. The coordinates decide what is inside, as in [`Mesh::contains`]. The quotient that
+    /// gives the cell is rounded, may exceed the number of cells at the upper border, and is clamped to the mesh.
     ///
-    /// Branch-free, so that it is compiled for several particles at a time. NaN counts as outside.
+    /// Branch-free, so that the compiler can vectorise it. NaN counts as outside.
     #[inline(always)]
     pub(super) fn place<T: Real>(&self, x: [T; 2]) -> (u64, [f64; 2]) {
         let [x, y] = x.map(Scalar::to_f64);
@@ -178,14 +178,14 @@ impl Locator {
     }
 }
 
-/// The nearest number of [0, cells]; 0 of NaN.
+/// `g` clamped to [0, cells]; 0 for NaN.
 #[inline(always)]
 fn within(g: f64, cells: f64) -> f64 {
     let g = if g > 0.0 { g } else { 0.0 };
     if g < cells { g } else { cells }
 }
 
-/// The cell that holds `g`, the last one at the upper border.
+/// The cell that contains `g`; at the upper border the last one.
 #[inline(always)]
 fn cell(g: f64, cells: f64) -> f64 {
     let rounded = (g + ROUND) - ROUND;

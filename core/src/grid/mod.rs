@@ -1,19 +1,19 @@
 //! Mesh fields: deposit, Poisson solve, interpolation (Zhelezov & Fatkullin, Section 3.4).
 //!
-//! [`Grid`] finds u = sum_n m_n V(x - x_n), V = log r / (2 pi) or -K0(k r) / (2 pi), and its gradient at the particles:
+//! [`Grid`] computes u = sum_n m_n V(x - x_n), V = log r / (2 pi) or -K0(k r) / (2 pi), and its gradient at the particles:
 //!
-//! 1. [`Grid::deposit`] adds each particle's mass to the four nodes of its cell (cloud in cell), in 64-bit fixed point, so that
-//!    the field's bits depend neither on the order of the particles nor on threads or ranks;
-//! 2. [`Grid::solve`] solves the five-point scheme (3.9), Laplacian(u) - k^2 u = density, with the monopole of all mass as
-//!    Dirichlet data (3.10), with its quadrupole too, or in a box with no-flux walls;
-//! 3. [`Grid::interpolate`] interpolates the centred differences (3.6), (3.7) with the deposit's weights (its adjoint, so a
-//!    particle does not move itself); outside the mesh the drift is the monopole's (3.8).
+//! 1. [`Grid::deposit`] adds each particle's mass to the four nodes of its cell (cloud in cell), in 64-bit fixed point. The bits
+//!    of the field then depend neither on the order of the particles nor on threads or ranks.
+//! 2. [`Grid::solve`] solves the five-point scheme (3.9), Laplacian(u) - k^2 u = density. The border has Dirichlet data from the
+//!    monopole of all mass (3.10), optionally with the quadrupole, or no-flux walls.
+//! 3. [`Grid::interpolate`] interpolates the centred differences (3.6), (3.7) with the weights of the deposit. The interpolation is
+//!    its adjoint, so a particle exerts no force on itself. Outside the mesh the gradient is the monopole's (3.8).
 //!
-//! That is the scheme of the paper. [`Order::Fourth`] takes a compact scheme of nine points, differences over five nodes, and undoes the
-//! smoothing of deposit and interpolation.
+//! This is the scheme of the paper. [`Order::Fourth`] uses a compact nine-point scheme and differences over five nodes, and
+//! compensates the smoothing by deposit and interpolation.
 //!
 //! The sign is that of the field sums: the paper's c is -u, and its drift chi grad c is -chi grad u. Only + - * / and sqrt,
-//! integers and libm are used, in an order that depends on the mesh alone: the same bits on every machine, at every
+//! integers and libm are used, in an order that depends on the mesh alone. The bits are the same on every machine, at every
 //! level and for any number of threads.
 
 mod deposit;
@@ -38,61 +38,62 @@ use crate::simd::{Level, with_simd};
 use deposit::TAIL;
 use mesh::Locator;
 
-/// Particles of one task.
+/// Particles per task.
 const PARTICLES: usize = 8192;
 
-/// What surrounds the mesh.
+/// The boundary conditions of the mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Walls {
-    /// Free space: the field of the total mass at its centre is prescribed on the mesh's border (3.10).
+    /// Free space: the field of the total mass at its centre is the Dirichlet data on the border (3.10).
     Free,
-    /// Free space, with the second moments of the mass in that field as well: for long or divided mass, whose field (3.10) misses by
-    /// (extent / distance of the border)^2 of its quadrupole. Without screening only.
+    /// Free space, with the second moments of the mass in the Dirichlet data too. For elongated or separated mass, where (3.10) has a relative
+    /// error of the quadrupole's size, (extent / distance of the border)^2. Only without screening.
     FreeQuadrupole,
-    /// A box without flux through its walls: the normal derivative of u vanishes there, and particles outside act from, and
-    /// are driven at, their mirror places. Without screening the mean density is subtracted (a box holds no steady
-    /// field of a net mass otherwise) and u has mean zero.
+    /// A box with no-flux walls, where the normal derivative of u vanishes. Particles outside contribute at their mirror
+    /// images and get the gradient there, mirrored. Without screening the mean density is subtracted, because a box has no steady
+    /// field of a net mass, and u has mean zero.
     NoFlux,
 }
 
-/// The least number of cells >= `n` that the solve is fastest for: 2^a 3^b 5^c.
+/// The smallest number of cells >= `n` for which the solve is fastest: 2^a 3^b 5^c.
 ///
-/// Any number works, and one smooth axis of the two suffices, as the transform runs along that one. Prime factors up to 31
-/// have passes of their own; with a larger one along both axes the solve takes two to three times as long.
+/// Any number works. One such axis suffices, because the transform runs along it. Prime factors up to 31
+/// have their own passes. With a larger one along both axes the solve takes two to three times as long.
 #[must_use]
 pub fn good_size(n: usize) -> usize {
     fft::smooth(n.clamp(2, MAX_CELLS))
 }
 
-/// How fast the error of the particles' attraction falls with the mesh width h, in sums over many of them (the rate of a second moment), where
-/// their density is smooth. At a single place bilinear interpolation leaves an error of second order with either.
+/// How fast the error of the attraction decreases with the mesh width h, in sums over many particles (the rate of a second moment) of
+/// smooth density. At a single point bilinear interpolation has an error of second order for both.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Order {
-    /// h^2: the five-point scheme and centred differences of Zhelezov & Fatkullin. Attraction within some widths is lost, in a cloud of
-    /// root mean square radius a about 0.4 (h / a)^2 of all.
+    /// h^2: the five-point scheme and centred differences of Zhelezov & Fatkullin. Attraction within some mesh widths is lost: in a cloud
+    /// of root mean square radius a about 0.4 (h / a)^2 of the total.
     #[default]
     Second,
-    /// h^4, in free space with square cells: the compact scheme of nine points (Collatz, *The Numerical Treatment of Differential Equations*, 1960, table VI, "Mehrstellen"),
-    /// differences over five nodes, and a density sharpened by what cloud-in-cell deposit and interpolation smooth it. Cells must be
-    /// nearly square (sides within a factor of 1.25) and resolve the screening (k h <= 1); the field prescribed on a free border is then off by
-    /// (k h)^2 / 12 of itself, and by a quadrupole of a sixth of the sides' difference of squares, smooth inside. On that border and next to it
-    /// differences stay centred ones. Potential and gradient at the nodes are sharpened for interpolation: by themselves of second order.
+    /// h^4, in free space with square cells: the compact nine-point scheme (Collatz, *The Numerical Treatment of Differential
+    /// Equations*, 1960, table VI, "Mehrstellen"), differences over five nodes, and a density sharpened against the smoothing by cloud-in-cell
+    /// deposit and interpolation. Cells must be nearly square (sides within a factor of 1.25) and resolve the screening (k h <= 1). The field
+    /// prescribed on a free border then has a relative error of (k h)^2 / 12, and the error of a quadrupole of one sixth of the difference of
+    /// the squared sides, smooth inside. Differences on that border and next to it remain centred. Potential and gradient at the nodes are
+    /// sharpened for interpolation; by themselves they are of second order.
     Fourth,
 }
 
-/// Which field the grid solves for.
+/// The equation that the grid solves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Equation<T> {
     /// k >= 0 of Laplacian(u) - k^2 u = density; 0 is Poisson's equation.
     pub screening: T,
     /// Free space or a box.
     pub walls: Walls,
-    /// Of the scheme.
+    /// The order of the scheme.
     pub order: Order,
 }
 
 impl<T: Real> Equation<T> {
-    /// Poisson's equation in free space, by the scheme of second order.
+    /// Poisson's equation in free space, with the scheme of second order.
     pub const POISSON: Self = Self { screening: T::ZERO, walls: Walls::Free, order: Order::Second };
 
     fn check(&self, mesh: &Mesh<T>) -> Result<()> {
@@ -113,7 +114,7 @@ impl<T: Real> Equation<T> {
 
 /// A mesh with its density, potential and gradient, all in the caller's memory.
 ///
-/// Everything it holds is rewritten from the particles at each deposit and solve, so a checkpoint need not save it.
+/// Each deposit and solve recomputes all of it from the particles, so a checkpoint need not save it.
 #[derive(Debug)]
 pub struct Grid<'w, T: Real> {
     mesh: Mesh<T>,
@@ -123,16 +124,16 @@ pub struct Grid<'w, T: Real> {
     scale: MassScale,
     outside: u64,
     monopole: Monopole<T>,
-    /// As the solve sees it: with masses in units of their bound.
+    /// The monopole that the solve uses: masses in units of their bound.
     relative: Monopole<T>,
-    /// That unit, in two factors.
+    /// That unit, as two factors.
     unit: [T; 2],
     arrays: Arrays<'w, T>,
 }
 
 #[derive(Debug)]
 struct Arrays<'w, T: Real> {
-    /// A mesh of masses with its tail for each worker, one after the other. The first is the result.
+    /// The masses of the nodes and the tail, once per worker. The first copy is the result.
     words: &'w mut [i64],
     /// The centred differences of u at the nodes.
     gradient: &'w mut [[T; 2]],
@@ -155,17 +156,17 @@ fn layout<'w, T: Real>(
 }
 
 impl<'w, T: Real> Grid<'w, T> {
-    /// The exact bytes that [`Grid::prepare`] needs for calls with at most `workers` workers.
+    /// The exact number of bytes that [`Grid::prepare`] needs for calls with at most `workers` workers.
     ///
     /// # Errors
     /// [`Error::TooLarge`], and those of the equation: [`Error::NotFinite`], [`Error::KernelParameter`] (k < 0),
-    /// [`Error::Unsupported`] (second moments with screening; the fourth order with cells that are long or coarse for the screening).
+    /// [`Error::Unsupported`] (second moments with screening; fourth order with cells that are too long or too coarse for the screening).
     pub fn workspace_bytes(mesh: &Mesh<T>, equation: &Equation<T>, workers: usize) -> Result<usize> {
         equation.check(mesh)?;
         Measure::of(|space| layout(space, mesh, equation, workers.clamp(1, MAX_WORKERS)).map(|_| ()))
     }
 
-    /// Makes a grid without mass in `memory`, for executors with at most `workers` workers.
+    /// Creates a grid without mass in `memory`, for executors with at most `workers` workers.
     ///
     /// # Errors
     /// As [`Grid::workspace_bytes`], and [`Error::WorkspaceTooSmall`], [`Error::Misaligned`].
@@ -218,7 +219,7 @@ impl<'w, T: Real> Grid<'w, T> {
     /// Replaces the density by that of these particles: [`Grid::begin`] with [`MassScale::of`], then [`Grid::add`].
     ///
     /// # Errors
-    /// As both; a refused length or scale leaves the density as it was.
+    /// As both. If a length or the scale is refused, the density is unchanged.
     pub fn deposit(&mut self, positions: &[[T; 2]], masses: &[T], executor: &dyn Executor) -> Result<()> {
         self.check_workers(executor)?;
         if positions.len() != masses.len() {
@@ -228,27 +229,27 @@ impl<'w, T: Real> Grid<'w, T> {
         self.add(positions, masses, executor)
     }
 
-    /// Removes all mass and sets the unit for what will be added, one array or rank or species after the other.
+    /// Removes all mass and sets the unit of what is added afterwards, by array, rank or species.
     pub fn begin(&mut self, scale: MassScale) {
         self.scale = scale;
         self.arrays.words.fill(0);
     }
 
-    /// Adds particles to the density, cloud in cell; the four shares of a mass add up to it exactly in units of the scale.
+    /// Adds particles to the density, cloud in cell. The four shares of a mass add up to it exactly, in units of the scale.
     ///
-    /// Positions outside the mesh ([`Mesh::contains`] says which: those on its border are inside) are counted ([`Grid::outside`]) and act through the monopole; with no-flux walls they act
-    /// from their mirror places.
+    /// Positions outside the mesh (see [`Mesh::contains`]; the border is inside) are counted ([`Grid::outside`]) and contribute to the
+    /// monopole. With no-flux walls they contribute at their mirror images.
     ///
     /// Cost: about 7 ns a particle.
     ///
     /// # Errors
     /// [`Error::LengthMismatch`], [`Error::WorkspaceTooSmall`] (the executor has more workers than the grid was prepared for)
-    /// before anything is added; [`Error::NotFinite`]: a position is not, the density being then undefined.
+    /// before anything is added; [`Error::NotFinite`]: a position is not finite, and the density is then undefined.
     pub fn add(&mut self, positions: &[[T; 2]], masses: &[T], executor: &dyn Executor) -> Result<()> {
         self.change(positions, masses, false, executor)
     }
 
-    /// Takes particles out that were added with the same positions and masses, to the bit: the density is as if they had never been there.
+    /// Removes particles that were added with the same positions and masses. The density is then bit for bit the one without them.
     ///
     /// # Errors
     /// As [`Grid::add`].
@@ -271,7 +272,7 @@ impl<'w, T: Real> Grid<'w, T> {
             let (positions, masses) = (positions.unwrap_or_default(), masses.unwrap_or_default());
             with_simd(Level::best(), deposit::Deposit { mesh, locator, walls, scale, positions, masses, remove, words })
         })?;
-        // Which worker took which task does not matter: integers add up to the same in any order.
+        // The assignment of tasks to workers does not matter, because the integer sum is the same in any order.
         let (result, others) = self.arrays.words.split_at_mut_checked(each).ok_or(Error::WorkspaceTooSmall)?;
         for other in others.chunks_mut(each.max(1)) {
             for (sum, word) in result.iter_mut().zip(other) {
@@ -284,15 +285,15 @@ impl<'w, T: Real> Grid<'w, T> {
 
     /// The masses at the nodes in units of [`Grid::scale`], then eight words about what lies outside the mesh.
     ///
-    /// Ranks that hold parts of the particles add these words up over all of them, element by element, between
-    /// [`Grid::add`] and [`Grid::solve`]; with one scale on all ranks ([`MassScale::for_total`]) the field has the bits of
+    /// Ranks that hold parts of the particles sum these words over all ranks, element by element, between
+    /// [`Grid::add`] and [`Grid::solve`]. With one scale on all ranks ([`MassScale::for_total`]) the field has the bits of
     /// the run on one rank.
     pub fn words_mut(&mut self) -> &mut [i64] {
         let each = self.mesh.nodes() + TAIL;
         self.arrays.words.get_mut(..each).unwrap_or_default()
     }
 
-    /// As [`Grid::words_mut`], to read.
+    /// As [`Grid::words_mut`], read-only.
     pub fn words(&self) -> &[i64] {
         let each = self.mesh.nodes() + TAIL;
         self.arrays.words.get(..each).unwrap_or_default()
@@ -303,17 +304,17 @@ impl<'w, T: Real> Grid<'w, T> {
         self.scale
     }
 
-    /// Particles outside the mesh that the last [`Grid::solve`] saw (free space only).
+    /// Number of particles outside the mesh in the last [`Grid::solve`] (free space only).
     pub fn outside(&self) -> u64 {
         self.outside
     }
 
-    /// All mass at its centre, as the last [`Grid::solve`] used it.
+    /// The total mass at its centre, as used by the last [`Grid::solve`].
     pub fn monopole(&self) -> &Monopole<T> {
         &self.monopole
     }
 
-    /// Finds the total mass, its centre and the number of particles outside, as [`Grid::solve`] does first.
+    /// Computes the total mass, its centre and the number of particles outside; the first step of [`Grid::solve`].
     pub fn locate_mass(&mut self) {
         let sum = deposit::sum(&self.mesh, self.words());
         self.outside = sum.outside;
@@ -348,11 +349,10 @@ impl<'w, T: Real> Grid<'w, T> {
 
     /// Solves for the potential and its gradient at the nodes.
     ///
-    /// Cost: 14 ns a node (1.4 ms for 320 x 320 cells, one thread; [`good_size`] tells which sizes are fast). Accuracy: the
+    /// Cost: 14 ns a node (1.4 ms for 320 x 320 cells, one thread; [`good_size`] gives fast sizes). Accuracy: the
     /// five-point equations are solved to 2e-13 of the largest u for every size up to 257 and for 511 and 1000 (test
-    /// `every_size_against_a_manufactured_solution`), both schemes' equations hold to 1e-14 (test `the_scheme_holds_in_every_setting`). For their
-    /// errors see [`Order`] (test
-    /// `what_the_mesh_loses_of_the_attraction_falls_as_the_order_says`).
+    /// `every_size_against_a_manufactured_solution`). Both schemes' equations hold to 1e-14 (test `the_scheme_holds_in_every_setting`).
+    /// For the errors of the schemes see [`Order`] (test `what_the_mesh_loses_of_the_attraction_falls_as_the_order_says`).
     ///
     /// # Errors
     /// [`Error::WorkspaceTooSmall`]: the executor has more workers than the grid was prepared for.
@@ -384,7 +384,7 @@ impl<'w, T: Real> Grid<'w, T> {
         Ok(())
     }
 
-    /// The centred differences of u at the nodes (3.6), (3.7); on the border they use the Dirichlet data's continuation.
+    /// The centred differences of u at the nodes (3.6), (3.7). On the border they use the field of the Dirichlet data one width outside.
     pub fn gradient(&self) -> &[[T; 2]] {
         self.arrays.gradient
     }
@@ -408,7 +408,7 @@ impl<'w, T: Real> Grid<'w, T> {
         })
     }
 
-    /// [`Grid::interpolate`] within a task of the caller's: for as many as both slices hold, in this thread.
+    /// [`Grid::interpolate`] in the calling thread, for use within a caller's task. The shorter slice gives the number of particles.
     pub fn interpolate_here(&self, positions: &[[T; 2]], out: &mut [[T; 2]]) {
         let job = interpolate::Interpolate {
             mesh: &self.mesh,
@@ -423,7 +423,7 @@ impl<'w, T: Real> Grid<'w, T> {
         with_simd(Level::best(), job);
     }
 
-    /// grad u at one point: the same bits as [`Grid::interpolate`].
+    /// grad u at one point, with the same bits as [`Grid::interpolate`].
     pub fn gradient_at(&self, x: [T; 2]) -> [T; 2] {
         let mut out = [[T::ZERO; 2]];
         self.interpolate_here(&[x], &mut out);

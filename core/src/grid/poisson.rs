@@ -1,23 +1,23 @@
-//! The schemes of five and of nine points, solved by a sine or cosine transform along one axis and tridiagonal systems along the other.
+//! The five-point and nine-point schemes, solved by a sine or cosine transform along one axis and tridiagonal systems along the other.
 //!
-//! The transform runs along the axis whose number of cells is cheaper to factor (see [`super::good_size`]); "rows" here are the
-//! mesh lines along it, and s numbers the rows. With H, K the mesh widths along and across the rows, mode k of row s obeys
+//! The transform runs along the axis whose number of cells is cheaper to transform (see [`super::good_size`]). "Rows" are the
+//! mesh lines along it, numbered by s. With H, K the mesh widths along and across the rows, mode k of row s satisfies
 //!
 //! `-U_(s-1) + b U_s - U_(s+1) = F_s,  b = 2 + K^2 (4 sin^2(pi k / 2 n) / H^2 + kappa^2),  F = -K^2 (2 / n) density^`
 //!
-//! with the prescribed border values moved to the right-hand side. The scheme of nine points ([`Order::Fourth`]) for Laplacian(u) - kappa^2 u = f is
+//! with the prescribed border values moved to the right-hand side. The nine-point scheme ([`Order::Fourth`]) for Laplacian(u) - kappa^2 u = f is
 //!
 //! `(Dxx + Dyy + (H^2 + K^2)/12 Dxx Dyy - kappa^2 P) u = P S f,  P = 1 + (H^2 Dxx + K^2 Dyy)/12`
 //!
-//! with D the second differences, and S = 1 - (H^2 Dxx + K^2 Dyy)/6 undoes the smoothing of cloud-in-cell deposit and interpolation, which
-//! together multiply a wave p by 1 - (p_x^2 H^2 + p_y^2 K^2)/6. P S is taken as 1 - (H^2 Dxx + K^2 Dyy)/12, the same up to the fourth
-//! order. A mode then obeys the equation above with
+//! with D the second differences. S = 1 - (H^2 Dxx + K^2 Dyy)/6 compensates the smoothing of cloud-in-cell deposit and interpolation,
+//! which together multiply a wave p by 1 - (p_x^2 H^2 + p_y^2 K^2)/6. P S is taken as 1 - (H^2 Dxx + K^2 Dyy)/12, which is equal
+//! up to fourth order. A mode then satisfies the equation above with
 //!
 //! `b = 2 + K^2 (l + kappa^2 (1 - l H^2 / 12)) / A,  A = 1 - (l (H^2 + K^2) + kappa^2 K^2)/12,  l = 4 sin^2(pi k / 2 n) / H^2`
 //!
-//! and F / A. Masses are in units of their bound ([`MassScale`](super::MassScale)), so that no sum on the way leaves the range of the scalar; the potential
-//! and its differences are brought back by powers of two. Three phases, each in tasks that write parts of their own:
-//! rows, columns, rows.
+//! and F / A. Masses are in units of their bound ([`MassScale`](super::MassScale)), so no intermediate sum leaves the range of the
+//! scalar. The potential and its differences are scaled back by powers of two. There are three phases: rows, columns, rows. Each
+//! task of a phase writes its own part.
 
 use super::deposit::TAIL;
 use super::fft::{Element, LANES, cost, half_root};
@@ -31,10 +31,10 @@ use crate::memory::Space;
 use crate::real::Real;
 use crate::simd::{Level, Loops, with_simd};
 
-/// Columns of a task of the second phase.
+/// Columns per task of the second phase.
 const WIDTH: usize = 16;
 
-/// The mesh as the solver sees it.
+/// The mesh in the solver's orientation.
 #[derive(Clone, Copy, Debug)]
 struct Shape {
     kind: Kind,
@@ -42,23 +42,23 @@ struct Shape {
     along_y: bool,
     /// Cells along a row.
     n: usize,
-    /// Cells across: rows 0 to m.
+    /// Cells across the rows, which are numbered 0 to m.
     m: usize,
-    /// From a row to the next, a multiple of WIDTH.
+    /// Distance between rows in the array, a multiple of WIDTH.
     pitch: usize,
 }
 
 impl Shape {
     fn of<T: Real>(mesh: &Mesh<T>, equation: &Equation<T>) -> Self {
         let [nx, ny] = mesh.cells();
-        // A transform of each row, per node; ties go to x, along which arrays run.
+        // The cost of transforming all rows, per node. Ties choose x, the direction of the arrays.
         let along_y = cost(ny) / ny.max(1) < cost(nx) / nx.max(1);
         let (n, m) = if along_y { (ny, nx) } else { (nx, ny) };
         let kind = if equation.walls == Walls::NoFlux { Kind::Cosine } else { Kind::Sine };
         Self { kind, along_y, n, m, pitch: (n + 1).next_multiple_of(WIDTH) }
     }
 
-    /// Node (i, j) of the mesh in the solver's array.
+    /// The index of node (i, j) of the mesh in the solver's array.
     fn at(&self, i: usize, j: usize) -> usize {
         if self.along_y { i * self.pitch + j } else { j * self.pitch + i }
     }
@@ -69,7 +69,7 @@ impl Shape {
         if self.along_y { [k, h] } else { [h, k] }
     }
 
-    /// Rows whose values are unknown.
+    /// Whether the values of row `s` are unknown.
     fn is_unknown(&self, s: usize) -> bool {
         match self.kind {
             Kind::Sine => 0 < s && s < self.m,
@@ -78,10 +78,10 @@ impl Shape {
     }
 }
 
-/// Values prescribed on a closed line around the mesh.
+/// Prescribed values on a closed line around the mesh.
 #[derive(Debug)]
 struct Frame<'w, T> {
-    /// At the rows' first and last node, for each row.
+    /// At the first and the last node of each row.
     ends: [&'w mut [T]; 2],
     /// On the first and the last row.
     rows: [&'w mut [T]; 2],
@@ -93,7 +93,7 @@ impl<'w, T: Real> Frame<'w, T> {
         Ok(Self { ends: [space.try_array(m)?, space.try_array(m)?], rows: [space.try_array(n)?, space.try_array(n)?] })
     }
 
-    /// The monopole's potential `out` widths outside the mesh.
+    /// Fills in the potential of the monopole, `out` widths outside the mesh.
     fn fill(&mut self, shape: &Shape, mesh: &Mesh<T>, monopole: &Monopole<T>, out: isize) {
         let value = |along: isize, across: isize| {
             let (i, j) = if shape.along_y { (across, along) } else { (along, across) };
@@ -109,7 +109,7 @@ impl<'w, T: Real> Frame<'w, T> {
     }
 }
 
-/// Everything of the solve but the density.
+/// All data of the solve except the density.
 #[derive(Debug)]
 pub(super) struct Solver<'w, T: Real> {
     shape: Shape,
@@ -118,14 +118,14 @@ pub(super) struct Solver<'w, T: Real> {
     excess: &'w mut [T],
     /// 1 / A of each mode, padded.
     shares: &'w mut [T],
-    /// The potential, between the phases its modes: rows of `pitch` elements.
+    /// The potential; between the phases its modes. Rows have `pitch` elements.
     values: &'w mut [T],
     border: Frame<'w, T>,
-    /// One width outside the border, for the centred differences there.
+    /// Values one width outside the border, for the centred differences on it.
     ghosts: Frame<'w, T>,
     /// Two buffers of the transform for each worker.
     buffers: &'w mut [Element<T>],
-    /// The elimination's factors, a line for each worker.
+    /// The factors of the elimination, one line per worker.
     factors: &'w mut [[T; WIDTH]],
 }
 
@@ -161,10 +161,10 @@ impl<'w, T: Real> Solver<'w, T> {
         let fourth = equation.order == Order::Fourth;
         let twelfth = T::ONE / T::from_i32(12);
         for (mode, (b, share)) in self.excess.iter_mut().zip(self.shares.iter_mut()).enumerate() {
-            // Padding columns take the last mode's.
+            // Padding columns repeat the last mode.
             let [sin, _] = half_root::<T>(mode.min(self.shape.n), 2 * self.shape.n);
             let wave = T::TWO * ratio * sin;
-            // However strong the screening, finite: the field is then zero to rounding.
+            // Kept finite for any screening. If the bound applies, the field is zero to rounding.
             let (waves, screened) = (wave * wave, screening * screening);
             (*b, *share) = ((waves + screened).min(T::MAX * T::EPSILON), T::ONE);
             if fourth {
@@ -176,7 +176,7 @@ impl<'w, T: Real> Solver<'w, T> {
         }
     }
 
-    /// Overwrites the potential with that of the masses in `words`, in units of 2^[`BITS`] of theirs, as those of the monopole are.
+    /// Overwrites the potential by that of the masses in `words`. The mass unit is 2^[`BITS`] units of `words`, as in the monopole.
     pub(super) fn solve(
         &mut self,
         mesh: &Mesh<T>,
@@ -238,12 +238,12 @@ impl<'w, T: Real> Solver<'w, T> {
         Ok(())
     }
 
-    /// The potential at node (i, j), in units of its own.
+    /// The potential at node (i, j), in the solver's unit.
     pub(super) fn value(&self, i: usize, j: usize) -> T {
         self.values.get(self.shape.at(i, j)).copied().unwrap_or(T::NAN)
     }
 
-    /// Overwrites `gradient` with the centred differences (3.6), (3.7), or those over five nodes; the potential's unit is 2^`unit`.
+    /// Overwrites `gradient` with the centred differences (3.6), (3.7), or those over five nodes. The unit of the potential is 2^`unit`.
     pub(super) fn differences(
         &self,
         mesh: &Mesh<T>,
@@ -265,14 +265,14 @@ impl<'w, T: Real> Solver<'w, T> {
         })
     }
 
-    /// Makes centred differences those over five nodes, `(8 (u_1 - u_-1) - (u_2 - u_-2)) / 12 h`, where these are there: at walls the mesh goes on
-    /// as its mirror image.
+    /// Turns centred differences into those over five nodes, `(8 (u_1 - u_-1) - (u_2 - u_-2)) / 12 h`, where these nodes exist. At walls
+    /// the mesh continues as its mirror image.
     fn widen(&self, mesh: &Mesh<T>, unit: i32, j: usize, out: &mut [[T; 2]]) {
         let [nx, ny] = mesh.cells();
         let per_width = mesh.spacing().map(|h| Slope::new(T::ONE / (T::from_i32(12) * h), unit));
         let share = T::from_i32(4) / T::from_i32(3);
         let wall = self.shape.kind == Kind::Cosine;
-        // Two nodes before and after, where there are; on a wall the slope is zero and stays so.
+        // The nodes two before and two after, where they exist. On a wall the slope is zero and is not changed.
         let around = |at: usize, n: usize| {
             let after = if at + 2 <= n { at + 2 } else { (2 * n).saturating_sub(at + 2) };
             let inside = 2 <= at && at + 2 <= n || wall && 0 < at && at < n;
@@ -293,7 +293,7 @@ impl<'w, T: Real> Solver<'w, T> {
         let [nx, ny] = mesh.cells();
         let [per_h, per_k] = mesh.spacing().map(|h| Slope::new(T::HALF / h, unit));
         let shape = self.shape;
-        // Inside.
+        // Interior nodes.
         let line = |j: usize| {
             let from = j * shape.pitch;
             self.values.get(from..from + nx + 1).unwrap_or_default()
@@ -309,7 +309,7 @@ impl<'w, T: Real> Solver<'w, T> {
             let job = Differences { below, here, above, per_h, per_k, out: &mut *out };
             with_simd(Level::best(), job);
         }
-        // On the border: towards the ghost, or zero at a wall.
+        // Border nodes: differences with the ghost values; zero at a wall.
         let wall = shape.kind == Kind::Cosine;
         let (low_x, high_x, low_y, high_y) = if shape.along_y {
             (&self.ghosts.rows[0], &self.ghosts.rows[1], &self.ghosts.ends[0], &self.ghosts.ends[1])
@@ -336,8 +336,8 @@ impl<'w, T: Real> Solver<'w, T> {
     }
 }
 
-/// What makes a slope of a difference of the potential: 1 over a length, and the potential's unit. The product of the two is held as a number
-/// near 1 and two powers of two, because it may leave the range where the slope does not.
+/// The factor that turns a difference of the potential into a slope: 1 over a length, times the unit of the potential. It is stored as
+/// a number near 1 and two powers of two, because the product may be out of range where the slope is not.
 #[derive(Clone, Copy)]
 struct Slope<T> {
     fraction: T,
@@ -357,7 +357,7 @@ impl<T: Real> Slope<T> {
     }
 }
 
-/// Centred differences of one line of nodes; those along x only where both neighbours are in the line.
+/// Centred differences of one line of nodes. Those along x exist only where both neighbours are in the line.
 struct Differences<'a, T> {
     below: &'a [T],
     here: &'a [T],
@@ -390,7 +390,7 @@ enum Phase {
     Backward,
 }
 
-/// The right-hand side's parts, and what the solution takes on the border.
+/// The parts of the right-hand side, and the border values of the solution.
 #[derive(Clone, Copy)]
 struct Data<'a, T> {
     shape: Shape,
@@ -400,7 +400,7 @@ struct Data<'a, T> {
     rows: [&'a [T]; 2],
     end_factor: T,
     row_factor: T,
-    /// Of the second differences of prescribed values along their lines: (H^2 + K^2) / (12 H^2), or none.
+    /// The factor of the second differences of prescribed values along their lines: (H^2 + K^2) / (12 H^2), or 0.
     corner_factor: T,
     /// kappa^2 K^2 / 12.
     screened: T,
@@ -412,7 +412,7 @@ struct Lines<'a, T> {
     transform: &'a Transform<'a, T>,
     data: Data<'a, T>,
     phase: Phase,
-    /// The number of the first row.
+    /// The index of the first row.
     first: usize,
     rows: &'a mut [T],
     buffers: &'a mut [Element<T>],
@@ -430,7 +430,7 @@ impl<T: Real> Loops for Lines<'_, T> {
         if phase == Phase::Forward {
             data.load(first, a);
         } else {
-            // Two rows share a complex transform, so what stands in for a missing one must not be what the buffer held.
+            // Two rows share a complex transform, so a missing row is zero and not the buffer's old content.
             let mut given = rows.chunks(pitch.max(1));
             for r in 0..ROWS {
                 let elements = a.iter_mut().take(n + 1);
@@ -483,11 +483,11 @@ fn take<T: Real>([re, im]: &Element<T>, r: usize) -> T {
 }
 
 impl<T: Real> Data<'_, T> {
-    /// F of the rows from `first` on into the elements 0 to n of `a`; rows that do not exist or are prescribed become zero.
+    /// Writes F of the rows from `first` on into the elements 0 to n of `a`. Rows that do not exist or are prescribed become zero.
     #[inline(always)]
     fn load(&self, first: usize, a: &mut [Element<T>]) {
         let Shape { kind, along_y, n, m, .. } = self.shape;
-        // From node to node along a row, and from row to row, in `words`.
+        // The distances in `words` between nodes of a row and between rows.
         let (step, row_step) = if along_y { (m + 1, 1) } else { (1, n + 1) };
         let Some(a) = a.get_mut(..n + 1) else { return };
         for r in 0..ROWS {
@@ -501,7 +501,7 @@ impl<T: Real> Data<'_, T> {
                 continue;
             }
             let words = self.words.get(s * row_step..).unwrap_or_default();
-            // At a wall a node's cell is cut in half, so the same mass is twice the density.
+            // A wall node has half a cell, so the same mass is twice the density.
             let wall = kind == Kind::Cosine && (s == 0 || s == m);
             let per_unit = if wall { T::TWO * self.per_unit } else { self.per_unit };
             for (element, &word) in a.iter_mut().zip(words.iter().step_by(step.max(1))) {
@@ -535,13 +535,13 @@ impl<T: Real> Data<'_, T> {
 }
 
 impl<T: Real> Data<'_, T> {
-    /// As [`Data::load`] for one row, for the scheme of nine points.
+    /// As [`Data::load`], for one row of the nine-point scheme.
     #[inline(always)]
     fn load_sharpened(&self, s: usize, r: usize, a: &mut [Element<T>]) {
         let Shape { kind, along_y, n, m, .. } = self.shape;
         let (step, row_step) = if along_y { (m + 1, 1) } else { (1, n + 1) };
         let walls = kind == Kind::Cosine;
-        // The mirror image beyond a wall; a wall's node has half of a cell.
+        // Beyond a wall the index is mirrored. A wall node has half a cell.
         let mirrored = |at: usize, n: usize| if at > n { 2 * n - at } else { at };
         let doubled = |at: usize, n: usize| if walls && (at == 0 || at == n) { T::TWO } else { T::ONE };
         let density = |t: usize, s: usize| {
@@ -572,7 +572,7 @@ impl<T: Real> Data<'_, T> {
             if s != row {
                 continue;
             }
-            // The corners are in the ends' lines.
+            // The lines of the ends contain the corners.
             let inside = |t: usize| if t == 0 || t == n { T::ZERO } else { at(line, t) };
             for (t, element) in a.iter_mut().enumerate().take(n).skip(1) {
                 let value = at(line, t);
@@ -584,17 +584,17 @@ impl<T: Real> Data<'_, T> {
     }
 }
 
-/// The tridiagonal systems of [`WIDTH`] modes, by elimination without pivoting (b > 2: diagonally dominant).
+/// The tridiagonal systems of [`WIDTH`] modes, by elimination without pivoting (b > 2, so they are diagonally dominant).
 ///
-/// The factors e_j = 1 / (b - e_(j-1)) of low modes are close to 1, and b = 2 + sigma holds sigma, pi^2 / n^2 at least, only to
-/// n^2 u. So sigma is kept apart, and with e the deficit d_j = 1 - e_j = (sigma + d_(j-1)) / (1 + sigma + d_(j-1)): sums of
-/// positive numbers, accurate to rounding. (With b itself a mesh of 1000 cells loses 5 digits, this way 3.)
+/// The factors e_j = 1 / (b - e_(j-1)) of low modes are close to 1. b = 2 + sigma would hold sigma >= pi^2 / n^2 only to a relative error of
+/// n^2 u. So sigma is stored separately, and with e the deficit d_j = 1 - e_j = (sigma + d_(j-1)) / (1 + sigma + d_(j-1)). These are sums of
+/// positive numbers, accurate to rounding. (On a mesh of 1000 cells b itself would lose 5 digits; this form loses 3.)
 struct Sweep<'a, T> {
     shape: Shape,
-    /// The block holds mode 0 of a box without screening: its matrix has the constant vector as its kernel.
+    /// The block holds mode 0 of a box without screening. The kernel of its matrix is the constant vector.
     singular: bool,
     excess: &'a [T],
-    /// What the right-hand side is multiplied by.
+    /// The factors of the right-hand side.
     shares: &'a [T],
     block: Block<'a, T>,
     factors: &'a mut [[T; WIDTH]],
@@ -615,7 +615,7 @@ impl<T: Real> Loops for Sweep<'_, T> {
         let (first, last) = if kind == Kind::Sine { (1, m.saturating_sub(1)) } else { (0, m) };
         let mut at_wall = *excess;
         if singular && let Some(sigma) = at_wall.first_mut() {
-            // The last pivot of mode 0 is zero. What is divided by its stand-in is overwritten below.
+            // The last pivot of mode 0 is zero. It is replaced by 1, and the quotient is overwritten below.
             *sigma = T::ONE;
         }
         let mut factor = [T::ZERO; WIDTH];
@@ -623,7 +623,7 @@ impl<T: Real> Loops for Sweep<'_, T> {
         let mut value = [T::ZERO; WIDTH];
         for (j, slot) in factors.iter_mut().enumerate().take(last + 1).skip(first) {
             let Some(row) = block.row(j).first_chunk_mut::<WIDTH>() else { return };
-            // A wall's row is b u_0 - 2 u_1 or b u_m - 2 u_(m-1): the pivots are 2 + sigma and sigma + 2 d_(m-1).
+            // The row of a wall is b u_0 - 2 u_1 or b u_m - 2 u_(m-1). The pivots are 2 + sigma and sigma + 2 d_(m-1).
             let at_first = kind == Kind::Cosine && j == 0;
             let at_last = kind == Kind::Cosine && j == m;
             let excess = if at_last { &at_wall } else { excess };
@@ -640,7 +640,7 @@ impl<T: Real> Loops for Sweep<'_, T> {
             *slot = factor;
         }
         if singular && let (Some(free), Some(x)) = (value.first_mut(), block.row(m).first_mut()) {
-            // Any number will do here, as the mean is removed below.
+            // Any value is valid, because the mean is removed below.
             *free = T::ZERO;
             *x = T::ZERO;
         }
@@ -657,7 +657,7 @@ impl<T: Real> Loops for Sweep<'_, T> {
     }
 }
 
-/// Subtracts the mean of mode 0 over the rows, those at the walls counted half.
+/// Subtracts the mean of mode 0 over the rows; wall rows have weight 1/2.
 fn remove_mean<T: Real>(block: &mut Block<'_, T>, m: usize) {
     let mut sum = T::ZERO;
     for j in 0..=m {

@@ -1,4 +1,4 @@
-//! Properties of the whole: conservation, adjointness, the scheme itself, free-space fields.
+//! Properties of the whole grid solver: conservation, adjointness, the equations of the scheme, free-space fields.
 
 use super::*;
 use crate::exec::Serial;
@@ -16,7 +16,7 @@ pub(super) fn aligned(memory: &mut [u8], bytes: usize) -> &mut [u8] {
     &mut memory[start..start + bytes]
 }
 
-/// Runs `body` with a grid in dirty memory ringed by canaries.
+/// Runs `body` with a grid in dirty memory between canaries.
 pub(super) fn with_grid<T: Real, R>(
     mesh: Mesh<T>,
     equation: Equation<T>,
@@ -37,7 +37,7 @@ fn cloud(n: usize, lower: [f64; 2], upper: [f64; 2], seed: u64) -> (Vec<[f64; 2]
     (x, (0..n).map(|_| 0.1 + unit(&mut s)).collect())
 }
 
-/// |Laplacian(u) - k^2 u - f|, with the operators of the scheme's order, at the nodes it holds at, relative to the largest term of its sum.
+/// |Laplacian(u) - k^2 u - f| with the operators of the scheme's order, at the nodes of the scheme, relative to the largest term of the sum.
 fn residual(grid: &Grid<'_, f64>) -> f64 {
     let [n, m] = grid.mesh().cells();
     let [h, k] = grid.mesh().spacing();
@@ -55,13 +55,13 @@ fn residual(grid: &Grid<'_, f64>) -> f64 {
     let largest = u.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
     let mut worst = 0.0_f64;
     let range = |n: usize| if no_flux { 0..n + 1 } else { 1..n };
-    // Mirrored at walls.
+    // Indices mirrored at walls.
     let before = |i: usize| if i == 0 { 1 } else { i - 1 };
     let after = |i: usize, n: usize| if i == n { n - 1 } else { i + 1 };
     let share = |i: usize, n: usize| if no_flux && (i == 0 || i == n) { 2.0 } else { 1.0 };
     let f = |i: usize, j: usize| words[at(i, j)] as f64 * per_unit * share(i, n) * share(j, m) - mean;
     let u = |i: usize, j: usize| u[at(i, j)];
-    // Unscaled second differences.
+    // Second differences, not divided by the widths.
     let bend_x = |of: &dyn Fn(usize, usize) -> f64, i, j| of(before(i), j) - 2.0 * of(i, j) + of(after(i, n), j);
     let bend_y = |of: &dyn Fn(usize, usize) -> f64, i, j| of(i, before(j)) - 2.0 * of(i, j) + of(i, after(j, m));
     for j in range(m) {
@@ -128,7 +128,7 @@ fn mass_and_centre_are_kept() {
         let total: f64 = m.iter().sum();
         for k in 0..2 {
             let centre = x.iter().zip(&m).map(|(x, m)| x[k] * m).sum::<f64>() / total;
-            // A few units of 2^-49 M each for 1000 particles, times the mesh's width; the tail's units are 2^10 larger.
+            // A few units of 2^-49 M each for 1000 particles, times the width of the mesh. The units of the tail are 2^10 larger.
             assert!((grid.monopole().centre[k] - centre).abs() < 4.0 * 1000.0 * 2.0_f64.powi(-39), "{k}");
         }
         assert!((grid.monopole().mass / total - 1.0).abs() < 1000.0 * 2.0_f64.powi(-49));
@@ -136,7 +136,7 @@ fn mass_and_centre_are_kept() {
 }
 
 #[test]
-fn a_far_particle_sees_the_monopole_and_a_near_one_the_logarithm() {
+fn far_gradient_is_the_monopoles_and_near_gradient_the_logarithms() {
     let mesh = Mesh::new([-1.0, -1.0], [1.0, 1.0], [128, 128]).unwrap();
     with_grid(mesh, Equation::POISSON, 1, |grid| {
         grid.deposit(&[[0.0, 0.0]], &[2.0], &Serial).unwrap();
@@ -178,7 +178,7 @@ fn interpolation_is_the_adjoint_of_the_deposit() {
                 }
             }
             for k in 0..2 {
-                // Weights and sums round; a unit is 2^-49 of the mass.
+                // Weights and sums are rounded. A unit is 2^-49 of the mass.
                 assert!((nodes[k] - particles[k]).abs() < 1e-13 * size);
             }
         });
@@ -186,10 +186,10 @@ fn interpolation_is_the_adjoint_of_the_deposit() {
 }
 
 #[test]
-fn what_is_removed_was_never_there() {
+fn removal_restores_the_words() {
     for walls in [Walls::Free, Walls::NoFlux] {
         let mesh = Mesh::new([-1.0, -0.5], [1.0, 1.5], [12, 17]).unwrap();
-        // Some of them outside.
+        // Some particles are outside.
         let (positions, masses) = cloud(500, [-1.2, -0.6], [1.3, 1.7], 5);
         let ((kept, gone), (kept_masses, gone_masses)) = (positions.split_at(300), masses.split_at(300));
         let scale = MassScale::of(&masses).unwrap();
@@ -211,7 +211,7 @@ fn beside<T: Real>(x: T, away: bool) -> T {
     T::from_bits(if away { x.bits() + 1 } else { x.bits() - 1 })
 }
 
-/// One particle on and next to the border: inside on it and an ulp within, whatever rounding does to the quotient by the mesh width.
+/// One particle on the border or one ulp within it counts as inside, however the quotient by the mesh width is rounded.
 fn at_the_border<T: Real>(mesh: Mesh<T>, walls: Walls, places: &[[T; 2]]) {
     let (mass, [n, m]) = (T::from_f64(0.75), mesh.cells());
     let units = fixed::nearest(mass.to_f64() * MassScale::of(&[mass]).unwrap().per_mass().into_iter().product::<f64>());
@@ -223,7 +223,7 @@ fn at_the_border<T: Real>(mesh: Mesh<T>, walls: Walls, places: &[[T; 2]]) {
             let nodes = &grid.words()[..mesh.nodes()];
             assert_eq!(nodes.iter().sum::<i64>(), units, "{context}");
             assert!(grid.words()[mesh.nodes()..].iter().all(|&w| w == 0), "{context}");
-            // At a corner all of it is on the corner's node but for the rounding of the place, of which a mesh width is the n-th part.
+            // At a corner all mass is on the corner node, except for the rounding of the coordinates relative to a mesh width, 1/n of the side.
             if x == mesh.upper() {
                 let lost = units - nodes[mesh.nodes() - 1];
                 assert!(lost as f64 <= 4.0 * (n + m) as f64 * f64::EPSILON * units as f64, "{context}: {lost}");
@@ -244,7 +244,7 @@ fn borders<T: Real>() {
     let mut random = |from: f64, to: f64| from + (to - from) * unit(&mut seed);
     let mut rounded_up = 0;
     for round in 0..600 {
-        // Of all sizes, some far from the origin.
+        // Meshes of all sizes, some far from the origin.
         let side = 10.0_f64.powf(random(-3.0, 3.0));
         let corner = side * random(-1.0, 1.0) * if round % 4 == 0 { 30.0 } else { 1.0 };
         let cells = [0, 1].map(|_| 2 + random(0.0, 30.0) as usize);
@@ -261,7 +261,7 @@ fn borders<T: Real>() {
             at_the_border(mesh, walls, &places);
         }
     }
-    // The case that this is about occurs.
+    // The rounding case under test occurs.
     assert!(rounded_up > 20, "{rounded_up}");
 }
 
@@ -278,7 +278,7 @@ fn the_border_is_inside() {
     at_the_border(mesh, Walls::NoFlux, &[[0.3, 0.1], [0.3, 0.3], [beside(0.3, false), 0.2]]);
     let mesh = Mesh::new([0.0_f32; 2], [0.3; 2], [100, 100]).unwrap();
     at_the_border(mesh, Walls::Free, &[[0.3, 0.1], [0.3, 0.3], [beside(0.3, false), 0.2]]);
-    // An ulp outside is outside.
+    // A position one ulp outside is outside.
     let mesh = Mesh::new([-15.0; 2], [15.0; 2], [250, 250]).unwrap();
     with_grid(mesh, Equation::POISSON, 1, |grid| {
         let beyond = beside(15.0_f64, true);
@@ -303,7 +303,7 @@ fn a_position_that_is_not_finite_has_no_gradient() {
     }
 }
 
-/// Everything that a grid answers, in units of 2^mass for masses and 2^length for lengths.
+/// Potential and gradient of a grid whose units are 2^mass for masses and 2^length for lengths.
 fn field<T: Real>(walls: Walls, order: Order, screening: f64, mass: i32, length: i32) -> (Vec<T>, Vec<[T; 2]>) {
     let of = |x: f64, e: i32| T::from_f64(x).ldexp(e);
     let corner = |x: [f64; 2]| x.map(|x| of(x, length));
@@ -323,8 +323,8 @@ fn field<T: Real>(walls: Walls, order: Order, screening: f64, mass: i32, length:
     })
 }
 
-/// The equations have no scale: fields in other units of mass and length are the same numbers in those units, but for the constant that the
-/// logarithm adds in free space.
+/// The equations have no scale: in other units of mass and length the field has the same values in those units, except for a
+/// constant from the logarithm in free space.
 fn units<T: Real>(mass: &[i32], length: &[i32]) {
     let e = T::EPSILON.to_f64();
     for (walls, screening) in [
@@ -343,7 +343,7 @@ fn units<T: Real>(mass: &[i32], length: &[i32]) {
                 let (other_u, other_g) = field::<T>(walls, order, screening, mass, length);
                 let log = f64::from(length) * core::f64::consts::LN_2 / (2.0 * core::f64::consts::PI);
                 let shift = if free { total * log } else { 0.0 };
-                // Each value on the border is rounded by u of itself; the solve amplifies its roundings by the condition, 8 / (pi / 15)^2 at most.
+                // Each border value is rounded by u of itself. The solve amplifies roundings by the condition number, at most 8 / (pi / 15)^2.
                 let bound = 200.0 * e * (total + shift.abs());
                 for (u, other) in u.iter().zip(&other_u) {
                     let other = other.ldexp(-mass).to_f64();
@@ -363,7 +363,7 @@ fn units<T: Real>(mass: &[i32], length: &[i32]) {
 
 #[test]
 fn no_unit_of_mass_or_length_is_too_large_or_too_small() {
-    // Results of 2^mass log, 2^(mass - length) are in the range; lengths of 1e160, in single precision masses of 1e-27 kg and lengths of 1e20.
+    // Results of 2^mass log, 2^(mass - length) are in range; lengths to 1e160; in single precision masses of 1e-27 kg and lengths of 1e20.
     units::<f64>(&[0, 0, 0, 900, -900, -1000, 1000], &[532, -532, 1000, 900, -800, -400, 100]);
     units::<f32>(&[0, 0, -90, 100, -60], &[66, -66, -40, 80, 60]);
 }

@@ -1,21 +1,21 @@
-//! Sine and cosine transforms of rows of the mesh, two rows to each complex sequence.
+//! Sine and cosine transforms of mesh rows, two rows per complex sequence.
 //!
 //! With x_0 .. x_n the nodes of a row, the transforms are
 //!
 //! * sine: X_k = sum_(0<j<n) x_j sin(pi j k / n), 0 < k < n,
 //! * cosine: X_k = (x_0 + (-1)^k x_n) / 2 + sum_(0<j<n) x_j cos(pi j k / n), 0 <= k <= n,
 //!
-//! each its own inverse up to the factor 2 / n. A real sequence of length n made of x and its reflection holds the even
-//! X_k in one half of its Fourier transform and the differences X_(2k+1) - X_(2k-1) in the other (Cooley, Lewis & Welch 1970;
-//! Dollimore 1973): half the length of the plain odd or even extension. The running sum adds rounding errors like
-//! sqrt(n) u, which stays far below what the solve allows.
+//! each its own inverse up to the factor 2 / n. x and its reflection are combined into a real sequence of length n. One half of its
+//! Fourier transform holds the even X_k, the other the differences X_(2k+1) - X_(2k-1) (Cooley, Lewis & Welch 1970;
+//! Dollimore 1973). That is half the length of the odd or even extension. The running sum adds rounding errors of about
+//! sqrt(n) u, far below the error that the solve allows.
 
 use super::fft::{Element, Fft, LANES, add, half_root, scale, sub, times_i};
 use crate::error::Result;
 use crate::memory::Space;
 use crate::real::Real;
 
-/// Real rows transformed together: a real and an imaginary part for each lane.
+/// Real rows transformed together: one in the real part and one in the imaginary part of each lane.
 pub(super) const ROWS: usize = 2 * LANES;
 
 /// Sine (Dirichlet) or cosine (no flux).
@@ -52,8 +52,8 @@ impl<'w, T: Real> Transform<'w, T> {
         Fft::<T>::buffer(n).max(n.saturating_add(2))
     }
 
-    /// Transforms elements 0 to n of `a` (a lane's real part is a row, its imaginary part another); returns the buffer that
-    /// holds the result. For the sine transform elements 0 and n are ignored, and undefined in the result.
+    /// Transforms elements 0 to n of `a`. The real part of a lane is one row, its imaginary part another. Returns the buffer with
+    /// the result. The sine transform ignores elements 0 and n and leaves them undefined in the result.
     #[inline(always)]
     pub(super) fn run<'b>(&self, a: &'b mut [Element<T>], b: &'b mut [Element<T>]) -> &'b mut [Element<T>] {
         let first = self.fold(a);
@@ -62,7 +62,7 @@ impl<'w, T: Real> Transform<'w, T> {
         out
     }
 
-    /// x to the sequence y whose Fourier transform holds X; for the cosine transform returns X_1.
+    /// Combines x into the sequence y whose Fourier transform holds X. Returns X_1 for the cosine transform.
     #[inline(always)]
     fn fold(&self, a: &mut [Element<T>]) -> Element<T> {
         let n = self.n;
@@ -90,7 +90,7 @@ impl<'w, T: Real> Transform<'w, T> {
             *low = add(even, odd);
             *high = sub(even, odd);
         }
-        // The middle node of an even n is its own mirror.
+        // For even n the middle node is its own mirror image.
         if n.is_multiple_of(2)
             && self.kind == Kind::Sine
             && let Some(middle) = high.first_mut()
@@ -103,8 +103,8 @@ impl<'w, T: Real> Transform<'w, T> {
         first
     }
 
-    /// Z = FFT(y), y = y_1 + i y_2 of two real rows: with R and I the cosine and sine sums of y, R_k = (Z_k + Z_(n-k)) / 2 and
-    /// I_k = i (Z_k - Z_(n-k)) / 2, rows still packed.
+    /// Extracts X from Z = FFT(y), y = y_1 + i y_2 of two real rows. With R and I the cosine and sine sums of y, R_k = (Z_k + Z_(n-k)) / 2
+    /// and I_k = i (Z_k - Z_(n-k)) / 2; the rows stay packed.
     #[inline(always)]
     fn unfold(&self, first: Element<T>, z: &[Element<T>], out: &mut [Element<T>]) {
         let zero = [[T::ZERO; LANES]; 2];
@@ -165,8 +165,8 @@ mod tests {
                                 weight * x[j][part][l] * if kind == Kind::Sine { angle.sin() } else { angle.cos() }
                             })
                             .sum();
-                        // Each step of the running sum errs by some u |x|, |x| about sqrt(n / 12): sqrt(n / 2) steps
-                        // add to u n / 5 or so; the plain sum adds as much. Ten times that.
+                        // Each step of the running sum has an error of about u |x|, |x| about sqrt(n / 12). sqrt(n / 2) steps add up to about
+                        // u n / 5, and the direct sum has as much. The bound is ten times that.
                         let bound = 2.0 * (n as f64 + 10.0) * f64::EPSILON;
                         let error = (result[k][part][l] - want).abs();
                         assert!(error < bound, "{kind:?} n {n} k {k}: {error:e}");

@@ -1,5 +1,5 @@
-//! The prepared block in the caller's buffer: head, terms and parts as numbers, tables. No pointers: it may be copied,
-//! moved and saved, and opened by any machine of the same byte order.
+//! The prepared block in the caller's buffer: head, records of terms and parts, tables. It contains no pointers, so it may be copied,
+//! moved and saved, and opened on any machine of the same byte order.
 
 use super::fit::{Builder, Task, USER_OCTAVES, capacity};
 use super::law::{Law, MAX_TERMS, RadialKernel, Term};
@@ -13,17 +13,17 @@ use crate::mollifier::{Blob, Mollifier};
 use crate::real::{Real, Scalar, quotient};
 use crate::simd::{ROW, ROWS};
 
-/// "mollis K" in ASCII, as a number: swapped bytes show another machine's block.
+/// "mollis K" in ASCII, as a number. Swapped bytes identify a block of the other byte order.
 const MAGIC: u64 = 0x6D6F_6C6C_6973_204B;
-/// Changes whenever the meaning of a block does.
+/// Incremented whenever the format of a block changes.
 const VERSION: u64 = 3;
-/// Numbers of the head.
+/// Length of the head, in numbers.
 const HEAD: usize = 8;
-/// Numbers of a term's record.
+/// Length of a term's record, in numbers.
 const TERM: usize = 3;
-/// Numbers before the terms: delta and Newtonian coefficient as the scalar's bits, fit error.
+/// Length of the record before the terms: the bits of delta and of the Newtonian coefficient, and the fit error.
 const START: usize = 3;
-/// Numbers of the records.
+/// Length of all records, in numbers.
 const RECORDS: usize = START + MAX_TERMS * (TERM + RECORD) + table::RECORD;
 
 /// Bytes of a block without tables.
@@ -32,11 +32,11 @@ const BYTES: usize = (8 * HEAD).next_multiple_of(ALIGN) + (8 * RECORDS).next_mul
 /// A user's kernel in a sum.
 #[derive(Clone, Copy)]
 pub struct Supplied<'a> {
-    /// The kernel, called while the sum is prepared and never afterwards.
+    /// The kernel. It is called only while the sum is prepared.
     pub kernel: &'a dyn RadialKernel,
     /// Its factor in the sum.
     pub coefficient: f64,
-    /// Pairs further apart than this get nothing from it. With a mollifier, the kernel is called for r up to a little more.
+    /// Pairs further apart than this get no contribution. With a mollifier, the kernel is also called for slightly larger r.
     pub reach: f64,
 }
 
@@ -50,13 +50,13 @@ impl core::fmt::Debug for Supplied<'_> {
 struct Arrays<'w, T> {
     head: &'w mut [u64],
     records: &'w mut [f64],
-    /// Series for single distances, in double precision for either scalar.
+    /// Series for single distances, in double precision for both scalars.
     series: &'w mut [f64],
     /// The table for sums.
     rows: &'w mut [[T; ROW]],
 }
 
-/// Sizes of the arrays that depend on the terms.
+/// Sizes of the arrays whose length depends on the terms.
 #[derive(Clone, Copy)]
 struct Sizes {
     series: usize,
@@ -72,7 +72,7 @@ fn layout<'w, T: Real>(space: &mut impl Space<'w>, sizes: Sizes) -> Result<Array
     })
 }
 
-/// Checks terms; answers with the numbers that their tables may take.
+/// Checks the terms and returns the sizes of their tables.
 fn check<const D: usize>(terms: &[Term], supplied: bool, mollifier: Mollifier) -> Result<Sizes> {
     mollifier.check(D)?;
     let count = terms.len() + usize::from(supplied);
@@ -80,7 +80,7 @@ fn check<const D: usize>(terms: &[Term], supplied: bool, mollifier: Mollifier) -
         return Err(Error::KernelTerms);
     }
     if !cfg!(feature = "kernels") {
-        // One coefficient, as it was given: sums and multiples would be the only arithmetic in double.
+        // The only coefficient is used as given, which avoids arithmetic in double precision.
         return match terms {
             [Term { law: Law::Newtonian, coefficient }] if !supplied => {
                 if Scalar::is_finite(*coefficient) {
@@ -111,10 +111,10 @@ fn check<const D: usize>(terms: &[Term], supplied: bool, mollifier: Mollifier) -
     Ok(Sizes { series, rows })
 }
 
-/// Beyond this many lengths l an exponential e^{-r/l} is zero in f64.
+/// e^{-r/l} is zero in f64 beyond this many lengths l.
 const EXPONENTIAL_REACH: f64 = 745.2;
 
-/// Where a term ends, if it does.
+/// The distance beyond which a term is zero, if any.
 fn reach(law: Law) -> Option<f64> {
     match law {
         Law::Newtonian | Law::Power { .. } => None,
@@ -125,7 +125,7 @@ fn reach(law: Law) -> Option<f64> {
 
 /// Whether sums of these terms use a table.
 ///
-/// Newtonian kernels with a compact mollifier, or none, have loops of their own. Without a mollifier there must be a length to begin from.
+/// Newtonian kernels with a compact mollifier or none have their own loops. Without a mollifier a table needs a length as its unit.
 fn has_table(terms: &[Term], supplied: bool, mollifier: Mollifier, dimension: usize) -> bool {
     let mut others = terms.iter().filter(|term| !term.law.is_newtonian(dimension));
     match mollifier {
@@ -135,18 +135,18 @@ fn has_table(terms: &[Term], supplied: bool, mollifier: Mollifier, dimension: us
     }
 }
 
-/// What the table of these terms holds.
+/// The domain of the table of these terms.
 fn domain(terms: &[Term], supplied: Option<Supplied<'_>>, mollifier: Mollifier, delta: f64) -> Domain {
     let longest = terms.iter().filter_map(|term| reach(term.law)).fold(0.0, f64::max);
     let all_end = terms.iter().all(|term| reach(term.law).is_some());
-    // A host's kernel jumps to zero at its reach, so the table must end there, if not the sum.
+    // A host's kernel jumps to zero at its reach. The table must end there, even if the sum does not.
     let (until, ends) = match supplied {
         Some(supplied) => (supplied.reach, all_end && longest <= supplied.reach),
         None if all_end => (longest, true),
         None => (f64::INFINITY, false),
     };
     if mollifier == Mollifier::None {
-        // The middle of the octaves, from a 2^16-th of the reach to it: powers of u then stay in the range of f32.
+        // The table covers octaves from 2^-16 of the reach up to it; the unit is in their middle, so that powers of u stay in the range of f32.
         let unit = if until.is_finite() { until } else { longest } / 256.0;
         return Domain { unit, shift: 0.0, until: 65536.0, ends, edge: false };
     }
@@ -189,10 +189,10 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
         Measure::of(|space| layout::<T>(space, sizes).map(|_| ()))
     }
 
-    /// Prepares the sum of `terms`, mollified over the length `delta` (not looked at for [`Mollifier::None`]), into
-    /// `memory`, which needs [`Kernel::workspace_bytes`]. Tables are computed in double precision for either scalar.
+    /// Prepares the sum of `terms`, mollified over the length `delta` (ignored for [`Mollifier::None`]), in
+    /// `memory`, which needs [`Kernel::workspace_bytes`]. Tables are computed in double precision for both scalars.
     ///
-    /// Cost: closed forms microseconds, fits some milliseconds (2D exponentials and general powers tens of them).
+    /// Cost: microseconds for closed forms, some milliseconds for fits (tens of them for 2D exponentials and general powers).
     ///
     /// # Errors
     /// [`Error::KernelTerms`]: no term, or more than [`MAX_TERMS`]. [`Error::KernelParameter`], [`Error::NotFinite`]: a
@@ -221,7 +221,7 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
         Self::open(memory)
     }
 
-    /// [`Kernel::prepare_with`] without opening what it made.
+    /// As [`Kernel::prepare_with`], without opening the block.
     ///
     /// # Errors
     /// As [`Kernel::prepare_with`].
@@ -272,7 +272,7 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
             for term in terms {
                 let (law, factor) = term.law.canonical(D);
                 let coefficient = factor * term.coefficient;
-                // 1/l of a subnormal length
+                // 1/l overflows for a subnormal length
                 let rate = if let Law::Exponential { length } = law { quotient(1.0, length) } else { 0.0 };
                 if !(Scalar::is_finite(coefficient) && Scalar::is_finite(rate)) {
                     return Err(Error::OutOfDomain);
@@ -292,7 +292,7 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
             error = builder.error;
             if let Ok(rows) = <&mut crate::simd::Rows<T>>::try_from(rows) {
                 let mut kernel = Kernel::<f64, D>::empty(Blob::new(mollifier, delta)?);
-                // A Newtonian kernel's table is that of the coefficient 1.
+                // The table of a Newtonian kernel is that of the coefficient 1.
                 kernel.newtonian = if used == 0 { 1.0 } else { newtonian };
                 if let Some(others) = kernel.others.first_mut() {
                     others.read(part_records, used);
@@ -302,7 +302,7 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
                 table_record.iter_mut().zip(head.to_record()).for_each(|(to, number)| *to = number);
             }
         } else if let ([only], Some(slot)) = (terms, rest.first_chunk_mut::<TERM>()) {
-            // Newtonian, whose numbers are zero.
+            // The kind and the parameter of a Newtonian term are zero.
             newtonian = only.coefficient;
             *slot = [0.0, 0.0, newtonian];
         }
@@ -330,11 +330,11 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
         Ok(())
     }
 
-    /// Opens a block that [`Kernel::prepare`] made, perhaps elsewhere.
+    /// Opens a block written by [`Kernel::prepare`], also on another machine.
     ///
     /// # Errors
     /// [`Error::NotPrepared`]: no block, or one of another dimension. [`Error::WrongVersion`], [`Error::WrongScalar`],
-    /// [`Error::WrongByteOrder`]: as they say. [`Error::WorkspaceTooSmall`]: bytes are missing. [`Error::Misaligned`].
+    /// [`Error::WrongByteOrder`]: version, scalar or byte order differ. [`Error::WorkspaceTooSmall`]: bytes are missing. [`Error::Misaligned`].
     pub fn open(memory: &'k [u8]) -> Result<Self> {
         let mut view = View::new(memory)?;
         let head: &[u64] = view.try_array(HEAD).map_err(|_| Error::NotPrepared)?;
@@ -368,7 +368,7 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
         let mut kernel = Self::empty(blob);
         kernel.newtonian = T::from_bits(newtonian.to_bits());
         let Some(others) = kernel.others.first_mut() else {
-            // One Newtonian term, which is all that this build prepares.
+            // This build prepares only a single Newtonian term.
             let &[_, _, coefficient] = rest.first_chunk::<TERM>().ok_or(Error::NotPrepared)?;
             kernel.terms = [Term { law: Law::Newtonian, coefficient }; KEPT];
             kernel.count = KEPT;
@@ -392,7 +392,7 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
 }
 
 impl<T> Others<'_, T> {
-    /// Takes the parts of a block.
+    /// Reads the parts of a block.
     fn read(&mut self, records: &[f64], used: usize) {
         self.used = used.min(MAX_TERMS);
         for (slot, record) in self.parts.iter_mut().zip(records.as_chunks::<RECORD>().0) {

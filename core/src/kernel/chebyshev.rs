@@ -1,4 +1,4 @@
-//! Chebyshev series: fitting three functions at once, and evaluating them by Clenshaw's recurrence.
+//! Chebyshev series: fitting three functions together, and evaluation by Clenshaw's recurrence.
 
 use core::f64::consts::PI;
 
@@ -6,33 +6,33 @@ use super::convolution::Sample;
 use crate::error::{Error, Result};
 use crate::real::{DoubleWord, Real, Scalar};
 
-/// Most coefficients of a fit: 64 steps between nodes.
+/// Most coefficients of a fit: 64 intervals between nodes.
 pub(crate) const CAPACITY: usize = 65;
 
 /// Three series over one variable: value, gradient factor, Laplacian.
 pub(crate) struct Fit {
-    /// Coefficients, a triple a degree.
+    /// Coefficients, one triple per degree.
     pub(crate) coefficients: [[f64; 3]; CAPACITY],
-    /// How many are used.
+    /// The number of coefficients in use.
     pub(crate) len: usize,
-    /// The largest of the last quarter of the coefficients, which a longer series would still improve, over the function's largest size.
+    /// The largest of the last quarter of the coefficients, relative to the function's largest size. A longer series would reduce it.
     pub(crate) error: f64,
     /// Whether the series is accurate over the whole interval.
     pub(crate) good: bool,
 }
 
-/// A tail below this, relative to the function's largest size, is noise.
+/// A tail below this, relative to the function's largest size, is rounding noise.
 const NOISE: f64 = 1e-15;
-/// One below this, relative to its smallest size, is small enough.
+/// A tail below this, relative to the function's smallest size, is accepted.
 const SMALL: f64 = 1e-14;
 /// Coefficients below this are not stored.
 const STORED: f64 = 1e-16;
-/// The most by which a function's size may change over an interval: its roundings are relative to the largest.
+/// The largest ratio of a function's sizes on an interval. Roundings are relative to the largest size.
 const SPREAD: f64 = 64.0;
 
-/// Fits what `sample(x)` returns on [-1, 1]: at the 17 extrema of T_16, which are among the 33 of T_32 and these among the 65 of T_64,
-/// until the last quarter of the coefficients is noise. An interval over which a size changes by more than [`SPREAD`] is given up after the
-/// first nodes, without coefficients.
+/// Fits `sample(x)` on [-1, 1] at the 17 extrema of T_16, then at the 33 of T_32 and the 65 of T_64, which include the previous ones,
+/// until the last quarter of the coefficients is noise. If a size changes by more than [`SPREAD`] over the interval, the fit stops after
+/// the first nodes and returns no coefficients.
 pub(crate) fn fit(mut sample: impl FnMut(f64) -> Option<Sample>) -> Result<Fit> {
     const STEPS: usize = CAPACITY - 1;
     let cosine = cosines();
@@ -42,7 +42,7 @@ pub(crate) fn fit(mut sample: impl FnMut(f64) -> Option<Sample>) -> Result<Fit> 
     loop {
         let stride = STEPS / n;
         for (k, slot) in nodes.iter_mut().enumerate().step_by(stride) {
-            // those of the steps before are there
+            // the samples of the previous nodes are kept
             if n == STEPS / 4 || k % (2 * stride) != 0 {
                 *slot = sample(cosine(k)).ok_or(Error::NotFinite)?;
             }
@@ -53,7 +53,7 @@ pub(crate) fn fit(mut sample: impl FnMut(f64) -> Option<Sample>) -> Result<Fit> 
         if largest.iter().zip(smallest).any(|(&largest, smallest)| largest > SPREAD * smallest) {
             return Ok(fit);
         }
-        // c_j = 2/n sum'' f(x_k) cos(pi j k/n), the first and the last term and coefficient halved
+        // c_j = 2/n sum'' f(x_k) cos(pi j k/n); the first and the last term and coefficient are halved
         for (j, c) in fit.coefficients.iter_mut().take(n + 1).enumerate() {
             let mut sum = [DoubleWord::ZERO; 3];
             for (k, node) in nodes.iter().enumerate().step_by(stride) {
@@ -91,7 +91,7 @@ fn smaller(mut least: [f64; 3], c: &[f64; 3]) -> [f64; 3] {
     least
 }
 
-/// cos(pi m/64) for any m, from the first octant so that symmetric ones are equal.
+/// cos(pi m/64) for any m, computed in the first octant so that symmetric values are equal.
 fn cosines() -> impl Fn(usize) -> f64 {
     const STEPS: usize = CAPACITY - 1;
     let mut quarter = [0.0; STEPS / 2 + 1];
@@ -126,7 +126,7 @@ pub(crate) fn clenshaw<T: Real>(coefficients: &[[f64; 3]], x: T) -> [T; 3] {
     [x * b1[0] - b2[0] + c[0], x * b1[1] - b2[1] + c[1], x * b1[2] - b2[2] + c[2]]
 }
 
-/// sum c_k x^k, three at once.
+/// sum c_k x^k, for three series at once.
 #[inline(always)]
 pub(crate) fn horner3<T: Real>(coefficients: &[[f64; 3]], x: T) -> [T; 3] {
     coefficients.iter().rev().fold([T::ZERO; 3], |sum, c| {
@@ -135,7 +135,7 @@ pub(crate) fn horner3<T: Real>(coefficients: &[[f64; 3]], x: T) -> [T; 3] {
     })
 }
 
-/// [`horner3`] in two words.
+/// [`horner3`] in double-word arithmetic.
 pub(crate) fn horner_words(high: &[[f64; 3]], low: &[[f64; 3]], x: DoubleWord<f64>) -> [f64; 3] {
     let mut sums = [DoubleWord::ZERO; 3];
     for (high, low) in high.iter().zip(low).rev() {
@@ -150,7 +150,7 @@ pub(crate) fn horner_words(high: &[[f64; 3]], low: &[[f64; 3]], x: DoubleWord<f6
 mod tests {
     use super::*;
 
-    /// Functions of size 1, but for those that are larger.
+    /// Samples whose sizes are at least 1.
     fn of(values: [f64; 3]) -> Option<Sample> {
         Some(Sample { values, sizes: values.map(|v| v.abs().max(1.0)) })
     }

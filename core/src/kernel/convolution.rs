@@ -1,16 +1,16 @@
-//! K * psi by quadrature, in units of delta: what every fit is made from.
+//! K * psi by quadrature, in units of delta. All fits are made from these samples.
 //!
-//! Polar coordinates about the target put the kernel's singularity at the end of the outer integral, where the double
-//! exponential rule wants it, and leave the mollifier to the inner one:
+//! In polar coordinates about the target the kernel's singularity is at the end of the outer integral, which suits the double
+//! exponential rule, and the mollifier is in the inner integral:
 //!
 //! u(r) = int_0^inf K(q) q^{d-1} A_d(q, r) dq,  A_n(q, r) = integral over directions of psi at distance |r e - q w|.
 //!
-//! The gradient factor has no quotient: u'/r is the same convolution two dimensions up, of K'/q with
-//! -psi'/(2 pi y), because (-1/(2 pi r)) d/dr carries a radial function with a given Fourier transform from d to d + 2
-//! dimensions (and back: apply it to both factors). It is regular at r = 0 and cancels nothing. The Laplacian is that of
-//! K convolved with psi where it is integrable, else grad K * grad psi, the distributional one.
+//! The gradient factor needs no quotient: u'/r is the same convolution two dimensions up, of K'/q with
+//! -psi'/(2 pi y), because (-1/(2 pi r)) d/dr maps a radial function with a given Fourier transform from d to d + 2
+//! dimensions. It is applied to both factors. The result is regular at r = 0 and nothing cancels. The Laplacian is the convolution of
+//! psi with that of K where it is integrable, else grad K * grad psi, which gives the distributional one.
 //!
-//! Each integral comes with its size, the outer integral of the magnitudes: what its roundings are relative to, some 1e-15 of it.
+//! Each integral comes with its size, the outer integral of the magnitudes. Its roundings are about 1e-15 of that size.
 
 use core::f64::consts::PI;
 
@@ -19,15 +19,15 @@ use super::quadrature::{DoubleExponential, gauss_legendre};
 use crate::real::{DoubleWord, Scalar};
 use crate::special::bessel::{i0_scaled, i1_scaled_over_x};
 
-/// Half-width of the interval on which a Gaussian counts: e^{-6.6^2} = 1.2e-19.
+/// Half-width of the interval on which a Gaussian is not negligible: e^{-6.6^2} = 1.2e-19.
 pub(crate) const REACH: f64 = 6.6;
 
-/// Nodes of the inner rule: in the plane, where the integrand is a trigonometric polynomial of degree 14 on part of a circle; and elsewhere,
-/// where it is a polynomial of degree 13.
+/// Nodes of the inner rule. In the plane the integrand is a trigonometric polynomial of degree 14 on part of a circle; in other dimensions
+/// it is a polynomial of degree 13.
 const PLANE: usize = 28;
 const LINE: usize = 8;
 
-/// The rules and the mollifier, ready for many targets.
+/// The quadrature rules and the mollifier, prepared for many targets.
 pub(crate) struct Convolution {
     dimension: usize,
     profile: Profile,
@@ -36,11 +36,11 @@ pub(crate) struct Convolution {
     outer: DoubleExponential,
     plane: [(f64, f64); PLANE],
     line: [(f64, f64); LINE],
-    /// The rate at which the kernel decays: under a Gaussian it moves the integrand's peak.
+    /// The decay rate of the kernel. With a Gaussian mollifier it shifts the peak of the integrand.
     kappa: f64,
 }
 
-/// Below this q the integral over directions of grad psi is taken from its Taylor series: its terms cancel there.
+/// Below this q the integral over directions of grad psi uses its Taylor series, because its terms cancel there.
 const SMALL: f64 = 1e-6;
 
 /// Integrals over directions: psi in d dimensions, -psi'/(2 pi y) in d + 2, and (r c - q) psi'/y in d.
@@ -50,14 +50,14 @@ struct Directions {
     weak: f64,
 }
 
-/// The number before 1.
+/// The largest number below 1.
 const FAR: f64 = 1.0 - 0.5 * f64::EPSILON;
 
 /// A target's distance, in units of delta.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Target {
     r: f64,
-    /// 1 - r, to its last bits: next to the edge a rough kernel feels them.
+    /// 1 - r, accurate to its last bits. Rough kernels need this accuracy next to the edge.
     gap: f64,
 }
 
@@ -68,21 +68,21 @@ impl Target {
         Self { r, gap: t / (1.0 + r) }
     }
 
-    /// The target with t = 1 - 1/r^2 in [0, 1]; for t = 1 one that is far away.
+    /// The target with t = 1 - 1/r^2 in [0, 1]; for t = 1 one at a very large distance.
     pub(crate) fn outside(t: f64) -> Self {
         let t = t.min(FAR);
         let r = 1.0 / (1.0 - t).sqrt();
         Self { r, gap: -t * r / (1.0 + 1.0 / r) }
     }
 
-    /// The target with t = 1 - 1/r in [0, 1], likewise.
+    /// The target with t = 1 - 1/r in [0, 1]; for t = 1 as above.
     pub(crate) fn reciprocal(t: f64) -> Self {
         let t = t.min(FAR);
         let r = 1.0 / (1.0 - t);
         Self { r, gap: -t * r }
     }
 
-    /// The target at distance r, away from the edge or where it does not matter.
+    /// The target at distance r, for uses that do not need an accurate 1 - r.
     pub(crate) fn at(r: f64) -> Self {
         Self { r, gap: 1.0 - r }
     }
@@ -132,7 +132,7 @@ impl Convolution {
     }
 
     /// Value, gradient factor and Laplacian at a target. `kernel(q, y)` gives K, K' and its Laplacian at distance q = r + y, all times
-    /// q^(d-1), so that none overflows where q is tiny; `weak` asks for grad K * grad psi. None when a value is not finite.
+    /// q^(d-1), so that none overflows for tiny q. `weak` selects grad K * grad psi. `None` when a value is not finite.
     pub(crate) fn at(
         &self,
         target: Target,
@@ -145,14 +145,14 @@ impl Convolution {
             Profile::Compact { exponent, .. } => {
                 let inside = gap > 0.0;
                 let small = if weak && inside { self.slope_at_centre(r, gap) } else { 0.0 };
-                // 1 + y = gap + q, without a cancellation where q starts at -gap
+                // 1 + y = gap + q, without cancellation where q starts at -gap
                 if inside {
                     let mut directions = |q, y, x| self.compact(r, gap + x, small, q, y);
                     self.segment([0.0, -r, gap], weak, kernel, 1.0, &mut total, &mut directions);
                 }
                 let (start, from, lift) = if inside { (gap, gap - r, 2.0 * gap) } else { (-gap, -1.0, 0.0) };
                 let whole = if inside { 2.0 * r } else { 2.0 };
-                // Next to the edge of a rough mollifier the integrand is a power of q from q = |gap| on: decade by decade.
+                // Next to the edge of a rough mollifier the integrand is a power of q from q = |gap| on, so it is integrated by decades.
                 let decades = weak && exponent == 1 && start > 0.0;
                 let mut done = 0.0;
                 while done < whole {
@@ -176,7 +176,7 @@ impl Convolution {
         total.values.iter().all(|v| v.is_finite()).then_some(total)
     }
 
-    /// Adds the integral over q from `start` on, y from `from` on, times a weight. (Where r is large, y = q - r would cancel.)
+    /// Adds a weight times the integral over q from `start`, y from `from`. (For large r, y = q - r would cancel.)
     fn segment(
         &self,
         [start, from, length]: [f64; 3],
@@ -200,7 +200,7 @@ impl Convolution {
             for ((sum, size), part) in sums.values.iter_mut().zip(&mut sums.sizes).zip(add) {
                 *sum = sum.plus(part);
                 *size += part.abs();
-                // a NaN must not look like nothing
+                // a NaN must not count as negligible
                 matters |= part.is_nan() || part.abs() > 1e-20 * *size;
             }
             matters
@@ -223,7 +223,7 @@ impl Convolution {
         (4.0 * r * r * curvature.hi - 2.0 * n * slope.at(t)) / n
     }
 
-    /// Directions for b(t): t = (1 - y)(1 + y) - 2 r q (1 - c) is linear in the cosine c. `lift` is 1 + y, `small`
+    /// Directions for b(t): t = (1 - y)(1 + y) - 2 r q (1 - c) is linear in the cosine c. `lift` is 1 + y, `small` is the result of
     /// [`Convolution::slope_at_centre`].
     fn compact(&self, r: f64, lift: f64, small: f64, q: f64, y: f64) -> Directions {
         let d = self.dimension;
@@ -241,11 +241,11 @@ impl Convolution {
                 sums.weak += plain * (y + r * one_minus_c) * 2.0 * slope;
             }
         };
-        // 1 - c runs to 2, or to where t = 0.
+        // 1 - c ranges up to 2, or to where t = 0.
         let whole = 2.0 * twice <= top;
         match d {
             2 => {
-                // c = cos theta: directions are 2 dtheta, and 4 pi sin^2 theta dtheta two dimensions up.
+                // c = cos theta: the measure of directions is 2 dtheta, and 4 pi sin^2 theta dtheta two dimensions up.
                 let end = if whole { PI } else { 2.0 * libm::asin((0.5 * top / twice).max(0.0).sqrt()) };
                 for &(x, w) in &self.plane {
                     let sine = (0.5 * end * x).sin();
@@ -263,7 +263,7 @@ impl Convolution {
                 }
             }
             _ => {
-                // 2 pi dc, and 2 pi^2 (1 - c^2) dc two dimensions up.
+                // The measure of directions is 2 pi dc, and 2 pi^2 (1 - c^2) dc two dimensions up.
                 let end = if whole { 2.0 } else { top / twice };
                 for &(x, w) in &self.line {
                     let z = end * x;

@@ -1,12 +1,12 @@
-//! Interior solutions as series in t = 1 - (r/delta)^2 that start from the exterior solution at the edge.
+//! Interior solutions as series in t = 1 - (r/delta)^2 that continue the exterior solution from the edge.
 //!
 //! Laplacian u - kappa^2 u = f with f = sum f_n t^n is, in units of delta,
 //!
 //! 4 (n+2)(n+1) w_{n+2} = [4 (n+1) n + 2 d (n+1)] w_{n+1} + kappa^2 w_n + f_n,    u = sum w_n t^n,
 //!
-//! and value and slope at t = 0 are those of the exterior solution, which has a closed form. The coefficients are the
-//! truncated Taylor series of that solution, and nothing cancels at the edge or at small kappa. Beyond degree M + K terms of
-//! the source's size must cancel to (nearly) nothing, so the recurrence runs in double-word arithmetic.
+//! Value and slope at t = 0 are those of the exterior solution, which has a closed form. The coefficients are the
+//! truncated Taylor series of that solution, and nothing cancels at the edge or at small kappa. Beyond degree M + K, terms of
+//! the source's size must cancel to nearly zero, so the recurrence uses double-word arithmetic.
 
 use super::law::is_multiple;
 use super::profile::{Profile, TERMS};
@@ -44,8 +44,8 @@ pub(crate) fn series(
     w
 }
 
-/// Value and slope in t at the edge of S_d times the screened kernel outside, in units of delta: F V(1), -F V'(1)/2. In two words but in
-/// the plane: an error in them excites the solution that is singular at the centre, where its series in t converges slowly in 3D.
+/// Value and slope in t at the edge of S_d times the screened kernel outside, in units of delta: F V(1), -F V'(1)/2. In two words except in
+/// the plane: an error in them excites the solution that is singular at the centre, whose series in t converges slowly in 3D.
 pub(crate) fn screened_edge(
     kappa: f64,
     dimension: usize,
@@ -60,13 +60,13 @@ pub(crate) fn screened_edge(
     }
 }
 
-/// Double-word coefficients of numbers that are exact.
+/// The coefficients, which are exact, in two words.
 pub(crate) fn exact(b: &[f64; TERMS]) -> [DoubleWord<f64>; TERMS] {
     b.map(DoubleWord::from)
 }
 
 /// Coefficients c_n of |x|^p * psi = r^p sum_n c_n (delta/r)^{2n} outside: (-p/2)_n (1-(p+d)/2)_n/(n! (d/2)_n) mu_2n.
-/// The sum ends for even p and for even p + d; the second value is then the number of terms.
+/// The sum ends for even p and for even p + d. The second value is then the number of terms.
 pub(crate) fn laurent(p: f64, dimension: usize, profile: &Profile) -> Option<(Series, usize)> {
     let d = dimension as f64;
     let terms = if p >= 0.0 && is_multiple(p, 2.0) {
@@ -90,15 +90,15 @@ pub(crate) fn laurent(p: f64, dimension: usize, profile: &Profile) -> Option<(Se
 }
 
 /// The factor F(kappa) of the exterior screened solution, V * psi = F V, in two words, and its derivative:
-/// F = sum_n mu_2n (kappa^2/4)^n / (n! (d/2)_n), all of one sign from n = K on (the sum over the coefficients of b cancels
-/// for orders above 2). None where it overflows.
+/// F = sum_n mu_2n (kappa^2/4)^n / (n! (d/2)_n), with terms of one sign from n = K on (the sum over the coefficients of b would
+/// cancel for orders above 2). `None` where it overflows.
 pub(crate) fn exterior_factor(kappa: f64, dimension: usize, profile: &Profile) -> Option<(DoubleWord<f64>, f64)> {
     let half = 0.5 * dimension as f64;
     if let Profile::Gaussian { parts, .. } = profile {
         // sum w e^{kappa^2 c^2/4}
         let (mut sum, mut slope) = (DoubleWord::ZERO, 0.0);
         for &(w, c) in parts {
-            // the squares of the widths are whole numbers
+            // the squares of the widths are integers
             let square = Scalar::round(c * c);
             let (m, n) = exp(DoubleWord::product(kappa, kappa) * (0.25 * square));
             let e = m.ldexp(n) * w;
@@ -115,7 +115,7 @@ pub(crate) fn exterior_factor(kappa: f64, dimension: usize, profile: &Profile) -
         sum = sum + term;
         slope += 2.0 * k * term.hi;
         factor = factor * quarter / ((k + 1.0) * (half + k));
-        // past the largest term, and past the vanishing moments
+        // stop beyond the largest term and the vanishing moments
         if k > 8.0 && factor.hi < 1e-3 && 2.0 * k * term.hi.abs() <= 1e-19 * slope.abs() {
             break;
         }
@@ -124,14 +124,14 @@ pub(crate) fn exterior_factor(kappa: f64, dimension: usize, profile: &Profile) -
     (sum.hi.is_finite() && derivative.is_finite()).then_some((sum, derivative))
 }
 
-/// Coefficients of |x|^p/p * psi inside, in units of delta, for p = p_0 + 2k above the Newtonian power p_0 = 2 - d (1D and
-/// 3D odd powers): from Laplacian(|x|^p/p) = (p+d-2)(p-2) [|x|^(p-2)/(p-2)], one series a step. Returns value and
+/// Coefficients of |x|^p/p * psi inside, in units of delta, for p = p_0 + 2k above the Newtonian power p_0 = 2 - d (odd powers in 1D and
+/// 3D). By Laplacian(|x|^p/p) = (p+d-2)(p-2) [|x|^(p-2)/(p-2)] each step needs one series. Returns value and
 /// Laplacian coefficients and their number. `profile` is compact.
 pub(crate) fn odd_power(p: f64, dimension: usize, profile: &Profile) -> Option<(Series, Series, usize)> {
     let Profile::Compact { b, exponent, half_order } = *profile else { return None };
     let d = dimension as f64;
     let mut at = 2.0 - d;
-    // The Newtonian one: |x| * psi in 1D, -1/|x| * psi in 3D, whose Laplacians are 2 psi = b and 4 pi psi = b.
+    // The Newtonian power: |x| * psi in 1D, -1/|x| * psi in 3D, with Laplacians 2 psi = b and 4 pi psi = b.
     let mut len = (exponent + half_order) as usize + 1;
     let source = exact(&b);
     let mut w = series(dimension, 0.0, DoubleWord::from(1.0 / at), DoubleWord::from(-0.5), &source, len);
@@ -166,7 +166,7 @@ mod tests {
 
     #[test]
     fn the_published_coefficients() {
-        // CLOSED_FORMS 1b: 1D |x|^3/3, M = 4, order 2: gradient factor and Laplacian in powers of t
+        // 1D |x|^3/3, M = 4, order 2: gradient factor and Laplacian in powers of t
         let profile = Profile::new(Mollifier::Compact { order: 2, exponent: 4 }, 1).unwrap();
         let (w, laplacian, len) = odd_power(3.0, 1, &profile).unwrap();
         assert_eq!(len, 7);

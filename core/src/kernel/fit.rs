@@ -1,7 +1,7 @@
-//! Preparing one term: which closed form or fit serves it, and its tables.
+//! Preparation of one term: the choice of its closed form or fit, and its tables.
 //!
-//! A fit is divided into panels until each function's size changes by no more than a factor of 64 on any: roundings are relative to the largest
-//! size on a panel. Sizes are those of the convolution ([`Sample`]) or of the bare kernel at the mollifier's length, whichever is larger.
+//! A fit is divided into panels. On each, no function's size changes by more than a factor of 64, because roundings are relative to the
+//! largest size on the panel. Sizes are those of the convolution ([`Sample`]) or of the bare kernel at the mollifier's length, whichever is larger.
 
 use core::cell::Cell;
 
@@ -14,21 +14,21 @@ use super::profile::{Profile, TERMS, sphere};
 use crate::error::{Error, Result};
 use crate::real::{DoubleWord, Scalar};
 
-/// Most panels of a fit: inside, or for a Gaussian mollifier up to where its field is the exterior one; and outside.
+/// Most panels of a fit: inside (for a Gaussian mollifier up to where its field is the exterior one), and outside.
 const INNER: usize = 24;
 const OUTER: usize = 8;
-/// Room for the coefficients of both, in triples: most panels need 20 to 30.
+/// Capacity for the coefficients of both, in triples. Most panels need 20 to 30.
 const TRIPLES: usize = 560;
 /// Most octaves of a user's kernel.
 pub(crate) const USER_OCTAVES: usize = 40;
-/// Up to this kappa the series from the edge loses less than a digit.
+/// Up to this kappa the series from the edge loses less than one digit.
 const SERIES_KAPPA: f64 = 3.0;
 
-/// The roughest mollifier for a power law has M = 1 and p + d - 1 = 0.08: below, the Laplacian at the edge grows like 1/(p + d - 1), and what the
-/// integrals leave out next to the singularity, 1e-250^(p + d - 1), is felt.
+/// The least p + d - 1 of a power law with M = 1. For smaller values the Laplacian at the edge grows like 1/(p + d - 1), and the part that
+/// the integrals omit next to the singularity, 1e-250^(p + d - 1), is not negligible.
 const ROUGHEST: f64 = 0.08;
 
-/// How a term will be represented: decided by the law, the mollifier's kind and the dimension alone, so that sizes are
+/// The representation of a term. It depends on the law, the mollifier's kind and the dimension alone, so that sizes are
 /// known before delta is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Form {
@@ -54,7 +54,7 @@ fn form(law: Law, profile: Option<&Profile>, dimension: usize) -> Form {
     Form::Fitted
 }
 
-/// Numbers that a term's tables may take.
+/// Most numbers in the tables of a term.
 pub(crate) fn capacity(law: Option<Law>, profile: Option<&Profile>, dimension: usize) -> usize {
     match law.map_or(Form::Supplied, |law| form(law, profile, dimension)) {
         Form::Bare => 0,
@@ -64,7 +64,7 @@ pub(crate) fn capacity(law: Option<Law>, profile: Option<&Profile>, dimension: u
     }
 }
 
-/// A Chebyshev series' variable, `scale` and `shift` that bring it to [-1, 1], and the root that is taken of it.
+/// The variable of a Chebyshev series: `scale` and `shift` map it to [-1, 1] after its power `root` is taken.
 #[derive(Clone, Copy)]
 struct Axis {
     variable: Variable,
@@ -104,19 +104,19 @@ impl Axis {
     }
 }
 
-/// Writes the tables of one part after another.
+/// Writes the tables of successive parts.
 pub(crate) struct Builder<'a> {
     tables: &'a mut [f64],
     headers: usize,
     next: usize,
-    /// The largest part that a fit misses, relative to the function's size on its panel.
+    /// The largest error of a fit, relative to the function's size on its panel.
     pub(crate) error: f64,
-    /// No panel reaches further.
+    /// An upper bound of the panels' ends.
     limit: f64,
-    /// No coefficient is larger: the sum's scalar.
+    /// The largest coefficient that the sum's scalar can hold.
     largest: f64,
-    /// The sum of all screened terms inside a compact mollifier, in powers of t and units of delta, and the place reserved
-    /// for it: psi and the Newtonian part of each, large at small delta, cancel in a Morse potential before they round.
+    /// The sum of all screened terms inside a compact mollifier, in powers of t and units of delta, and its reserved place in the tables. For
+    /// small delta psi and the Newtonian parts of the terms are large and cancel in a Morse potential, so they are added before rounding.
     screened: [[DoubleWord<f64>; 3]; LENGTH],
     reserved: Option<(usize, usize)>,
 }
@@ -135,14 +135,14 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// Reserves headers for a part; answers with the place of the first.
+    /// Reserves headers for a part and returns the position of the first.
     fn begin(&mut self, panels: usize) -> usize {
         self.headers = self.next;
         self.next += panels * HEADER;
         self.headers
     }
 
-    /// Refuses a number that the sum's scalar does not hold.
+    /// Returns an error for a number that the sum's scalar cannot hold.
     fn hold(&self, value: f64) -> Result<f64> {
         if value.abs() <= self.largest { Ok(value) } else { Err(Error::OutOfDomain) }
     }
@@ -157,14 +157,14 @@ impl<'a> Builder<'a> {
         Ok(())
     }
 
-    /// The next triples of the tables.
+    /// Reserves the next triples of the tables.
     fn triples(&mut self, len: usize) -> Result<&mut [[f64; 3]]> {
-        let room = self.tables.get_mut(self.next..).ok_or(Error::WorkspaceTooSmall)?;
+        let free = self.tables.get_mut(self.next..).ok_or(Error::WorkspaceTooSmall)?;
         self.next += 3 * len;
-        room.as_chunks_mut::<3>().0.get_mut(..len).ok_or(Error::WorkspaceTooSmall)
+        free.as_chunks_mut::<3>().0.get_mut(..len).ok_or(Error::WorkspaceTooSmall)
     }
 
-    /// Stores a panel of powers, in two words: coefficients times `factors`.
+    /// Stores a panel of powers in two words: coefficients times `factors`.
     fn powers(
         &mut self,
         end: f64,
@@ -180,7 +180,7 @@ impl<'a> Builder<'a> {
                 let product = c * factor;
                 *slot = self.hold(product.hi)?;
                 if let Some(low) = low.get_mut(k).and_then(|low| low.get_mut(n)) {
-                    // there is none where the product leaves the normal range
+                    // the second word is invalid where the product leaves the normal range
                     *low = if product.lo.is_finite() { product.lo } else { 0.0 };
                 }
             }
@@ -204,7 +204,7 @@ impl<'a> Builder<'a> {
         self.header(end, axis, start, len)
     }
 
-    /// Writes the sum of the screened terms into its reserved place. Call once, after all terms.
+    /// Writes the sum of the screened terms to its reserved place. Must be called once, after all terms.
     pub(crate) fn finish(&mut self, dimension: usize, delta: f64) -> Result<()> {
         let Some((headers, start)) = self.reserved else { return Ok(()) };
         let a = 2.0 - dimension as f64;
@@ -224,7 +224,7 @@ impl<'a> Builder<'a> {
     }
 }
 
-/// Everything that preparing one term needs.
+/// The input for preparing one term.
 pub(crate) struct Task<'a> {
     pub(crate) dimension: usize,
     pub(crate) profile: Option<&'a Profile>,
@@ -238,12 +238,12 @@ impl Task<'_> {
         self.coefficient * self.delta.pow(a)
     }
 
-    /// The factors that bring value, gradient factor and Laplacian from units of delta, where the value scales as delta^a.
+    /// The factors that convert value, gradient factor and Laplacian from units of delta, where the value scales as delta^a.
     fn factors(&self, a: f64) -> [f64; 3] {
         [self.power(a), self.power(a - 2.0), self.power(a - 2.0)]
     }
 
-    /// Prepares a known law, which is canonical and not Newtonian.
+    /// Prepares a known law in canonical form that is not Newtonian.
     pub(crate) fn prepare<const D: usize>(&self, law: Law, builder: &mut Builder<'_>) -> Result<Part<f64>> {
         let outer = Outer::Bare { factor: self.coefficient };
         let mut part = Part { law, radius: self.delta, panels: 1, plain: 1, first: 0, outer };
@@ -306,7 +306,7 @@ impl Task<'_> {
         let outside = outside.get_mut(..terms).unwrap_or(&mut []);
         let mut inside = [zero; LENGTH];
         let (variable, len) = if is_multiple(p, 2.0) {
-            // the same polynomial in s: z^n s^{p/2} = s^{p/2-n}, one power less for the derivatives
+            // the same polynomial in s: z^n s^{p/2} = s^{p/2-n}; the derivatives have one power less
             for (n, &[u, g, l]) in outside.iter().enumerate() {
                 let place = terms - 1 - n;
                 if let Some(slot) = inside.get_mut(place) {
@@ -326,13 +326,13 @@ impl Task<'_> {
             (Variable::EdgePowers, len)
         };
         builder.powers(self.delta, variable, inside.get(..len).unwrap_or(&[]), self.factors(p))?;
-        // the exact zeros of high orders need no multiplications
+        // trailing exact zeros of high orders are not stored
         let used = outside.iter().rposition(|c| c.iter().any(|v| v.hi != 0.0)).map_or(0, |last| last + 1);
         let factors = [self.coefficient; 3];
         builder.powers(0.0, Variable::InversePowers, outside.get(..used).unwrap_or(&[]), factors)
     }
 
-    /// The screened kernel inside a compact mollifier: the series from the edge, added to the sum of such terms.
+    /// The screened kernel inside a compact mollifier: adds the series from the edge to the sum of such terms.
     fn screened_series(
         &self,
         kappa: f64,
@@ -354,7 +354,7 @@ impl Task<'_> {
                 *sum = *sum + v * self.coefficient;
             }
         }
-        // The first term's panel will hold the sum; the others' are empty.
+        // The panel of the first term will hold the sum. Those of the others are empty.
         if builder.reserved.is_none() {
             builder.reserved = Some((builder.headers, builder.next));
             builder.next += 6 * LENGTH;
@@ -370,7 +370,7 @@ impl Task<'_> {
             return Err(Error::Unsupported);
         }
         part.first = builder.begin(INNER + OUTER);
-        // What is not finite here is e^{kappa}.
+        // Only e^{kappa} can be not finite here.
         let refuse = |error| if error == Error::NotFinite { Error::Unsupported } else { error };
         match profile {
             Profile::Compact { .. } => {
@@ -381,7 +381,7 @@ impl Task<'_> {
                 }
             }
             Profile::Gaussian { parts, .. } => {
-                // Beyond this the field is the exterior solution up to e^{-43}.
+                // Beyond this distance the field is the exterior solution up to e^{-43}.
                 let width = |&(w, c): &(f64, f64)| if w == 0.0 { 0.0 } else { c * (REACH + 0.5 * unit.kappa * c) };
                 let end = parts.iter().map(width).fold(0.0, f64::max);
                 (part.panels, part.plain) = self.octaves(&unit, end, builder).map_err(refuse)?;
@@ -390,7 +390,7 @@ impl Task<'_> {
         Ok(())
     }
 
-    /// From units of delta: powers scale as delta^p, exponentials as delta^0, screened ones as delta^(2-d).
+    /// The factors from units of delta: powers scale as delta^p, exponentials as delta^0, screened kernels as delta^(2-d).
     fn law_factors(&self, law: Law) -> [f64; 3] {
         match law {
             Law::Power { exponent } => self.factors(exponent),
@@ -407,14 +407,14 @@ impl Task<'_> {
         }
     }
 
-    /// Panels inside a compact mollifier, from the centre to the edge; answers with their number.
+    /// Fits panels inside a compact mollifier, from the centre to the edge, and returns their number.
     fn inside(&self, unit: &Unit, builder: &mut Builder<'_>) -> Result<usize> {
-        // Where a panel that ends at t = `high` begins, from the most to the least that is tried.
+        // The start of a panel that ends at t = `high`, as a fraction of `high`. Longer panels are tried first.
         const STEPS: [f64; 7] = [0.0, 0.25, 0.5, 0.7, 0.84, 0.92, 0.96];
         let factors = self.law_factors(unit.law);
         let (mut high, mut first) = (1.0, 0);
         for panel in 1..=INNER {
-            // the last one has to do
+            // the last panel must reach the end
             let steps = if panel == INNER { 0..1 } else { first..STEPS.len() };
             let mut found = None;
             for (index, &step) in STEPS.iter().enumerate().skip(steps.start).take(steps.len()) {
@@ -441,9 +441,9 @@ impl Task<'_> {
         Err(Error::Unsupported)
     }
 
-    /// Panels outside, of functions relative to the bare kernel, from the edge to infinity; answers with the number of those with an end.
+    /// Fits panels outside, of functions relative to the bare kernel, from the edge to infinity. Returns the number of bounded panels.
     fn outside(&self, unit: &Unit, builder: &mut Builder<'_>) -> Result<usize> {
-        // Where a panel from the edge ends, and one that begins at t = `low`, in units of it.
+        // The end of a panel from the edge, and of one that begins at t = `low` in units of `low`.
         const EDGE: [f64; 5] = [1.0, 0.25, 0.0625, 0.015_625, 0.003_906_25];
         const STEPS: [f64; 4] = [f64::INFINITY, 4.0, 2.0, 1.4];
         let reciprocal = matches!(unit.law, Law::Exponential { .. });
@@ -483,11 +483,11 @@ impl Task<'_> {
         Err(Error::Unsupported)
     }
 
-    /// Panels of at most an octave under a Gaussian mollifier, up to `end` in units of delta, and a last one outside where there is no closed
-    /// form; answers with the number of those with an end, and of those of the function itself.
+    /// Fits panels of at most an octave under a Gaussian mollifier, up to `end` in units of delta, and one outside where there is no closed
+    /// form. Returns the number of bounded panels, and of those that hold the function itself.
     fn octaves(&self, unit: &Unit, end: f64, builder: &mut Builder<'_>) -> Result<(usize, usize)> {
         const STEPS: [f64; 5] = [2.0, 1.42, 1.2, 1.1, 1.05];
-        // Powers beyond the first panels are relative to the bare ones, of whatever size these are.
+        // Beyond the first panels powers are fitted relative to the bare ones, whatever their size.
         let relative = matches!(unit.law, Law::Power { .. });
         let (factors, outer_factors) = (self.law_factors(unit.law), self.outer_factors(unit.law));
         let (mut from, mut plain) = (0.0, 0);
@@ -545,7 +545,7 @@ impl Task<'_> {
         builder.fitted(to * self.delta, Axis::between(Variable::Square, 1.0, low, high), &fit, factors)
     }
 
-    /// A user's kernel, up to `reach`.
+    /// Prepares a user's kernel, up to `reach`.
     pub(crate) fn supplied(
         &self,
         kernel: &dyn RadialKernel,
@@ -555,7 +555,7 @@ impl Task<'_> {
         let law = Law::Newtonian;
         builder.limit = reach;
         let Some(profile) = self.profile else {
-            // octaves downwards from the reach, in units of it
+            // octaves from the reach downwards, in units of the reach
             let unit = Task { delta: reach, ..*self };
             let first = builder.begin(USER_OCTAVES);
             let factors = [self.coefficient; 3];
@@ -571,7 +571,7 @@ impl Task<'_> {
         };
         let convolution = Convolution::new(self.dimension, *profile, 0.0);
         let square = self.delta * self.delta;
-        // the integrals may not look at each value, but a kernel that is not finite somewhere is refused
+        // the integrals may skip values, but a kernel that is not finite anywhere it is called is refused
         let finite = Cell::new(true);
         let call = |q: f64| {
             let [u, g, l] = kernel.at(self.delta * q);
@@ -591,7 +591,7 @@ impl Task<'_> {
         }
         let first = builder.begin(panels);
         if compact {
-            // The kernel's roughness at 0 is not known: the root that leaves less.
+            // The kernel's singularity at 0 is not known, so the root with the smaller error is used.
             let edge = |root: f64| {
                 let axis = Axis::edge(Variable::Edge, root, 1.0);
                 fit(|x| inside(Target::inside(axis.t(x).min(1.0)))).map(|fit| (axis, fit))
@@ -607,7 +607,7 @@ impl Task<'_> {
         }
         for index in 1..panels {
             if compact && index == 1 {
-                // v = sqrt(rho^2 - 1) in [0, sqrt 3]: the edge seen from outside
+                // v = sqrt(rho^2 - 1) in [0, sqrt 3]: the edge from outside
                 let span = 3.0_f64.sqrt();
                 let fit = fit(|x| {
                     let v = 0.5 * span * (x + 1.0);
@@ -628,7 +628,7 @@ impl Task<'_> {
     }
 }
 
-/// A sample whose sizes are not looked at.
+/// A sample with sizes 1, which disables the test of sizes.
 fn even(values: [f64; 3]) -> Option<Sample> {
     values.iter().all(|v| v.is_finite()).then_some(Sample { values, sizes: [1.0; 3] })
 }
@@ -654,9 +654,9 @@ struct Unit {
     kappa: f64,
     /// Whether the Laplacian is too singular to convolve.
     weak: bool,
-    /// The power of t in which the functions are smooth at a compact mollifier's edge; 0 for log t.
+    /// The power of t in which the functions are smooth at a compact mollifier's edge; 0 means log t.
     root: f64,
-    /// The bare kernel's magnitudes at delta, and those of the functions outside.
+    /// Magnitudes at delta: of the bare kernel, and of the functions outside.
     least: [f64; 3],
     least_outside: [f64; 3],
 }
@@ -688,7 +688,7 @@ impl Unit {
             let slope = Scalar::pow(q, p + d - 2.0);
             let value =
                 if p == 0.0 { Scalar::powi(q, self.dimension as u32 - 1) * Scalar::log(q) } else { slope * q / p };
-            // not looked at where it is too singular
+            // the Laplacian is not used where it is too singular
             return [value, slope, if self.weak { 0.0 } else { (p + d - 2.0) * slope / q }];
         }
         let law = match self.law {
@@ -722,11 +722,11 @@ impl Unit {
         Some(sample)
     }
 
-    /// The function relative to the bare kernel at the target: over r^p, r^(p-2), r^(p-2) for powers (less log r for the logarithm), over
+    /// The function relative to the bare kernel at the target: divided by r^p, r^(p-2), r^(p-2) for powers (minus log r for the logarithm), by
     /// e^{-kappa r} (1, 1/r, 1) for exponentials.
     fn outside(&self, target: Target) -> Option<Sample> {
         let rho = target.r();
-        // Next to the edge q still reaches 0; further out grad psi would only cancel.
+        // Next to the edge q still reaches 0. Further out grad psi would only add cancellation.
         let near = match self.profile {
             Profile::Compact { .. } => rho < 1.5,
             Profile::Gaussian { parts, .. } => {
@@ -739,13 +739,13 @@ impl Unit {
         Some(sample)
     }
 
-    /// The bare kernel K, K' and its Laplacian at q = rho + y, times q^(d-1), over what [`Unit::outside`] says.
+    /// The bare kernel K, K' and its Laplacian at q = rho + y, times q^(d-1), scaled as in [`Unit::outside`].
     fn relative(&self, q: f64, y: f64, rho: f64, weak: bool) -> [f64; 3] {
         let d = self.dimension as f64;
         let volume = |x: f64| Scalar::powi(x, self.dimension as u32 - 1);
         match self.law {
             Law::Power { exponent: p } => {
-                // 1 + y/rho would be 0 where q is tiny, next to the edge
+                // next to the edge 1 + y/rho would be 0 for tiny q
                 let near = y < -0.5 * rho;
                 let ratio = if near { q / rho } else { 1.0 + y / rho };
                 // K'/rho^(p-2) q^(d-1) = ratio^(p+d-2) rho^d
@@ -766,14 +766,14 @@ impl Unit {
     }
 }
 
-/// Magnitudes of value, gradient factor and Laplacian, the last one's at least the gradient's: it may vanish.
+/// Magnitudes of value, gradient factor and Laplacian. The Laplacian's is at least the gradient factor's, as it may vanish.
 fn magnitudes([value, gradient, laplacian]: [f64; 3]) -> [f64; 3] {
     [value.abs(), gradient.abs(), laplacian.abs().max(gradient.abs())]
 }
 
-/// K_delta is smooth in t at the edge but for t^(a + j), j = 0, 1, ..., a = M + p + d - 2 in the Laplacian and one more in each
-/// integral of it, times log t where a is whole; for exponentials p = 1, or nothing in 1D and 3D. The power of t in which that is
-/// smooth enough for a Chebyshev series: v = t^(1/2) leaves coefficients like n^-(4 a + 1), v = t^(a/m) powers v^m and v^(m/a).
+/// The power of t in which K_delta is smooth enough at the edge for a Chebyshev series. In t it is smooth except for terms t^(a + j),
+/// j = 0, 1, ..., times log t for integer a. a = M + p + d - 2 in the Laplacian and one more in each integral of it; for exponentials p = 1,
+/// or no such terms in 1D and 3D. v = t^(1/2) leaves coefficients like n^-(4 a + 1), v = t^(a/m) gives powers v^m and v^(m/a).
 fn edge_root(law: Law, d: f64, profile: Profile) -> f64 {
     let Profile::Compact { exponent, .. } = profile else { return 1.0 };
     let a = f64::from(exponent) - 2.0

@@ -1,15 +1,15 @@
-//! The bare kernels: names, ranges, and K, K'/r, Laplacian K away from the origin.
+//! The bare kernels: names, parameter ranges, and K, K'/r, Laplacian K away from the origin.
 
 use crate::error::{Error, Result};
 use crate::real::{DoubleWord, Real, Scalar};
 use crate::special::bessel::{k0_scaled, k1_scaled};
 
-/// One radial kernel, before its coefficient. Newtonian and screened ones are fundamental solutions.
+/// One radial kernel without its coefficient. Newtonian and screened kernels are fundamental solutions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Law {
     /// Laplacian K = +Dirac: |x|/2, log|x|/(2 pi), -1/(4 pi |x|) in 1, 2, 3 dimensions.
     Newtonian,
-    /// |x|^p / p, and log|x| for p = 0. Real p > 1 - d; in one dimension p = 0 too, whose gradient is a principal value.
+    /// |x|^p / p, and log|x| for p = 0. Real p > 1 - d. In one dimension also p = 0, with a principal-value gradient.
     Power {
         /// p.
         exponent: f64,
@@ -39,7 +39,7 @@ pub struct Term {
 pub const MAX_TERMS: usize = 8;
 
 impl Law {
-    /// Whether the parameter is in its range in this dimension.
+    /// Checks that the parameter is in its range in this dimension.
     ///
     /// # Errors
     /// [`Error::NotFinite`], [`Error::KernelParameter`].
@@ -47,7 +47,7 @@ impl Law {
         let d = dimension as f64;
         let (value, allowed) = match self {
             Law::Newtonian => return Ok(()),
-            // 1D log|x| is locally integrable and its principal-value gradient exists, though p = 1 - d.
+            // In 1D p = 0 is p = 1 - d, but log|x| is locally integrable and has a principal-value gradient.
             Law::Power { exponent: p } => (p, p > 1.0 - d || (dimension == 1 && p == 0.0)),
             Law::Exponential { length } => (length, length > 0.0),
             Law::Screened { k } => (k, k > 0.0),
@@ -58,7 +58,7 @@ impl Law {
         if allowed { Ok(()) } else { Err(Error::KernelParameter) }
     }
 
-    /// Whether [`Law::canonical`] is Newtonian: a question without a division, which a compiler may take out of its branch.
+    /// Whether [`Law::canonical`] is Newtonian. It contains no division, which a compiler could hoist out of its branch.
     pub(crate) fn is_newtonian(self, dimension: usize) -> bool {
         match self {
             Law::Newtonian => true,
@@ -67,7 +67,7 @@ impl Law {
         }
     }
 
-    /// The same kernel as a multiple of a simpler law: powers that are Newtonian, and 1D exponentials, which are screened.
+    /// The same kernel as a multiple of a simpler law: Newtonian for some powers, screened for 1D exponentials.
     pub(crate) fn canonical(self, dimension: usize) -> (Self, f64) {
         use core::f64::consts::PI;
         match self {
@@ -82,7 +82,7 @@ impl Law {
         }
     }
 
-    /// Kind and parameter, as a prepared block keeps them.
+    /// Kind and parameter, as stored in a prepared block.
     pub(crate) fn to_numbers(self) -> (f64, f64) {
         match self {
             Law::Newtonian => (0.0, 0.0),
@@ -152,7 +152,7 @@ impl Law {
 }
 
 impl Law {
-    /// [`Law::bare`] of one number, in double precision and for any r > 0: each result is rounded a few times, and overflows or
+    /// [`Law::bare`] for one distance r > 0, in double precision. Each result has a few roundings, and overflows or
     /// underflows only where its own value does.
     pub(crate) fn alone<const D: usize>(self, r: f64) -> [f64; 3] {
         use core::f64::consts::PI;
@@ -186,7 +186,7 @@ impl Law {
 }
 
 impl Law {
-    /// K'(r), likewise: finite where K'/r may not be.
+    /// K'(r) with the same accuracy. It is finite where K'/r may overflow.
     pub(crate) fn slope<const D: usize>(self, r: f64) -> f64 {
         use core::f64::consts::PI;
         match self {
@@ -209,22 +209,22 @@ impl Law {
     }
 }
 
-/// e^{-kr}. The rounding of a large k r would be felt k r times: what it loses is made good.
+/// e^{-kr}. The rounding of a large k r would be amplified k r times, so it is corrected to first order.
 pub(crate) fn decay(k: f64, r: f64) -> f64 {
     let product = DoubleWord::product(k, r);
     let e = Scalar::exp(-(k * r));
-    // beyond 1e300 the product's second word is none, and e is 0
+    // beyond 1e300 the product's second word is not finite, and e is 0
     if product.lo.is_finite() { e - e * product.lo } else { e }
 }
 
-/// Whether p is a multiple of n = 1 or 2. (The remainder of two doubles would call libc's `fmod`, whose static stand-in needs
+/// Whether p is a multiple of n = 1 or 2. (The remainder of two doubles would call libc's `fmod`, whose static replacement needs
 /// an unwinder.)
 pub(crate) fn is_multiple(p: f64, n: f64) -> bool {
     let quotient = p / n;
     libm::floor(quotient) == quotient
 }
 
-/// r^p in double precision, to an ulp or two.
+/// r^p in double precision, to one or two ulp.
 pub(crate) fn real_power(r: f64, p: f64) -> f64 {
     if p == 0.0 {
         1.0
@@ -235,7 +235,7 @@ pub(crate) fn real_power(r: f64, p: f64) -> f64 {
     }
 }
 
-/// r^p: by multiplications and a square root for small half-integers, by `pow` else.
+/// r^p: by multiplications and a square root for small half-integers, otherwise by `pow`.
 #[inline]
 pub(crate) fn power<T: Real>(r: T, p: f64) -> T {
     let doubled = 2.0 * p;
@@ -250,8 +250,8 @@ pub(crate) fn power<T: Real>(r: T, p: f64) -> T {
 
 /// A radial kernel that the user supplies.
 ///
-/// Only called while a kernel is prepared; never stored. The three functions must belong together: the library does not
-/// differentiate. They may grow without bound as r goes to 0, but K must be integrable there: r^(d-1) K, r^d K'.
+/// It is called only while a kernel is prepared and never stored. The three functions must be consistent, because the library does not
+/// differentiate. They may be unbounded as r goes to 0, but r^(d-1) K and r^d K' must be integrable there.
 pub trait RadialKernel {
     /// `[K(r), K'(r)/r, (Laplacian K)(r)]` at r > 0.
     fn at(&self, r: f64) -> [f64; 3];

@@ -1,8 +1,8 @@
 //! The interaction: kernels K and their mollified forms K_delta = K * psi_delta.
 //!
-//! A sum of up to [`MAX_TERMS`] laws ([`Law`]) is prepared once, with a mollifier and its length, into the caller's buffer;
-//! the result ([`Kernel`]) gives value, gradient factor and Laplacian at any distance. Sources: K. Craig, A. L. Bertozzi, "A
-//! blob method for the aggregation equation", (1.2) and Section 2; each file names the formulas it uses.
+//! A sum of up to [`MAX_TERMS`] laws ([`Law`]) is prepared once, with a mollifier and its length, in the caller's buffer.
+//! The result ([`Kernel`]) gives value, gradient factor and Laplacian at any distance. Source: K. Craig, A. L. Bertozzi, "A
+//! blob method for the aggregation equation", (1.2) and Section 2; each file cites the formulas it uses.
 //!
 //! | kernel | inside the mollifier | outside |
 //! |---|---|---|
@@ -14,25 +14,25 @@
 //! | 2D exponential | fits in powers of t | e^{-r/l} times fits in delta/r |
 //! | a user's [`RadialKernel`] | fit | fits on octaves up to its reach |
 //!
-//! with s = (r/delta)^2 and t = 1 - s. Under a Gaussian mollifier "inside" is a few octaves of fits. Fits are made of the convolution
-//! integrals themselves and need neither the seed's tables nor an interpolation.
+//! with s = (r/delta)^2 and t = 1 - s. Under a Gaussian mollifier "inside" is a few octaves of fits. Fits sample the convolution
+//! integrals directly.
 //!
 //! # Accuracy
-//! [`Kernel::at`] and its parts evaluate in double precision for either scalar and round once. For one term of coefficient c let S be c times
-//! the larger of the bare kernel's magnitude at delta (of its logarithm at least 1; of its Laplacian at least that of its gradient
-//! factor) and, where delta is more than 5 lengths l or 1/k, of the convolution of magnitudes, |K| * |psi_delta| for the value (that of K' two
-//! dimensions up for the gradient factor): there the mollifier may be far larger than the kernel, and cancel. Then
+//! [`Kernel::at`] and its parts evaluate in double precision for both scalars and round once. For one term of coefficient c let S be c times
+//! the larger of two magnitudes. The first is that of the bare kernel at delta (the logarithm's at least 1; the Laplacian's at least the
+//! gradient factor's). The second, where delta is more than 5 lengths l or 1/k, is the convolution of magnitudes, |K| * |psi_delta| for the
+//! value (of K' two dimensions up for the gradient factor): there the mollifier may be far larger than the kernel and cancel. Then
 //!
-//! * fits are within 1e-13 of the larger of |value| and S, for delta up to some 100 lengths and, under Gaussian mollifiers, powers up to 12; 2.7e-14
-//!   were found at random parameters (test `kernel_random`);
-//! * closed forms, and Newtonian kernels, are within 8 ulp, of |value| alone;
-//! * in single precision that is rounded: 1/2 ulp of |value| more, 1 ulp with a Newtonian term beside others.
+//! * fits are within 1e-13 of the larger of |value| and S, for delta up to about 100 lengths and, under Gaussian mollifiers, powers up to 12;
+//!   the largest error found at random parameters is 2.7e-14 (test `kernel_random`);
+//! * closed forms and Newtonian kernels are within 8 ulp of |value|;
+//! * single precision adds 1/2 ulp of |value| for the rounding, 1 ulp if a Newtonian term is added to others.
 //!
-//! The error of a sum is at most the sum of its terms'. Results overflow and underflow where the true ones do. A user's kernel is as accurate as
-//! [`Kernel::fit_error`] says. [`Kernel::pair`] evaluates the same series plainly in the scalar.
+//! The error of a sum is at most the sum of the errors of its terms. Results overflow and underflow where the true ones do. The error of a
+//! user's kernel is [`Kernel::fit_error`]. [`Kernel::pair`] evaluates the same series in the arithmetic of the scalar.
 //!
-//! Sums over particles don't search for panels: a kernel with terms that are not Newtonian, and a Newtonian one under a Gaussian mollifier, has a table in
-//! r^2 besides (`table`; 128 KiB in f64, 64 KiB in f32), from which sums read at any distance in the same few operations, whatever the terms.
+//! Sums over particles do not search for panels. A kernel with non-Newtonian terms, or a Newtonian one under a Gaussian mollifier, also has a
+//! table in r^2 (`table`; 128 KiB in f64, 64 KiB in f32), from which sums read at any distance in the same few operations for any terms.
 
 mod block;
 mod chebyshev;
@@ -59,11 +59,11 @@ use crate::mollifier::{Blob, Mollifier};
 use crate::real::{Real, Scalar};
 use part::Part;
 
-/// Terms that a kernel holds, and whether some may not be Newtonian.
+/// Number of terms that a kernel holds, and whether it may hold non-Newtonian terms.
 const KEPT: usize = if cfg!(feature = "kernels") { MAX_TERMS } else { 1 };
 const OTHERS: usize = if cfg!(feature = "kernels") { 1 } else { 0 };
 
-/// A prepared sum of kernels K_delta. It borrows its tables; a sum of Newtonian terms has none.
+/// A prepared sum of kernels K_delta. It borrows its tables. A sum of Newtonian terms has none.
 #[derive(Clone, Copy, Debug)]
 pub struct Kernel<'k, T: Real, const D: usize> {
     blob: Blob<T, D>,
@@ -75,7 +75,7 @@ pub struct Kernel<'k, T: Real, const D: usize> {
     others: [Others<'k, T>; OTHERS],
 }
 
-/// The terms of a kernel that are not Newtonian, in double precision.
+/// The non-Newtonian terms of a kernel, in double precision.
 #[derive(Clone, Copy, Debug)]
 struct Others<'k, T> {
     parts: [Part<f64>; MAX_TERMS],
@@ -129,49 +129,49 @@ impl<T: Real, const D: usize> Kernel<'_, T, D> {
         self.blob.mollifier() == Mollifier::None
     }
 
-    /// The mollifier prepared with its length, and the Newtonian field of it.
+    /// The mollifier prepared with its length, with its Newtonian field.
     #[must_use]
     pub fn blob(&self) -> &Blob<T, D> {
         &self.blob
     }
 
-    /// The sum of the coefficients of the terms that are Newtonian (powers with p = 2 - d included).
+    /// The sum of the coefficients of the Newtonian terms (including powers with p = 2 - d).
     #[must_use]
     pub fn newtonian_coefficient(&self) -> T {
         self.newtonian
     }
 
-    /// Whether every term is Newtonian, so that `newtonian_coefficient` and `blob` say everything.
+    /// Whether every term is Newtonian, so that `newtonian_coefficient` and `blob` determine the kernel.
     #[must_use]
     pub fn is_newtonian(&self) -> bool {
         self.parts().is_empty()
     }
 
-    /// The terms, as they were given; a user's own kernel is not among them.
+    /// The terms as given, without a user's own kernel.
     #[must_use]
     pub fn terms(&self) -> &[Term] {
         self.terms.get(..self.count).unwrap_or(&[])
     }
 
-    /// Whether the terms say everything: false when a user's kernel takes part.
+    /// Whether the terms determine the kernel; false if it includes a user's kernel.
     #[must_use]
     pub fn is_known(&self) -> bool {
         self.parts().iter().all(|part| part.law != Law::Newtonian)
     }
 
-    /// What the worst fit misses, relative to the size of the function on the fit's interval; 0 for closed forms. Above 1e-14
-    /// only for users' kernels that are rough, or that a rough mollifier (M = 1) leaves so.
+    /// The largest error of a fit, relative to the size of the function on the fit's interval; 0 for closed forms. It exceeds 1e-14
+    /// only for users' kernels that are rough after mollification (by themselves, or with M = 1).
     #[must_use]
     pub fn fit_error(&self) -> f64 {
         self.others.first().map_or(0.0, |others| others.fit_error)
     }
 
-    /// The table for sums: of all terms, or of the coefficient 1 where they are Newtonian.
+    /// The table for sums: of all terms, or with coefficient 1 if all are Newtonian.
     pub(crate) fn table(&self) -> Option<Table<'_, T>> {
         self.others.first().and_then(|others| others.table)
     }
 
-    /// The terms that are not Newtonian, prepared.
+    /// The non-Newtonian terms, prepared.
     fn parts(&self) -> &[Part<f64>] {
         self.others.first().map_or(&[], Others::parts)
     }
@@ -205,8 +205,8 @@ impl<T: Real, const D: usize> Kernel<'_, T, D> {
         ]
     }
 
-    /// The gradient of K_delta at x: K_delta'(|x|) x/|x|, finite where it is, though |x|^2 or the gradient factor may not be. 0 at x = 0;
-    /// NaN where x is not finite.
+    /// The gradient of K_delta at x: K_delta'(|x|) x/|x|. It is finite wherever its value is, even if |x|^2 or the gradient factor overflows.
+    /// 0 at x = 0; NaN where x is not finite.
     #[must_use]
     pub fn gradient_at(&self, x: &[T; D]) -> [T; D] {
         if !x.iter().all(|c| c.is_finite()) {
@@ -230,7 +230,7 @@ impl<T: Real, const D: usize> Kernel<'_, T, D> {
         gradient.map(T::from_f64)
     }
 
-    /// The sum of the other terms and the Newtonian one, rounded once.
+    /// The sum of the non-Newtonian terms and the Newtonian one, rounded once.
     fn with_newtonian(&self, others: f64, newtonian: impl Fn() -> T) -> T {
         if self.newtonian == T::ZERO {
             T::from_f64(others)
@@ -241,7 +241,7 @@ impl<T: Real, const D: usize> Kernel<'_, T, D> {
         }
     }
 
-    /// Value, gradient factor and Laplacian of all terms that are not Newtonian, in double precision for either scalar.
+    /// Value, gradient factor and Laplacian of all non-Newtonian terms, in double precision for both scalars.
     fn alone(&self, r: T) -> [f64; 3] {
         self.alone_wide(r.to_f64())
     }
@@ -259,7 +259,7 @@ impl<T: Real, const D: usize> Kernel<'_, T, D> {
         sum
     }
 
-    /// Value, gradient factor and Laplacian of all terms that are not Newtonian, in one pass over the tables: for sums,
+    /// Value, gradient factor and Laplacian of all non-Newtonian terms, in one pass over the tables. For sums,
     /// which take the Newtonian part from [`Blob::polynomials`].
     #[must_use]
     #[inline]
@@ -286,8 +286,8 @@ impl<T: Real, const D: usize> Kernel<'_, T, D> {
         [u + more_u, g + more_g, l + more_l]
     }
 
-    /// Value, gradient factor and Laplacian where `wanted` says so (else anything), for sums: the Newtonian part inside a
-    /// compact mollifier by plain polynomials, and outside by the bare law.
+    /// Value, gradient factor and Laplacian for sums; entries not `wanted` are unspecified. The Newtonian part uses single-word polynomials
+    /// inside a compact mollifier and the bare law outside.
     #[must_use]
     #[inline]
     pub fn pair(&self, r: T, wanted: [bool; 3]) -> [T; 3] {
@@ -344,7 +344,7 @@ impl<T: Real, const D: usize> Kernel<'_, T, D> {
         [u, g, l]
     }
 
-    /// The even powers, whose sums need no pair, and what is left, if there are both.
+    /// Splits off the even powers, whose sums need no pairs. `None` unless both parts are nonempty.
     pub(crate) fn without_even_powers(&self) -> Option<(Self, Self)> {
         let is_even = |law: Law| matches!(law, Law::Power { exponent: p } if p > 0.0 && law::is_multiple(p, 2.0));
         let (mut even, mut rest) = (*self, *self);
@@ -358,7 +358,7 @@ impl<T: Real, const D: usize> Kernel<'_, T, D> {
                 }
             }
             for others in &mut kernel.others {
-                // The table is that of the whole sum.
+                // The table is valid only for the whole sum.
                 others.table = None;
                 others.used = 0;
                 for &part in self.parts().iter().filter(|part| is_even(part.law) == wanted) {

@@ -1,11 +1,11 @@
-//! One prepared term: where its series are and what they multiply.
+//! One prepared term: the position of its series in the tables, and the factors that multiply them.
 //!
-//! Tables are in double precision for either scalar and hold no pointers: a part counts its panels and knows where its first header starts; a
-//! header holds the panel's outer radius, its variable and where its coefficients stand. Coefficients carry the term's coefficient and all
-//! powers of delta, so that evaluating is a search, a variable and three series side by side.
+//! Tables are in double precision for both scalars and hold no pointers. A part stores the number of its panels and the position of its first
+//! header. A header holds the panel's outer radius, its variable and the position of its coefficients. Coefficients include the term's
+//! coefficient and all powers of delta, so evaluation consists of a search, a variable and three series.
 //!
-//! There are two ways to evaluate them. [`Part::alone`] takes one distance in double precision and is as accurate as the tables.
-//! [`Part::at`] is for sums over pairs: plain arithmetic in the sum's scalar.
+//! There are two evaluations. [`Part::alone`] takes one distance in double precision and is as accurate as the tables.
+//! [`Part::at`] is for sums over pairs and uses the sum's scalar.
 
 use super::chebyshev::{clenshaw, horner_words, horner3};
 use super::law::{Law, decay, power, real_power};
@@ -19,8 +19,8 @@ pub(crate) const RECORD: usize = 12;
 
 /// The variable of a series, as a function of r and the part's radius R.
 ///
-/// Series of powers are in the variable itself. Chebyshev series are in `x = scale * v + shift`, v being the variable, or for those of
-/// the edge a power of it, [`Panel::root`]: K_delta is smooth there but for powers t^(a + j) with the same a.
+/// Series of powers use the variable itself. Chebyshev series use `x = scale * v + shift`, where v is the variable or, at the edge,
+/// its power [`Panel::root`]. K_delta is smooth there except for powers t^(a + j) with one a.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub(crate) enum Variable {
@@ -60,7 +60,7 @@ impl Variable {
         Self::ReciprocalEdge,
     ];
 
-    /// Whether the series is one of powers, of the variable itself.
+    /// Whether the series is a power series in the variable itself.
     pub(crate) fn is_power(self) -> bool {
         matches!(self, Self::EdgePowers | Self::SquarePowers | Self::InversePowers)
     }
@@ -68,7 +68,7 @@ impl Variable {
     /// The variable's value.
     #[inline(always)]
     pub(crate) fn at<T: Real>(self, radius: T, r: T, root: T) -> T {
-        // Differences of r and R are exact within a factor of two, so that what vanishes at the edge is relatively accurate.
+        // Differences of r and R are exact within a factor of two, so a variable that vanishes at the edge has a small relative error.
         match self {
             Self::EdgePowers | Self::Edge => {
                 let t = ((radius - r) / radius * (T::ONE + r / radius)).max(T::ZERO);
@@ -89,9 +89,9 @@ impl Variable {
         }
     }
 
-    /// The value of a variable of powers, in two words.
+    /// The value of the variable of a power series, in two words.
     fn words(self, radius: f64, r: f64) -> DoubleWord<f64> {
-        // Scaled, so that the words' products stay in range.
+        // Scaled, so that the products of the words stay in range.
         let (radius, exponent) = Scalar::frexp(radius);
         let scaled = Scalar::ldexp(r, -exponent);
         match self {
@@ -115,7 +115,7 @@ impl Variable {
     }
 }
 
-/// The smallest t > 0 that a logarithm is taken of: there is none between 0 and it.
+/// The smallest positive argument of the logarithm. No representable t lies between 0 and this value.
 pub(crate) const LEAST: f64 = 1e-17;
 
 /// t^root; log t for root = 0.
@@ -134,10 +134,10 @@ pub(crate) fn rooted<T: Real>(t: T, root: T) -> T {
     }
 }
 
-/// What the series of panels beyond the first `plain` multiply.
+/// The factors of the series of panels beyond the first `plain`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Outer<T> {
-    /// The bare law times a constant, no series.
+    /// The bare law times a constant, without series.
     Bare {
         /// coefficient times F.
         factor: T,
@@ -168,7 +168,7 @@ pub(crate) enum Outer<T> {
     },
     /// Nothing: beyond the reach of a user's kernel.
     Zero,
-    /// The innermost panel also serves smaller r, and nothing lies outside (a user's kernel without a mollifier).
+    /// Nothing outside. The innermost panel also covers smaller r (a user's kernel without a mollifier).
     Clamped {
         /// The smallest r of the fit.
         least: T,
@@ -180,15 +180,15 @@ pub(crate) enum Outer<T> {
 pub(crate) struct Part<T> {
     pub(crate) law: Law,
     pub(crate) radius: T,
-    /// Panels with an end; one more, if the outer form has a series, reaches to infinity.
+    /// Number of bounded panels. If the outer form has a series, one more panel reaches to infinity.
     pub(crate) panels: usize,
-    /// How many of these, from the innermost on, hold the function itself.
+    /// Number of these, from the innermost on, that hold the function itself.
     pub(crate) plain: usize,
     pub(crate) first: usize,
     pub(crate) outer: Outer<T>,
 }
 
-/// A panel as its header says.
+/// A panel, as decoded from its header.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Panel<T> {
     pub(crate) end: T,
@@ -206,7 +206,7 @@ impl Panel<f64> {
         [self.end, variable, self.start as f64, self.len as f64, self.scale, self.shift, self.root]
     }
 
-    /// The series, as accurate as they are: those of powers in two words, whose second ones follow the first.
+    /// The series at full accuracy. Power series use two words; the second words are stored after the first.
     fn alone(&self, tables: &[f64], radius: f64, r: f64) -> [f64; 3] {
         if !self.variable.is_power() {
             return self.series(tables, radius, r);
@@ -247,14 +247,14 @@ impl<T: Real> Panel<T> {
 }
 
 impl<T: Real> Part<T> {
-    /// The panel with this number; one beyond the last belongs to the series outside.
+    /// The panel with this index. The index after the last is the series outside.
     pub(crate) fn panel(&self, tables: &[f64], index: usize) -> Option<Panel<T>> {
         let start = self.first + index * HEADER;
         let header = tables.get(start..)?.first_chunk::<HEADER>()?;
         Some(Panel::from_header(*header))
     }
 
-    /// The number of the panel at r, and the distance at which its series are taken; NaN where a header is missing.
+    /// The index of the panel at r, and the distance at which its series are evaluated; NaN where a header is missing.
     fn place(&self, tables: &[f64], r: T) -> (usize, T) {
         let from = if let Outer::Clamped { least } = self.outer { r.max(least) } else { r };
         for index in 0..self.panels {
@@ -267,7 +267,7 @@ impl<T: Real> Part<T> {
         (self.panels, r)
     }
 
-    /// Value, gradient factor and Laplacian at r >= 0 of the mollified term, its coefficient included: for sums over pairs.
+    /// Value, gradient factor and Laplacian at r >= 0 of the mollified term, including its coefficient. For sums over pairs.
     pub(crate) fn at<const D: usize>(&self, tables: &[f64], r: T) -> [T; 3] {
         let (index, from) = self.place(tables, r);
         let series = || self.panel(tables, index).map_or([T::NAN; 3], |p| p.series(tables, self.radius, from));
@@ -294,7 +294,7 @@ impl<T: Real> Part<T> {
         }
     }
 
-    /// What needs no series outside.
+    /// The outer forms that need no series.
     pub(crate) fn without_series(&self, r: T) -> [T; 3] {
         match self.outer {
             Outer::Yukawa { k, plain, over_r } => {
@@ -313,7 +313,7 @@ impl<T: Real> Part<T> {
 }
 
 impl Part<f64> {
-    /// As [`Part::at`], accurately: results overflow and underflow only where they themselves do.
+    /// As [`Part::at`], at full accuracy. Results overflow and underflow only where the true values do.
     pub(crate) fn alone<const D: usize>(&self, tables: &[f64], r: f64) -> [f64; 3] {
         let (index, from) = self.place(tables, r);
         let series = || self.panel(tables, index).map_or([f64::NAN; 3], |p| p.alone(tables, self.radius, from));
@@ -347,7 +347,7 @@ impl Part<f64> {
         }
     }
 
-    /// The derivative at r > 0, the gradient factor times r: finite where that may not be.
+    /// The derivative at r > 0, the gradient factor times r. It is finite where the gradient factor may overflow.
     pub(crate) fn slope<const D: usize>(&self, tables: &[f64], r: f64) -> f64 {
         let (index, from) = self.place(tables, r);
         let series = || self.panel(tables, index).map_or(f64::NAN, |p| p.alone(tables, self.radius, from)[1]);
@@ -361,7 +361,7 @@ impl Part<f64> {
         }
     }
 
-    /// The same in a sum's scalar.
+    /// The same part in a sum's scalar.
     pub(crate) fn narrow<T: Real>(&self) -> Part<T> {
         let real = T::from_f64;
         let outer = match self.outer {
@@ -379,7 +379,7 @@ impl Part<f64> {
         Part { law, radius: real(radius), panels, plain, first, outer }
     }
 
-    /// The record that a prepared block keeps.
+    /// The record stored in a prepared block.
     pub(crate) fn to_record(self) -> [f64; RECORD] {
         let (law, parameter) = self.law.to_numbers();
         let (outer, a, b, c) = match self.outer {

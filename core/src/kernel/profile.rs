@@ -1,4 +1,4 @@
-//! The mollifier as the fits need it: in units of delta, in double precision, with its exact moments.
+//! The mollifier for the fits: in units of delta, in double precision, with exact moments.
 
 use core::f64::consts::PI;
 
@@ -13,7 +13,7 @@ pub(crate) const TERMS: usize = MAX_TERMS;
 pub(crate) enum Profile {
     /// psi = b(t)/S_d, t = 1 - |y|^2, supported on |y| <= 1; coefficients of t^0, t^1, ...
     Compact {
-        /// Coefficients of b, all of them exact.
+        /// Coefficients of b, all exact.
         b: [f64; TERMS],
         /// M.
         exponent: u32,
@@ -29,7 +29,7 @@ pub(crate) enum Profile {
     },
 }
 
-/// The surface of the unit sphere in n dimensions, n = 1..=5.
+/// The surface area of the unit sphere in n dimensions, n = 1..=5.
 pub(crate) const fn sphere(n: usize) -> f64 {
     match n {
         1 => 2.0,
@@ -52,7 +52,7 @@ fn compact<const D: usize>(mollifier: Mollifier) -> Option<[f64; TERMS]> {
 }
 
 impl Profile {
-    /// None without a mollifier.
+    /// `None` without a mollifier.
     pub(crate) fn new(mollifier: Mollifier, dimension: usize) -> Option<Self> {
         match mollifier {
             Mollifier::None => None,
@@ -79,11 +79,11 @@ impl Profile {
         }
     }
 
-    /// The moment of |y|^{2n}; the vanishing ones are exact zeros.
+    /// The moment of |y|^{2n}. Vanishing moments are exact zeros.
     pub(crate) fn moment(&self, n: u32, dimension: usize) -> DoubleWord<f64> {
         let half = 0.5 * dimension as f64;
         match *self {
-            // ERRATA section 5 for n = K; in general orthogonality (Rodrigues' formula) gives
+            // Orthogonality (Rodrigues' formula) gives
             // mu_2n = prod_{j=1}^{K-1} (j-n)/j (d/2)_n/(d/2+M+K)_n
             Self::Compact { exponent, half_order, .. } => {
                 let edge = half + f64::from(exponent + half_order);
@@ -100,7 +100,7 @@ impl Profile {
                 if n > 0 && n < half_order {
                     return DoubleWord::ZERO;
                 }
-                // widths are powers of two or of sqrt 2, so that their squares are exact once rounded
+                // widths are powers of two or of sqrt 2, so their squares are exact after rounding
                 let square = |c: f64| Scalar::round(c * c);
                 let one = |sum, &(w, c): &(f64, f64)| sum + DoubleWord::product(w, Scalar::powi(square(c), n));
                 parts.iter().fold(DoubleWord::ZERO, one) * pochhammer(half, n)
@@ -110,7 +110,7 @@ impl Profile {
 }
 
 impl Profile {
-    /// b and b' of a compact mollifier; of a Gaussian one anything.
+    /// b and b' of a compact mollifier. Not used for a Gaussian.
     pub(crate) fn factors(&self) -> [Factors; 2] {
         let Self::Compact { b, exponent, half_order } = self else { return [Factors::new(&[0.0; TERMS], 0, 0); 2] };
         let mut slope = [0.0; TERMS];
@@ -138,8 +138,8 @@ impl Profile {
     }
 }
 
-/// A polynomial c t^n (t - t_1) ... (t - t_m), m <= 3: b and b', whose coefficients cancel by up to four digits at high orders where their
-/// factors do not. (All zeros are simple, in (0, 1) and separate: b is a Jacobi polynomial times t^M.)
+/// A polynomial c t^n (t - t_1) ... (t - t_m), m <= 3: b and b'. At high orders sums of their coefficients cancel by up to four digits; the
+/// factors do not. (All zeros are simple, in (0, 1) and well separated: b is a Jacobi polynomial times t^M.)
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Factors {
     leading: f64,
@@ -149,7 +149,7 @@ pub(crate) struct Factors {
 }
 
 impl Factors {
-    /// Of sum c_k t^k with lowest power `power` and at most three more terms.
+    /// Factors sum c_k t^k, which has the lowest power `power` and at most three more terms.
     pub(crate) fn new(coefficients: &[f64; TERMS], power: u32, count: usize) -> Self {
         let count = count.min(3);
         let mut rest = [0.0; 4];
@@ -160,13 +160,13 @@ impl Factors {
         let mut roots = [0.0; 3];
         for (k, slot) in roots.iter_mut().take(count).enumerate() {
             let degree = count - k;
-            // Newton's steps from the left of the smallest zero of a polynomial whose zeros are all real rise to it.
+            // For a polynomial with only real zeros, Newton's iterates from the left of the smallest zero increase to it.
             let mut root = 0.0;
             for _ in 0..60 {
                 let (value, slope) = with_slope(rest.get(..=degree).unwrap_or(&[]), root);
                 root -= value / slope;
             }
-            // Two more on the whole polynomial, its value in two words.
+            // Two more steps with the whole polynomial, its value in two words.
             for _ in 0..2 {
                 let all = whole.get(..=count).unwrap_or(&[]);
                 let value = all.iter().rev().fold(DoubleWord::ZERO, |sum, &c| sum * root + DoubleWord::from(c));
@@ -199,8 +199,8 @@ fn with_slope(coefficients: &[f64], x: f64) -> (f64, f64) {
 mod tests {
     use super::*;
 
-    /// Against sums of the exact coefficients in two words: five roundings of the value, and of each factor, which are felt next to a
-    /// zero alone, where the bound is relative to the largest value.
+    /// Compared with sums of the exact coefficients in two words. The value and each factor have five roundings. Those of a factor
+    /// matter only next to a zero, where the bound is relative to the largest value.
     #[test]
     fn factors_are_the_polynomial() {
         for dimension in 1..=3 {

@@ -1,4 +1,4 @@
-//! Two rules for the convolution integrals: double exponential for the outer one, whose ends may be singular, and
+//! Two rules for the convolution integrals: double exponential for the outer integral, which may have singular ends, and
 //! Gauss-Legendre for the inner one, whose integrand is a polynomial or entire.
 
 use core::f64::consts::PI;
@@ -11,7 +11,7 @@ pub(crate) fn gauss_legendre<const N: usize>() -> [(f64, f64); N] {
     let n = N as f64;
     let mut rule = [(0.0, 0.0); N];
     for (k, slot) in rule.iter_mut().enumerate() {
-        // Tricomi's start, then Newton on the Legendre polynomial.
+        // Tricomi's initial value, then Newton's method on the Legendre polynomial.
         let mut x = (PI * (k as f64 + 0.75) / (n + 0.5)).cos();
         let mut slope = 1.0;
         for _ in 0..5 {
@@ -28,12 +28,12 @@ pub(crate) fn gauss_legendre<const N: usize>() -> [(f64, f64); N] {
     rule
 }
 
-/// Most nodes of [`DoubleExponential`] on a side.
+/// Most nodes of [`DoubleExponential`] per side.
 const SIDE: usize = 140;
 
-/// The double exponential (tanh-sinh) rule of Takahasi and Mori on an interval: nodes crowd towards both ends.
+/// The double exponential (tanh-sinh) rule of Takahasi and Mori on an interval. Its nodes cluster at both ends.
 pub(crate) struct DoubleExponential {
-    /// (distance from the nearer end, weight) on [0, 1], from the middle outwards; the first is the middle itself.
+    /// (distance from the nearer end, weight) on [0, 1], from the midpoint outwards. The first is the midpoint.
     side: [(f64, f64); SIDE],
     used: usize,
 }
@@ -41,14 +41,14 @@ pub(crate) struct DoubleExponential {
 impl DoubleExponential {
     /// x = 1/(1 + e^{pi sinh(tau)}), dx/dtau = pi cosh(tau) x (1 - x), tau = k h.
     ///
-    /// The error falls as e^{-c/h}: for b of order 8 with M = 9 and e^{-10 q} it is 7e-14 of the integral's size at h = 1/16, its square at
-    /// h = 1/32 and 1e-18 here.
+    /// The error decreases as e^{-c/h}. For b of order 8 with M = 9 and e^{-10 q} it is 7e-14 of the integral's size at h = 1/16, the square
+    /// of that at h = 1/32, and 1e-18 here.
     pub(crate) fn new() -> Self {
         let h = 1.0 / 22.0;
         let mut side = [(0.5, 0.0); SIDE];
         let mut used = 0;
         for (k, slot) in side.iter_mut().enumerate() {
-            // in two words: an argument of hundreds would leave its rounding in each node
+            // in two words: with arguments of hundreds a single word would add its rounding to each node
             let (m, n) = exp(DoubleWord::from(h * k as f64));
             let e = m.ldexp(n);
             let below = DoubleWord::ONE / e;
@@ -65,9 +65,9 @@ impl DoubleExponential {
         Self { side, used }
     }
 
-    /// Adds `weight * f(from + x)` over [from, from + length]. `f` receives the distance from `from`, accurate to its last
-    /// bit at that end, and adds to the sums itself; it answers with the size of what it added, so that a side ends
-    /// when five successive nodes no longer matter.
+    /// Adds `weight * f(from + x)` over [from, from + length]. `f` receives the distance from `from`, accurate to the last
+    /// bit at that end, and the weight, and adds to the sums itself. It returns whether the addition mattered. A side ends
+    /// after five successive nodes that did not.
     pub(crate) fn integrate(&self, length: f64, mut f: impl FnMut(f64, f64) -> bool) {
         for left in [true, false] {
             let mut idle = 0;
@@ -93,7 +93,7 @@ mod tests {
         for degree in 0..(2 * GAUSS) {
             let sum: f64 = rule.iter().map(|&(x, w)| w * Scalar::powi(x, degree as u32)).sum();
             let want = 1.0 / (degree as f64 + 1.0);
-            // 28 positive terms; a node's error of u moves x^k by k u.
+            // 28 positive terms. A node's error of u changes x^k by k u.
             assert!((sum - want).abs() < (28.0 + degree as f64) * f64::EPSILON * want, "{degree}: {sum}");
         }
     }

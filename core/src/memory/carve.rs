@@ -1,14 +1,14 @@
-//! Workspace arithmetic: measure, carve, reopen.
+//! Measuring a workspace, carving it into arrays, reopening it.
 
 use core::marker::PhantomData;
 use core::mem::MaybeUninit;
 
 use crate::error::{Error, Result};
 
-/// The alignment of every workspace and of every array in it, in bytes: a cache line, and a register of AVX-512.
+/// The alignment of every workspace and of every array in it, in bytes: a cache line, and an AVX-512 register.
 pub const ALIGN: usize = 64;
 
-/// Types that any bytes are a valid value of, and that own nothing.
+/// Plain-data types: any bytes are a valid value, and a value owns nothing.
 ///
 /// # Safety
 /// Every bit pattern must be a valid value; the type must have no padding, no pointers and no destructor, and its
@@ -28,29 +28,29 @@ plain!(u8 u16 u32 u64 usize i8 i16 i32 i64 isize f32 f64);
 #[expect(unsafe_code, reason = "arrays of plain elements")]
 unsafe impl<T: Plain, const N: usize> Plain for [T; N] {}
 
-/// Where a layout takes its arrays from.
+/// The source of a layout's arrays.
 pub trait Space<'w> {
-    /// The next `n` elements, zeroed (fresh carving) or as they were left (reopened), aligned to [`ALIGN`].
+    /// The next `n` elements, aligned to [`ALIGN`]. They are zeroed by [`Carve::new`] and unchanged after [`Carve::reopen`].
     ///
     /// # Errors
     /// [`Error::TooLarge`]: the size overflows. [`Error::WorkspaceTooSmall`]: not enough bytes are left.
     fn try_array<T: Plain>(&mut self, n: usize) -> Result<&'w mut [T]>;
 
-    /// As [`Space::try_array`] for layouts of many arrays, which ask for an error once, by [`Space::finish`]: none has elements after one.
+    /// As [`Space::try_array`], for layouts of many arrays that check for an error once, with [`Space::finish`]. After an error arrays are empty.
     fn array<T: Plain>(&mut self, n: usize) -> &'w mut [T];
 
-    /// The first error of a [`Space::array`].
+    /// Returns the first error of [`Space::array`].
     ///
     /// # Errors
     /// As [`Space::try_array`].
     fn finish(&self) -> Result<()>;
 }
 
-/// Bytes that `n` elements of so many bytes occupy, rounded up to whole lines of [`ALIGN`] bytes.
+/// Bytes of `n` elements of `each` bytes, rounded up to a multiple of [`ALIGN`].
 fn padded_bytes(each: usize, n: usize) -> Result<usize> {
     let bytes = each.checked_mul(n).ok_or(Error::TooLarge)?;
     let padded = bytes.checked_next_multiple_of(ALIGN).ok_or(Error::TooLarge)?;
-    // Allocations above isize::MAX do not exist; refusing them here keeps later pointer arithmetic sound.
+    // No allocation exceeds isize::MAX. Refusing such sizes here keeps later pointer arithmetic sound.
     if padded > isize::MAX as usize { Err(Error::TooLarge) } else { Ok(padded) }
 }
 
@@ -62,7 +62,7 @@ pub struct Measure {
 }
 
 impl Measure {
-    /// The exact size of what `layout` lays out.
+    /// The exact size of `layout` in bytes.
     ///
     /// # Errors
     /// [`Error::TooLarge`], and whatever `layout` returns.
@@ -80,7 +80,7 @@ impl Measure {
 }
 
 impl Measure {
-    /// Counts `n` elements of so many bytes: one function for all types.
+    /// Counts `n` elements of `each` bytes. Not generic, so that all types share one function.
     #[cfg_attr(feature = "small", inline(never))]
     fn add(&mut self, each: usize, n: usize) -> Result<()> {
         self.bytes = self.bytes.checked_add(padded_bytes(each, n)?).ok_or(Error::TooLarge)?;
@@ -115,7 +115,7 @@ impl<'w> Space<'w> for Measure {
     }
 }
 
-/// Hands out arrays of a caller's buffer, one after the other.
+/// Hands out consecutive arrays of a caller's buffer.
 #[derive(Debug)]
 pub struct Carve<'w> {
     next: *mut u8,
@@ -126,7 +126,7 @@ pub struct Carve<'w> {
 }
 
 impl<'w> Carve<'w> {
-    /// Starts carving zeroed arrays out of `memory`, whose content before the call does not matter.
+    /// Starts carving zeroed arrays out of `memory`, whose previous content is ignored.
     ///
     /// # Errors
     /// [`Error::Misaligned`]: `memory` does not start at a multiple of [`ALIGN`].
@@ -142,7 +142,7 @@ impl<'w> Carve<'w> {
         Self::start(memory.as_mut_ptr().cast(), memory.len(), true)
     }
 
-    /// Finds the arrays again as they were left: nothing is zeroed. `memory` is initialised, as its type says.
+    /// Finds the arrays again with their content; nothing is zeroed. The type of `memory` guarantees that it is initialised.
     ///
     /// # Errors
     /// As [`Carve::new`].
@@ -151,14 +151,14 @@ impl<'w> Carve<'w> {
     }
 
     fn start(next: *mut u8, left: usize, fresh: bool) -> Result<Self> {
-        // An empty layout needs no memory, so no pointer worth aligning.
+        // An empty layout needs no memory, so its pointer need not be aligned.
         if left > 0 && !next.addr().is_multiple_of(ALIGN) {
             return Err(Error::Misaligned);
         }
         Ok(Self { next, left, fresh, error: None, owner: PhantomData })
     }
 
-    /// Bytes not handed out yet.
+    /// Bytes that are not handed out yet.
     #[must_use]
     pub fn left(&self) -> usize {
         self.left
@@ -166,7 +166,7 @@ impl<'w> Carve<'w> {
 }
 
 impl Carve<'_> {
-    /// The beginning of the next `n` elements of so many bytes: one function for all types.
+    /// The start of the next `n` elements of `each` bytes. Not generic, so that all types share one function.
     #[cfg_attr(feature = "small", inline(never))]
     #[expect(unsafe_code, reason = "steps through the buffer")]
     fn take(&mut self, each: usize, n: usize) -> Result<*mut u8> {
@@ -175,7 +175,7 @@ impl Carve<'_> {
             return Err(Error::WorkspaceTooSmall);
         }
         if bytes == 0 {
-            // No memory, but aligned for any type.
+            // No memory is needed, but the address is aligned for any type.
             return Ok(core::ptr::without_provenance_mut(ALIGN));
         }
         let start = self.next;
@@ -189,7 +189,7 @@ impl Carve<'_> {
         Ok(start)
     }
 
-    /// As [`Carve::take`]; after an error there are no elements.
+    /// As [`Carve::take`]. After an error the number of elements is zero.
     #[cfg_attr(feature = "small", inline(never))]
     fn take_part(&mut self, each: usize, n: usize) -> (*mut u8, usize) {
         match self.take(each, n) {
@@ -209,7 +209,7 @@ impl<'w> Space<'w> for Carve<'w> {
         const { assert!(align_of::<T>() <= ALIGN) }
         let start = self.take(size_of::<T>(), n)?;
         // SAFETY: the range is in the buffer or empty, aligned to ALIGN (the start is, and all steps are multiples), initialised
-        // (zeroed above, or initialised by `reopen`'s type), valid as `T: Plain`, and handed out once.
+        // (zeroed above, or initialised by the argument type of `reopen`), valid as `T: Plain`, and handed out once.
         Ok(unsafe { core::slice::from_raw_parts_mut(start.cast::<T>(), n) })
     }
 
@@ -218,7 +218,7 @@ impl<'w> Space<'w> for Carve<'w> {
     fn array<T: Plain>(&mut self, n: usize) -> &'w mut [T] {
         const { assert!(align_of::<T>() <= ALIGN) }
         let (start, n) = self.take_part(size_of::<T>(), n);
-        // SAFETY: as in `array`; none after an error, where the address is aligned for any type.
+        // SAFETY: as in `try_array`; after an error n = 0, with an address aligned for any type.
         unsafe { core::slice::from_raw_parts_mut(start.cast::<T>(), n) }
     }
 
@@ -227,7 +227,7 @@ impl<'w> Space<'w> for Carve<'w> {
     }
 }
 
-/// Finds the arrays of a prepared block again, to read them: several threads may do so at a time.
+/// Finds the arrays of a prepared block again, read-only. Several threads may do so at the same time.
 #[derive(Clone, Copy, Debug)]
 pub struct View<'w> {
     rest: &'w [u8],
@@ -245,7 +245,7 @@ impl<'w> View<'w> {
         Ok(Self { rest: memory })
     }
 
-    /// The next `n` elements, as they were left.
+    /// The next `n` elements with their content.
     ///
     /// # Errors
     /// [`Error::TooLarge`]: the size overflows. [`Error::WorkspaceTooSmall`]: not enough bytes are left.
@@ -258,7 +258,7 @@ impl<'w> View<'w> {
         if mine.is_empty() {
             return Ok(&[]);
         }
-        // SAFETY: `mine` holds n elements' bytes, starts at a multiple of ALIGN (the block does, and all steps are
+        // SAFETY: `mine` holds the bytes of n elements, starts at a multiple of ALIGN (the block does, and all steps are
         // multiples), is initialised, and any bytes are valid as `T: Plain`.
         Ok(unsafe { core::slice::from_raw_parts(mine.as_ptr().cast::<T>(), n) })
     }

@@ -1,7 +1,7 @@
 //! The layout of a caller's workspace.
 //!
-//! A layout is stated once, generic over [`Space`], and run twice: with [`Measure`] it counts bytes, with [`Carve`] it
-//! hands out the arrays. So a size query and the call that needs the memory can't disagree:
+//! A layout is written once, generic over [`Space`], and run twice: [`Measure`] counts bytes, [`Carve`]
+//! hands out the arrays. So a size query and the call that needs the memory always agree:
 //!
 //! ```
 //! use mollis_core::memory::{Carve, Measure, Space};
@@ -18,7 +18,7 @@
 //! # Ok::<(), mollis_core::Error>(())
 //! ```
 //!
-//! A layout must not look into what `array` returns: `Measure` returns nothing.
+//! A layout must not access the elements of an array, because `Measure` returns empty slices.
 
 mod carve;
 

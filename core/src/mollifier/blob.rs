@@ -1,4 +1,4 @@
-//! A mollifier prepared with its length: scalar functions of the distance, to nearly the last bit.
+//! A mollifier prepared with its length: scalar functions of the distance, accurate to about one ulp.
 
 use super::compact::{Compact, Inside};
 use super::distance::Distance;
@@ -10,10 +10,10 @@ use super::{Mollifier, Quantity};
 use crate::error::{Error, Result};
 use crate::real::Real;
 
-/// A mollifier with its length delta in dimension `D` = 1, 2 or 3: a plain value, of 300 bytes at most.
+/// A mollifier with its length delta in dimension `D` = 1, 2 or 3. A plain value of at most 300 bytes.
 ///
-/// Functions of r take its magnitude; where r is not finite they return NaN. Without a mollifier r = 0 counts as "no
-/// contribution": every function is 0 there.
+/// Functions of r use its magnitude and return NaN where r is not finite. Without a mollifier r = 0 contributes
+/// nothing: every function is 0 there.
 #[derive(Clone, Copy, Debug)]
 pub struct Blob<T: Real, const D: usize> {
     mollifier: Mollifier,
@@ -29,7 +29,7 @@ pub(super) enum Shape<T, const D: usize> {
     Gaussian(Gaussian),
 }
 
-/// Where a distance lies, and so which formula holds.
+/// The region of a distance, which determines the formula.
 pub(super) enum Place<'a, T, const D: usize> {
     /// At zero distance from an unmollified particle.
     Coincident,
@@ -40,7 +40,7 @@ pub(super) enum Place<'a, T, const D: usize> {
 }
 
 impl<T: Real, const D: usize> Blob<T, D> {
-    /// Refuses what [`Blob::new`] refuses; the length that it will have.
+    /// Checks the arguments of [`Blob::new`] and returns the length it will have.
     ///
     /// # Errors
     /// As [`Blob::new`].
@@ -53,7 +53,7 @@ impl<T: Real, const D: usize> Blob<T, D> {
         }
     }
 
-    /// Prepares a mollifier. `delta` is not looked at for [`Mollifier::None`].
+    /// Prepares a mollifier. `delta` is ignored for [`Mollifier::None`].
     ///
     /// # Errors
     /// [`Error::Delta`]: not positive and finite; and those of [`Mollifier::check`].
@@ -79,7 +79,7 @@ impl<T: Real, const D: usize> Blob<T, D> {
         self.delta
     }
 
-    /// The coefficients for sums over many particles; none but for compact mollifiers.
+    /// The coefficients for sums over many particles; `None` unless the mollifier is compact.
     #[must_use]
     pub fn polynomials(&self) -> Option<Polynomials<T>> {
         match &self.shape {
@@ -88,7 +88,7 @@ impl<T: Real, const D: usize> Blob<T, D> {
         }
     }
 
-    /// How many coefficients a polynomial in t has; none but for compact mollifiers.
+    /// The number of coefficients of a polynomial in t; `None` unless the mollifier is compact.
     pub(crate) fn terms(&self, of: Polynomial) -> Option<usize> {
         match &self.shape {
             Shape::Compact(shape) => Some(shape.series.terms(of)),
@@ -110,7 +110,7 @@ impl<T: Real, const D: usize> Blob<T, D> {
         self.evaluate(Quantity::Density, r)
     }
 
-    /// B'(r)/r; at the edge of a compact mollifier with M = 1, where B' jumps, the value inside.
+    /// B'(r)/r. At the edge of a compact mollifier with M = 1, where B' jumps, the value inside.
     #[must_use]
     pub fn density_slope(&self, r: T) -> T {
         self.evaluate(Quantity::DensitySlope, r)
@@ -134,7 +134,7 @@ impl<T: Real, const D: usize> Blob<T, D> {
         self.evaluate(Quantity::HessianFactor, r)
     }
 
-    /// The integral of psi_delta over the ball of radius |r| about 0: S_N r^N g(r). Above 1 in places for orders above 2.
+    /// The integral of psi_delta over the ball of radius |r| about 0: S_N r^N g(r). For orders above 2 it exceeds 1 in places.
     #[must_use]
     pub fn enclosed_mass(&self, r: T) -> T {
         self.evaluate(Quantity::EnclosedMass, r)

@@ -1,4 +1,4 @@
-//! Compact polynomial mollifiers inside their support, with t carried as a sum of two numbers.
+//! Compact polynomial mollifiers inside their support, with t in two words.
 
 use super::Quantity;
 use super::distance::{Distance, sphere};
@@ -6,19 +6,19 @@ use super::scaled::Scaled;
 use super::series::{Exact, Polynomial};
 use crate::real::{DoubleWord, Real};
 
-/// A compact mollifier's shape: its coefficients, without a length.
+/// The shape of a compact mollifier: its coefficients, without a length.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Compact<T, const D: usize> {
     pub series: Exact<T, D>,
 }
 
-/// A place inside the support.
+/// A point inside the support.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Inside<'a, T, const D: usize> {
     shape: &'a Compact<T, D>,
     delta: Distance<T>,
     r: Distance<T>,
-    /// (delta^2 - r^2)/delta^2, whose relative error stays O(u^2) up to the edge, as both squares are exact.
+    /// (delta^2 - r^2)/delta^2. Both squares are exact, so its relative error is O(u^2) up to the edge.
     t: DoubleWord<T>,
 }
 
@@ -27,7 +27,7 @@ impl<T: Real, const D: usize> Compact<T, D> {
         Self { series: Exact::new(order, exponent) }
     }
 
-    /// The place at distance `r` <= `delta`.
+    /// The point at distance `r` <= `delta`.
     pub fn inside(&self, delta: Distance<T>, r: Distance<T>) -> Inside<'_, T, D> {
         let t = (delta.square - r.square_in(delta.exponent)) / delta.square;
         Inside { shape: self, delta, r, t }
@@ -55,7 +55,7 @@ impl<T: Real, const D: usize> Inside<'_, T, D> {
         value.over(sphere(D).times(self.delta.power(power)))
     }
 
-    /// A polynomial whose coefficients below `low` are zero, as t^low times the rest: t^9 may underflow where the density does not.
+    /// A polynomial whose coefficients below `low` are zero, as t^low times the rest, because t^9 may underflow where the density does not.
     fn polynomial(&self, of: Polynomial, low: u32) -> Scaled<T> {
         let rest = self.shape.series.above_low(of, low as usize, self.t);
         Scaled::new(self.t, 0).powi(low).times(Scaled::new(rest, 0))
@@ -63,7 +63,7 @@ impl<T: Real, const D: usize> Inside<'_, T, D> {
 
     fn potential(&self) -> Scaled<T> {
         if D == 1 {
-            // (delta/2) (c + (s/2) R(t)): in powers of t alone the terms cancel.
+            // (delta/2) (c + (s/2) R(t)). In powers of t alone the terms would cancel.
             let s = self.r.square_in(self.delta.exponent) / self.delta.square;
             let start = (DoubleWord::ZERO, DoubleWord::ZERO);
             let (rise, lowest) = self.shape.series.rise().fold(start, |(sum, _), c| (sum * self.t + c, c));

@@ -1,4 +1,4 @@
-//! Lengths as a squared fraction and an exponent: exact for a radius, good to a few u^2 for a point.
+//! Lengths as a squared fraction and an exponent: exact for a radius, accurate to a few u^2 for a point.
 
 use super::scaled::Scaled;
 use crate::real::{DoubleWord, Real};
@@ -21,7 +21,7 @@ impl<T: Real> Distance<T> {
     /// |x|, with x finite.
     pub fn of_point<const D: usize>(x: &[T; D]) -> Self {
         let (_, exponent) = x.iter().fold(T::ZERO, |largest, c| largest.max(c.abs())).frexp();
-        // A coordinate so much smaller than the largest that its square underflows adds nothing.
+        // A coordinate whose square underflows is negligible beside the largest one.
         let square =
             x.iter().map(|c| c.ldexp(-exponent)).fold(DoubleWord::ZERO, |sum, c| sum + DoubleWord::product(c, c));
         Self { square, exponent }
@@ -47,30 +47,30 @@ impl<T: Real> Distance<T> {
         if n % 2 == 1 { even.times(self.length()) } else { even }
     }
 
-    /// L^2 in units of `4^exponent`; may underflow, where it is negligible beside 1.
+    /// L^2 in units of `4^exponent`. It may underflow where it is negligible beside 1.
     pub fn square_in(&self, exponent: i32) -> DoubleWord<T> {
         self.square.ldexp(self.exponent.saturating_sub(exponent).saturating_mul(2))
     }
 
-    /// `self > other`, exactly as the squares are held.
+    /// `self > other`, exact for the stored squares.
     pub fn exceeds(&self, other: &Self) -> bool {
         // Zero has no exponent to compare.
         if self.is_zero() {
             return false;
         }
-        // Squares lie in [1/4, 3), a factor below 4^2 apart.
+        // Squares are in [1/4, 3), so two of them differ by a factor below 4^2.
         let apart = self.exponent - other.exponent;
         apart >= 2 || (apart >= -2 && self.square_in(other.exponent) > other.square)
     }
 
-    /// Natural logarithm of L: absolute error of some 100 u^2 max(1, |log L|), relative error below 2 u. 0 of 0.
+    /// Natural logarithm of L; 0 for L = 0. Absolute error about 100 u^2 max(1, |log L|), relative error below 2 u.
     pub fn log(&self) -> DoubleWord<T> {
         if self.is_zero() {
             return DoubleWord::ZERO;
         }
         let root = self.square.sqrt();
         if self.exponent.abs() < 8 {
-            // Near L = 1 the exponent's share would cancel.
+            // Near L = 1 the contribution of the exponent would cancel.
             return log(root.ldexp(self.exponent));
         }
         log(root) + log_2() * T::from_i32(self.exponent)

@@ -6,11 +6,11 @@
 //! * g = M_a(xi) / (pi^a L^N N),
 //! * h = -2 M_(a+1)(xi) / ((N+2) pi^a L^(N+2)),
 //! * phi = L (e^-xi + 2 xi M_(1/2)(xi)) / (2 sqrt(pi)) in 1D,
-//!   (log L - gamma/2 + Ein(xi)/2) / (2 pi) in 2D,
+//!   (log L - gamma/2 + Ein(xi)/2) / (2 pi) in 2D.
 //!
-//! none of which cancels, as M_(a+1) = e^-xi sum of xi^k / (a+2)_k and M_a = e^-xi + xi M_(a+1) / (a+1) (DLMF 13.2.39, 13.3.4)
-//! are sums of positive terms. Only the few Gaussians of a mollifier cancel with each other, by a factor of 2 to 4, in
-//! numbers that carry twice the digits. From xi = 24 (f32), 53 (f64) on a Gaussian's field is its Newtonian one to u/60.
+//! None of these cancels: M_(a+1) = e^-xi sum of xi^k / (a+2)_k and M_a = e^-xi + xi M_(a+1) / (a+1) (DLMF 13.2.39, 13.3.4)
+//! are sums of positive terms. Only the Gaussians of one mollifier cancel with each other, by a factor of 2 to 4, in
+//! double-word arithmetic. From xi = 24 (f32), 53 (f64) on, the field of a Gaussian is Newtonian to u/60.
 
 use super::Quantity;
 use super::distance::{Distance, sphere};
@@ -20,7 +20,7 @@ use crate::real::{DoubleWord, Real};
 use crate::special::elementary::{euler, exp, log_2};
 use crate::special::exponential_integral::entire_exponential_integral;
 
-/// One Gaussian: weight `numerator / denominator` of the whole, c^2 = 2^`log_square`.
+/// One Gaussian: weight `numerator / denominator` of the whole sum, c^2 = 2^`log_square`.
 #[derive(Clone, Copy, Debug)]
 struct Component {
     numerator: i32,
@@ -47,7 +47,7 @@ const LINE_6: Gaussian =
 const PLANE_4: Gaussian = Gaussian { denominator: 1, components: &[component(2, 0), component(-1, 1)] };
 
 impl Gaussian {
-    /// The one that [`Mollifier::check`](super::Mollifier::check) accepts in this dimension.
+    /// The sum that [`Mollifier::check`](super::Mollifier::check) accepts in this dimension.
     pub fn new(dimension: usize, order: u32) -> Self {
         match (dimension, order) {
             (1, 4) => LINE_4,
@@ -64,7 +64,7 @@ impl Gaussian {
 
     /// Moment k >= 0 in units of delta^k: the integral of |x|^k psi(x).
     ///
-    /// The sum of w_i c_i^k Gamma((N+k)/2) / Gamma(N/2), whose first factor is a sum of integers for even k, exactly zero
+    /// It is the sum of w_i c_i^k Gamma((N+k)/2) / Gamma(N/2). For even k the first factor is a sum of integers, and exactly zero
     /// where a moment vanishes.
     pub fn moment<T: Real>(self, dimension: usize, k: u32) -> DoubleWord<T> {
         let power = |c: &Component| {
@@ -74,7 +74,7 @@ impl Gaussian {
             if twice % 2 == 0 { whole } else { whole * DoubleWord::from(T::TWO).sqrt() }
         };
         let sum = self.components.iter().map(power).fold(DoubleWord::ZERO, |sum, c| sum + c);
-        // Gamma((N+k)/2) / Gamma(N/2), down by twos to Gamma(1/2) = sqrt(pi), Gamma(1) = 1
+        // Gamma((N+k)/2) / Gamma(N/2), by steps of two down to Gamma(1/2) = sqrt(pi), Gamma(1) = 1
         let mut gamma = DoubleWord::ONE;
         let mut twice = dimension as u32 + k;
         while twice > 2 {
@@ -95,7 +95,7 @@ impl Gaussian {
     }
 }
 
-/// A place at some distance.
+/// A point at some distance.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Around<T, const D: usize> {
     shape: Gaussian,
@@ -120,7 +120,7 @@ impl<T: Real> Kummer<T> {
         let decay = m.ldexp(n);
         let half_odd = |k: usize| T::from_usize(dimension + 2 * k) * T::HALF;
         let (mut sum, mut term) = (DoubleWord::ONE, DoubleWord::ONE);
-        // Terms fall once k > xi, at k = 200 faster than by a factor 3 each.
+        // Terms decrease once k > xi; at k = 200 by more than a factor 3 each.
         for k in 0..200 {
             term = term * xi / half_odd(k + 2);
             sum = sum + term;
@@ -145,7 +145,7 @@ impl<T: Real, const D: usize> Around<T, D> {
         }
     }
 
-    /// The sum over the Gaussians of weight times `near(kummer, log_square)`, or `far` where the field is Newtonian.
+    /// The sum over the Gaussians of weight times `near(kummer, log_square)`, or times `far` where the field is Newtonian.
     fn sum(&self, near: impl Fn(&Kummer<T>, i32) -> Scaled<T>, far: impl Fn() -> Scaled<T>) -> Scaled<T> {
         self.weighted(|c| {
             let xi = self.ratio.shift(-c).double_word();
@@ -165,7 +165,7 @@ impl<T: Real, const D: usize> Around<T, D> {
     fn norm(&self, log_square: i32, power: u32) -> Scaled<T> {
         let pi = DoubleWord::pi();
         let pi = if D == 1 { pi.sqrt() } else { pi };
-        // In 1D log_square is even, in 2D the power is.
+        // An integer: in 1D log_square is even, in 2D the power is.
         self.delta.power(power).scale(pi).shift(log_square * power as i32 / 2)
     }
 
@@ -173,7 +173,7 @@ impl<T: Real, const D: usize> Around<T, D> {
     fn decaying(&self, power: u32) -> Scaled<T> {
         self.weighted(|c| {
             let xi = self.ratio.shift(-c).double_word();
-            // Nothing with a delta^-5 of any T is representable that far out.
+            // At this distance nothing is representable, even divided by delta^5 for any delta of T.
             if xi.hi > T::from_i32(8192) {
                 return Scaled::ZERO;
             }

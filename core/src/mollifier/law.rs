@@ -1,17 +1,17 @@
-//! The law of compact polynomial mollifiers; its exact coefficients, by integer arithmetic, for the tests of those that
-//! [`super::series`] prepares.
+//! The coefficients of compact polynomial mollifiers as exact rationals, by integer arithmetic. Tests compare those that
+//! [`super::series`] prepares with them.
 //!
 //! With t = 1 - (r/delta)^2, dimension N, exponent M and order 2K the gradient factor inside the support is
-//! `G(t) = sum of g_k t^k, k = 0..M+K-1`, and everything else follows from it:
+//! `G(t) = sum of g_k t^k, k = 0..M+K-1`, and all other polynomials follow from it:
 //!
-//! * `g_k = a_k = (N/2)_k / k!` for k <= M: the Taylor series of the exterior field (1-t)^(-N/2), cut off;
+//! * `g_k = a_k = (N/2)_k / k!` for k <= M: the truncated Taylor series of the exterior field (1-t)^(-N/2);
 //! * `g_(M+i) = W_(M+i) a_(M+i)` for i = 1..K-1, with `W_(M+i)` the sum over j = i..K-1 of
 //!   `(-1)^(K-1+j) C(K-1,j) (N/2)_(M+K) (N/2+M+K)_j / ((K-1)! (N/2)_(M+j+1))`;
 //! * density `b_k = (N + 2k) g_k - 2 (k+1) g_(k+1)`, which vanishes below k = M;
 //! * Hessian factor `H = -2 G'`, potential `P' = -G/2`.
 //!
-//! Derived from Anderson (3), (12) by t^M times a Jacobi polynomial; the paper's Tables 1 to 8 hold four misprints and are
-//! not used. A test compares each coefficient of every N, M and order with independently computed rationals.
+//! Derived from Anderson (3), (12) as t^M times a Jacobi polynomial. The paper's Tables 1 to 8 contain four misprints and are
+//! not used. A test compares each coefficient for every N, M and order with independently computed rationals.
 
 /// The largest exponent M.
 pub const MAX_EXPONENT: u32 = 9;
@@ -43,7 +43,7 @@ impl Rational {
     }
 
     pub const fn times(self, numerator: i128, denominator: i128) -> Self {
-        // Cross-cancelling first keeps the products small.
+        // Cancelling common factors first keeps the products small.
         let left = Self::new(self.numerator, denominator);
         let right = Self::new(numerator, self.denominator);
         Self::new(left.numerator * right.numerator, left.denominator * right.denominator)

@@ -1,10 +1,10 @@
-//! The softening: compact polynomial and Gaussian mollifiers psi, with their Newtonian fields.
+//! Mollification: compact polynomial and Gaussian mollifiers psi with their Newtonian fields.
 //!
 //! Sources: C. R. Anderson, "Compact Polynomial Mollifiers For Poisson's Equation", UCLA CAM 14-43 (2015), and the Gaussians of
 //! K. Craig, A. L. Bertozzi, "A blob method for the aggregation equation", (3.1), (4.1), (4.2).
 //!
-//! A [`Mollifier`] names one; a [`Blob`] is one prepared with its length delta, in a scalar type and a dimension. For
-//! psi_delta(x) = delta^-N psi(x/delta) and the Newtonian K (Laplacian K = +Dirac: |x|/2, log|x|/(2 pi), -1/(4 pi |x|)) with
+//! A [`Mollifier`] is the choice of psi. A [`Blob`] is a mollifier prepared with its length delta, in a scalar type and a dimension.
+//! For psi_delta(x) = delta^-N psi(x/delta), the Newtonian K (Laplacian K = +Dirac: |x|/2, log|x|/(2 pi), -1/(4 pi |x|)) and
 //! phi = K * psi_delta it gives
 //!
 //! | function | value | unit |
@@ -19,10 +19,10 @@
 //! and the fields at points, [moments](Blob::moment), the smooth [Heaviside](Blob::heaviside) function and [`Richardson`]
 //! combinations. Outside the support of a compact mollifier the field is exactly Newtonian.
 //!
-//! These functions are for accuracy: they carry all numbers as sums of two ([`DoubleWord`](crate::real::DoubleWord))
-//! together with a separate exponent, use +, -, *, / and sqrt alone (and one libm logarithm for the potential in 2D), and
-//! round once at the end. So they overflow or underflow only where the true value does and give no NaN for finite
-//! arguments; their errors are listed in `docs/accuracy.md`. Sums over many particles use [`Polynomials`].
+//! These functions favour accuracy. They represent all numbers as sums of two ([`DoubleWord`](crate::real::DoubleWord))
+//! with a separate exponent, use +, -, *, / and sqrt alone (and one libm logarithm for the potential in 2D), and
+//! round once at the end. They overflow or underflow only where the true value does and give no NaN for finite
+//! arguments. Their errors are listed in `docs/accuracy.md`. Sums over many particles use [`Polynomials`].
 
 mod blob;
 mod compact;
@@ -55,10 +55,10 @@ pub const MAX_MOMENT: u32 = 64;
 /// The most radii of a [`Richardson`] combination.
 pub const MAX_COMBINED: usize = 4;
 
-/// Which mollifier, without its length.
+/// The choice of mollifier, without its length.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Mollifier {
-    /// None: the singular kernel of the particle method. Its value at zero distance counts as zero.
+    /// No mollifier: the singular kernel of the particle method. Its value at zero distance is taken as zero.
     None,
     /// The compact polynomial of Anderson (3), (12): support radius delta, M - 1 times continuously differentiable.
     Compact {
@@ -75,7 +75,7 @@ pub enum Mollifier {
 }
 
 impl Mollifier {
-    /// Refuses a mollifier that does not exist in this dimension.
+    /// Returns an error for a mollifier that does not exist in this dimension.
     ///
     /// # Errors
     /// [`Error::Dimension`], [`Error::Order`], [`Error::Exponent`].
@@ -94,7 +94,7 @@ impl Mollifier {
         }
     }
 
-    /// The mollifier's order p: mollifying a smooth function changes it by O(delta^p). 0 for none.
+    /// The mollifier's order p: mollifying a smooth function changes it by O(delta^p). 0 without a mollifier.
     #[must_use]
     pub fn order(self) -> u32 {
         match self {
@@ -122,7 +122,7 @@ pub enum Quantity {
 }
 
 impl Quantity {
-    /// All of them.
+    /// All functions.
     pub const ALL: [Self; 6] = [
         Self::Density,
         Self::DensitySlope,

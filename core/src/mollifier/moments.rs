@@ -10,8 +10,8 @@ use crate::real::{DoubleWord, Real};
 impl<T: Real, const D: usize> Blob<T, D> {
     /// The moment of order `k`: the integral of |x|^k psi_delta(x), in length^k. Within 1 ulp.
     ///
-    /// 1 for k = 0, exactly 0 for even k below the mollifier's order; 0 for k > 0 without a mollifier (psi is the Dirac
-    /// distribution). By symmetry the moment of x_i^2 is a `D`-th of that of order 2.
+    /// 1 for k = 0; exactly 0 for even k below the mollifier's order; 0 for k > 0 without a mollifier (psi is then the Dirac
+    /// distribution). By symmetry the moment of x_i^2 is 1/`D` of the moment of order 2.
     ///
     /// For a compact mollifier of order 2K it is (Chu-Vandermonde's sum of the density's terms)
     /// `delta^k product over i = 1..K-1 of (1 - k/(2i)) product over i = 0..M+K-1 of (D/2 + i)/((D+k)/2 + i)`.
@@ -43,9 +43,9 @@ fn compact_moment<T: Real>(dimension: usize, half_order: u32, exponent: u32, k: 
 impl<T: Real> Blob<T, 1> {
     /// The smooth Heaviside function: the integral of psi_delta from -infinity to x (Anderson, conclusions).
     ///
-    /// 0 left of a compact support, 1/2 at 0, 1 right of it; between, outside [0, 1] in places for orders above 2. Without a
-    /// mollifier the step itself, 1/2 at 0. Relative error below 1 ulp, above 2^-40 (f64), 2^-20 (f32); absolute error u^2
-    /// below that. NaN where x is not finite.
+    /// 0 left of a compact support, 1/2 at 0, 1 right of it. Inside the support it leaves [0, 1] in places for orders above 2. Without a
+    /// mollifier it is the step function, 1/2 at 0. Values above 2^-40 (f64), 2^-20 (f32) have a relative error below 1 ulp, smaller ones
+    /// an absolute error of u^2. NaN where x is not finite.
     #[must_use]
     pub fn heaviside(&self, x: T) -> T {
         if !x.is_finite() {

@@ -1,4 +1,4 @@
-//! The singular Newtonian field: what every mollifier's becomes outside its support.
+//! The singular Newtonian field, which is the field of every mollifier outside its support.
 
 use super::Quantity;
 use super::distance::{Distance, sphere};

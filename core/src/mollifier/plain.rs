@@ -1,14 +1,14 @@
-//! Gaussian mollifiers in one number each, for sums over particles: tens of nanoseconds.
+//! Gaussian mollifiers in single-word arithmetic, for sums over particles: tens of nanoseconds.
 //!
-//! 2D, with E = exp(-r^2/(2 delta^2)): psi = E (2E - 1/2) / (pi delta^2) and g = (1 - E)(1 + 2E) / (2 pi r^2), which does not cancel.
-//! 1D: sums of two or three error functions and Gaussians of weights that add to 1.
+//! 2D, with E = exp(-r^2/(2 delta^2)): psi = E (2E - 1/2) / (pi delta^2) and g = (1 - E)(1 + 2E) / (2 pi r^2), without cancellation.
+//! 1D: sums of two or three error functions and Gaussians with weights of sum 1.
 
 use super::gaussian::Gaussian;
 use crate::real::Real;
 use crate::special::elementary::{euler, log_2};
 use crate::special::exponential_integral::plain_entire;
 
-/// A place at distance r of a Gaussian mollifier of length delta, where neither square leaves the normal range.
+/// A point at distance r for a Gaussian mollifier of length delta; both squares are in the normal range.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Plain<T> {
     shape: Gaussian,
@@ -18,12 +18,12 @@ pub(super) struct Plain<T> {
 }
 
 impl<T: Real> Plain<T> {
-    /// None where a square or the quotient of the two might leave the range: the accurate functions serve there.
+    /// `None` where a square or the quotient of the two might leave the range. Callers then use the accurate functions.
     pub fn new(shape: Gaussian, dimension: usize, delta: T, x: &[T]) -> Option<Self> {
         let square = x.iter().fold(T::ZERO, |sum, &c| sum + c * c);
         let (area, least) = (delta * delta, T::MIN_POSITIVE / T::EPSILON);
         let normal = |value: T| value > least && value < T::ONE / least;
-        // Far out the quotient would be infinite; where it underflows it is zero beside 1.
+        // At large distances the quotient would be infinite. Where it underflows it is negligible beside 1.
         let near = square * T::ONE.ldexp(20 - T::MAX_EXPONENT) < area;
         let fits = normal(area) && (square == T::ZERO || normal(square) && near);
         fits.then_some(Self { shape, dimension, delta, square })
@@ -46,7 +46,7 @@ impl<T: Real> Plain<T> {
             let area = self.delta * self.delta;
             let half = self.square / area * T::HALF;
             let rest = (-half).expm1();
-            // (1 - E) / (r^2/(2 delta^2)), 1 at r = 0 and, to rounding, wherever the least positive number takes the place of both.
+            // (1 - E) / (r^2/(2 delta^2)). It is 1 at r = 0, and to rounding wherever both are replaced by the least positive number.
             let fall = (-rest).max(T::MIN_POSITIVE) / half.max(T::MIN_POSITIVE);
             let e = T::ONE + rest;
             return fall * (T::ONE + T::TWO * e) / (T::TWO * T::TWO * T::PI * area);
@@ -57,7 +57,7 @@ impl<T: Real> Plain<T> {
         }
         let r = self.square.sqrt();
         let z = r / self.delta;
-        // The compiler may divide before it knows that r is not zero.
+        // The maximum is needed because the compiler may divide before the test r != 0.
         self.sum(|width| (z / width).erf()) / (T::TWO * r.max(T::MIN_POSITIVE))
     }
 

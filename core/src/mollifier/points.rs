@@ -1,4 +1,4 @@
-//! Fields at points: potential, gradient and Hessian of K * psi_delta at x, all about a particle of unit mass at 0.
+//! Fields at points: potential, gradient and Hessian of K * psi_delta at x, for a particle of unit mass at 0.
 
 use super::Quantity;
 use super::blob::{Blob, Place, Shape};
@@ -9,11 +9,11 @@ use crate::real::{DoubleWord, Real};
 
 /// Points that are not finite give NaN.
 ///
-/// Gaussian mollifiers are evaluated plainly, as sums over particles do it, unless a square leaves the normal range: the density
-/// to 4 u of its maximum, the gradient to 10 u in each component, the potential to 8 u (2D: 8 u (1 + |log delta| + |phi|)). Their
-/// Hessian, and all of the compact mollifiers, are accurate: the square of |x| is carried to a few u^2 and results are rounded once, so the
+/// Gaussian mollifiers use single-word arithmetic, as in sums over particles, unless a square leaves the normal range. Errors: the density
+/// 4 u of its maximum, the gradient 10 u in each component, the potential 8 u (2D: 8 u (1 + |log delta| + |phi|)). Their
+/// Hessian and all functions of compact mollifiers are accurate: |x|^2 is computed to a few u^2 and results are rounded once. The
 /// bounds are those of the scalar functions at the exact |x|, except that t = 1 - |x|^2/delta^2 has an absolute error of
-/// 16 u^2. That is felt by the density alone, and only within 2^10 u delta of the edge.
+/// 16 u^2. This affects the density alone, and only within 2^10 u delta of the edge.
 impl<T: Real, const D: usize> Blob<T, D> {
     /// psi_delta(x).
     #[must_use]
@@ -46,8 +46,8 @@ impl<T: Real, const D: usize> Blob<T, D> {
         })
     }
 
-    /// phi, grad phi and psi at x of a particle whose mass is the product of two numbers, where `which` asks for them: a true result in range
-    /// is computed whatever the size of the factors.
+    /// phi, grad phi and psi at x, where `which` requests them, for a particle whose mass is the product of two numbers. A result in range is
+    /// computed for factors of any size.
     pub(crate) fn field_of(&self, mass: [T; 2], x: &[T; D], which: [bool; 3]) -> (T, [T; D], T) {
         let [a, b] = mass.map(Scaled::from);
         let strength = a.times(b);
@@ -62,12 +62,12 @@ impl<T: Real, const D: usize> Blob<T, D> {
     }
 
     /// Hess phi(x) = g I + h x x^T, a symmetric matrix whose trace is the density. Where the two terms cancel, the error is
-    /// u^2 of either: each entry is accurate to 2 ulp unless it lies a factor 1/u below |g|.
+    /// u^2 of either term: each entry is accurate to 2 ulp unless it is smaller than |g| by a factor of 1/u.
     #[must_use]
     pub fn hessian_at(&self, x: &[T; D]) -> [[T; D]; D] {
         self.at(x, [[T::NAN; D]; D], |r, place| {
             if D == 1 {
-                // g + h x^2 = B, which the sum would lose.
+                // g + h x^2 = B, which would cancel in the sum.
                 return [[place.value(Quantity::Density).round(); D]; D];
             }
             let (g, h) = (place.value(Quantity::GradientFactor), place.value(Quantity::HessianFactor));
@@ -86,7 +86,8 @@ impl<T: Real, const D: usize> Blob<T, D> {
         })
     }
 
-    /// `[phi, g, psi]` at distance r where `wanted`, plainly; None unless the mollifier is Gaussian and no square leaves the normal range.
+    /// `[phi, g, psi]` at distance r where `wanted`, in single-word arithmetic. `None` unless the mollifier is Gaussian and all squares are in
+    /// the normal range.
     pub(crate) fn gaussian_pair(&self, r: T, wanted: [bool; 3]) -> Option<[T; 3]> {
         let mut x = [T::ZERO; D];
         x.iter_mut().take(1).for_each(|c| *c = r);

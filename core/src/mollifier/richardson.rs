@@ -8,18 +8,18 @@ use crate::error::{Error, Result};
 use crate::real::{DoubleWord, Real};
 
 /// The sum over j of alpha_j B_(gamma_j)(r), with B_gamma(r) = gamma^-N B(r/gamma) as in Anderson (4), of order p + 2 (K-1)
-/// for K radii and a mollifier of order p. Prepared with its length: a plain value.
+/// for K radii and a mollifier of order p. A plain value, prepared with its length.
 ///
 /// (9) is the radii 1, 1/2: weights -1/3, 4/3. (10) is 1, 2/3, 1/3: 1/10, -3/5, 3/2. (As printed, with B(r/2) in place of
 /// B_(1/2)(r), neither has unit mass.) The weights solve the moment system
 /// `sum alpha_j = 1, sum alpha_j gamma_j^(p + 2i) = 0 for i = 0..K-2`, which has the closed solution
-/// `alpha_j = c gamma_j^-p / product over i != j of (gamma_j^2 - gamma_i^2)`. Where the radii lie close together
-/// the weights are large, and so is the cancellation.
+/// `alpha_j = c gamma_j^-p / product over i != j of (gamma_j^2 - gamma_i^2)`. Radii that are close together have
+/// large weights and therefore large cancellation.
 ///
-/// Functions as those of [`Blob`], at K times their cost, at lengths gamma_j delta rounded to `T`. For these lengths their error is that of the
-/// sum of |alpha_j| times the parts, in units of u^2, before one rounding: 1 ulp, except of that sum times u where the parts cancel to less.
-/// For gamma_j delta itself the rounding of the product comes on top, as an error of u/2 in the length of a part: up to u/2 times
-/// |alpha_j gamma_j delta dB/d(gamma_j delta)|, some ulp of the larger parts. Radii whose products are exact (powers of two) have none.
+/// The functions are those of [`Blob`], at K times the cost, for lengths gamma_j delta rounded to `T`. For these lengths the error before
+/// the last rounding is of the order of u^2 times the sum of |alpha_j| times the parts. The result is accurate to 1 ulp unless the parts
+/// cancel to less than u times that sum. Relative to the exact gamma_j delta, the rounding of the product adds an error of up to u/2 times
+/// |alpha_j gamma_j delta dB/d(gamma_j delta)|, some ulp of the larger parts. It is zero for radii with exact products (powers of two).
 #[derive(Clone, Copy, Debug)]
 pub struct Richardson<T: Real, const D: usize> {
     blobs: [Option<Blob<T, D>>; MAX_COMBINED],
@@ -27,7 +27,7 @@ pub struct Richardson<T: Real, const D: usize> {
 }
 
 impl<T: Real, const D: usize> Richardson<T, D> {
-    /// Combines `mollifier` at lengths `radii[j] * delta`; radii (gamma) are 1 to [`MAX_COMBINED`] different numbers in (0, 1].
+    /// Combines `mollifier` at lengths `radii[j] * delta`. The radii (gamma) are 1 to [`MAX_COMBINED`] different numbers in (0, 1].
     ///
     /// # Errors
     /// Those of [`Blob::new`]; [`Error::LengthMismatch`]: no radius or too many; [`Error::OutOfDomain`]: a radius
@@ -41,7 +41,7 @@ impl<T: Real, const D: usize> Richardson<T, D> {
             return Err(Error::LengthMismatch);
         }
         let mut this = Self { blobs: [None; MAX_COMBINED], weights: [DoubleWord::ZERO; MAX_COMBINED] };
-        // Relative to the first weight, then divided by their sum.
+        // Weights relative to the first, then divided by their sum.
         let mut sum = DoubleWord::ZERO;
         for (j, ((&radius, blob), weight)) in radii.iter().zip(&mut this.blobs).zip(&mut this.weights).enumerate() {
             if !(radius > T::ZERO && radius <= T::ONE) {
@@ -68,12 +68,12 @@ impl<T: Real, const D: usize> Richardson<T, D> {
         Ok(this)
     }
 
-    /// The weights alpha_j, one a radius.
+    /// The weights alpha_j, one per radius.
     pub fn weights(&self) -> impl Iterator<Item = T> {
         self.terms().map(|(_, w)| w.hi)
     }
 
-    /// Any of the functions of the distance that [`Blob`] has.
+    /// One of the functions of the distance that [`Blob`] has.
     #[must_use]
     pub fn evaluate(&self, quantity: Quantity, r: T) -> T {
         if !r.is_finite() {
@@ -84,7 +84,7 @@ impl<T: Real, const D: usize> Richardson<T, D> {
         self.terms().map(term).fold(Scaled::ZERO, Scaled::plus).round()
     }
 
-    /// The integral of |x|^k times it.
+    /// The integral of |x|^k times the combination.
     ///
     /// # Errors
     /// [`Error::OutOfDomain`]: k too large, as [`Blob::moment`].

@@ -1,8 +1,8 @@
-//! Numbers with their own exponent, so that nothing on the way to a result overflows or underflows.
+//! Numbers with a separate exponent, so that intermediate results neither overflow nor underflow.
 
 use crate::real::{DoubleWord, Real};
 
-/// `value * 2^exponent`. Operations keep `value` near 1, so the exponent carries the size.
+/// `value * 2^exponent`. Operations keep `value` near 1.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Scaled<T> {
     value: DoubleWord<T>,
@@ -47,7 +47,7 @@ impl<T: Real> Scaled<T> {
             return self;
         }
         let (large, small) = if self.exponent >= other.exponent { (self, other) } else { (other, self) };
-        // What is 2^-200 of the larger term changes nothing, so the shift may underflow.
+        // A term below 2^-200 of the larger one does not change the sum, so the shift may underflow.
         let small = small.value.ldexp(small.exponent.saturating_sub(large.exponent));
         Self::new(large.value + small, large.exponent)
     }
@@ -56,7 +56,7 @@ impl<T: Real> Scaled<T> {
         (0..n).fold(Self::new(DoubleWord::ONE, 0), |power, _| power.times(self))
     }
 
-    /// The value with its exponent folded in: it may overflow or underflow as the number itself does.
+    /// The value multiplied by 2^exponent. It overflows or underflows only if the number does.
     pub fn double_word(self) -> DoubleWord<T> {
         self.value.ldexp(self.exponent)
     }
@@ -68,7 +68,7 @@ impl<T: Real> Scaled<T> {
 }
 
 impl<T: Real> From<T> for Scaled<T> {
-    /// `x`, finite.
+    /// `x`, which is finite.
     fn from(x: T) -> Self {
         Self::new(DoubleWord::from(x), 0)
     }

@@ -1,4 +1,4 @@
-//! The coefficients of compact mollifiers in powers of t = 1 - (r/delta)^2, prepared in a scalar type.
+//! The coefficients of compact mollifiers in powers of t = 1 - (r/delta)^2, in a scalar type.
 
 use super::distance::{Distance, sphere};
 use super::law::MAX_TERMS;
@@ -70,9 +70,9 @@ pub(crate) enum Polynomial {
     Potential,
 }
 
-/// The exact coefficients, as sums of two numbers. For N = 1, 2, 3 all but the potential's fit in one f64.
+/// The exact coefficients, in two words. For N = 1, 2, 3 all but the potential's fit in one f64.
 ///
-/// Those of G are held. Every other one is made of one or two of them where it is used, which keeps the value small.
+/// Only those of G are stored, which keeps the value small. All others are computed from one or two of them when needed.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Exact<T, const D: usize> {
     exponent: u16,
@@ -92,7 +92,7 @@ impl<T: Real, const D: usize> Exact<T, D> {
             *slot = taylor;
             taylor = taylor * small(D + 2 * k) / small(2 * (k + 1));
         }
-        // W_(M+i) is a sum over j = i..K-1 of whole numbers over 2^(K-1) (K-1)!, exact here: (-1)^(K-1+j) C(K-1, j) times the product of
+        // W_(M+i) is a sum over j = i..K-1 of integers over 2^(K-1) (K-1)!, exact here: (-1)^(K-1+j) C(K-1, j) times the product of
         // N + 2 f over f = M+j+1..M+j+K-1.
         let (mut sum, mut factor) = (T::ZERO, T::ONE);
         let below = (1..half_order).fold(T::ONE, |product, s| product * small(2 * s));
@@ -124,14 +124,14 @@ impl<T: Real, const D: usize> Exact<T, D> {
     pub fn coefficient(&self, of: Polynomial, k: usize) -> DoubleWord<T> {
         let small = |n: usize| T::from_usize(n);
         match of {
-            // (N + 2k) g_k - 2 (k+1) g_(k+1); below k = M it is zero exactly
+            // (N + 2k) g_k - 2 (k+1) g_(k+1); exactly zero below k = M
             Polynomial::Density if k < usize::from(self.exponent) => DoubleWord::ZERO,
             Polynomial::Density => self.g(k) * small(D + 2 * k) - self.above(k),
             Polynomial::DensitySlope => -(self.coefficient(Polynomial::Density, k + 1) * small(2 * (k + 1))),
             Polynomial::Gradient => self.g(k),
             Polynomial::Hessian => -self.above(k),
             Polynomial::Potential if k > 0 => -(self.g(k - 1) / small(2 * k)),
-            // At the edge: 2 - N
+            // The value at the edge: 2 - N
             Polynomial::Potential => (T::TWO - small(D)).into(),
         }
     }
@@ -145,7 +145,7 @@ impl<T: Real, const D: usize> Exact<T, D> {
         series
     }
 
-    /// How many coefficients there are, zeros at the start counted.
+    /// The number of coefficients, including zeros at the start.
     pub fn terms(&self, of: Polynomial) -> usize {
         let terms = usize::from(self.terms);
         match of {
@@ -160,8 +160,8 @@ impl<T: Real, const D: usize> Exact<T, D> {
         (low..self.terms(of)).rev().fold(DoubleWord::ZERO, |sum, k| sum * t + self.coefficient(of, k))
     }
 
-    /// In 1D the potential also is (delta/2) (centre + (s/2) R(t)), s = 1 - t, all positive for orders 2 and 4: the
-    /// coefficients R_j, the sum over k >= j of g_k / (k+1), highest first. The centre is 1 - R_0 / 2.
+    /// The coefficients R_j = sum over k >= j of g_k / (k+1), highest first, of the 1D potential in the form (delta/2) (centre + (s/2) R(t)),
+    /// s = 1 - t. All are positive for orders 2 and 4. The centre is 1 - R_0 / 2.
     pub fn rise(&self) -> impl Iterator<Item = DoubleWord<T>> {
         let mut sum = DoubleWord::ZERO;
         (0..usize::from(self.terms)).rev().map(move |k| {
@@ -171,13 +171,13 @@ impl<T: Real, const D: usize> Exact<T, D> {
     }
 }
 
-/// A compact mollifier and its Newtonian field inside the support, for sums over many particles by plain arithmetic.
+/// A compact mollifier and its Newtonian field inside the support, for sums over many particles in single-word arithmetic.
 ///
 /// With t = 1 - (r/delta)^2 >= 0: density = `scale` b(t), gradient factor = `scale` G(t), Hessian factor =
-/// `hessian_scale` H(t), B'/r = `hessian_scale` Q(t), potential = `potential_scale` P(t) + `potential_offset`. Evaluated so, by
+/// `hessian_scale` H(t), B'/r = `hessian_scale` Q(t), potential = `potential_scale` P(t) + `potential_offset`. With
 /// Horner's rule in T, errors are below (6n + 4) u times the sum of the coefficients' magnitudes, n being the degree (test
-/// `plain_polynomials_meet_their_bound`); that sum is the function's maximum for G and H at orders 2 and 4. Found there over
-/// all M: 14 u for G and H, 11 u for P in 2D and 3D, 51 u in 1D, 31 u of its maximum for the density.
+/// `plain_polynomials_meet_their_bound`). For G and H at orders 2 and 4 that sum is the function's maximum. Errors found at these
+/// orders over all M: 14 u for G and H, 11 u for P in 2D and 3D, 51 u in 1D, 31 u of its maximum for the density.
 /// [`Blob`](super::Blob) has the accurate functions. Scale factors overflow or underflow
 /// where delta^(N+2) does.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -22,7 +22,7 @@ fn rationals(list: &Value) -> Vec<Rational> {
     all
 }
 
-/// (N, order, M, the reference's entry) of all 3 x 4 x 9 mollifiers.
+/// (N, order, M, the entry of the reference) of all 3 x 4 x 9 mollifiers.
 fn reference() -> Vec<(u32, u32, u32, Value)> {
     let text = include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/data/coeffs.json"));
     let all: Value = serde_json::from_str(text).unwrap();
@@ -39,7 +39,7 @@ fn reference() -> Vec<(u32, u32, u32, Value)> {
     entries
 }
 
-/// The law in exact arithmetic: (b, B'/r, G, H, P, 1D's R and centre).
+/// The polynomials in exact arithmetic: (b, B'/r, G, H, P, R and centre of 1D).
 struct Law {
     density: Vec<Rational>,
     density_slope: Vec<Rational>,
@@ -81,7 +81,7 @@ fn the_law_gives_every_reference_coefficient_exactly() {
         assert_eq!(ours.hessian, rationals(&entry["h"]["t"]), "{name:?}");
         assert_eq!(ours.potential, rationals(&entry["phi"]["t"]), "{name:?}");
         assert_eq!(ours.density_slope, rationals(&entry["Bp"]["t"]), "{name:?}");
-        // The reference lists the positive form up to order 6; beyond, it follows from the gradient as everywhere.
+        // The reference lists the positive form up to order 6. Beyond, it follows from the gradient.
         if n == 1 && order <= 6 {
             assert_eq!(ours.rise, rationals(&entry["phi_pos"]["P"]), "{name:?}");
             assert_eq!(ours.centre, rational(&entry["phi_pos"]["c"]), "{name:?}");
@@ -97,18 +97,18 @@ fn only_the_top_coefficients_leave_the_taylor_series() {
     assert_eq!(gradient(3, 4, 3, 7), Rational::ZERO);
 }
 
-/// |prepared - exact| <= 2^-digits |exact|, all in integers: prepared = a / 2^p.
+/// Asserts |prepared - exact| <= 2^-digits |exact| in integers, with prepared = a / 2^p.
 fn agree<T: Real>(got: &[DoubleWord<T>], want: &[Rational], digits: u32, what: &str) {
     assert_eq!(got.len(), want.len(), "{what}");
     for (c, exact) in got.iter().zip(want) {
         let fixed = |x: f64| -> i128 {
-            // Parts below 2^-98 are cut off; the coefficients stay below 2^28.
+            // Bits below 2^-98 are cut off. The coefficients are below 2^28.
             let scaled = libm::ldexp(x, 98);
             assert!(scaled.abs() < 1.7e38);
             scaled as i128
         };
         let got = fixed(c.hi.to_f64()) + fixed(c.lo.to_f64());
-        // exact * 2^98, bit by bit so that nothing overflows
+        // exact * 2^98, bit by bit, so that nothing overflows
         let quotient = exact.numerator / exact.denominator;
         let rest = exact.numerator % exact.denominator;
         let mut want = quotient;
@@ -144,7 +144,7 @@ fn prepared_series_hold_both_words<T: Real, const D: usize>(digits: u32) {
 
 #[test]
 fn prepared_coefficients_are_the_exact_ones_to_twice_the_digits() {
-    // A rounding error of each stored word pair is 2^-106 (2^-48); the density's recurrence cancels up to 2^10.
+    // One rounding of a stored word pair is 2^-106 (2^-48). The recurrence of the density cancels up to 2^10.
     prepared_series_hold_both_words::<f64, 1>(94);
     prepared_series_hold_both_words::<f64, 2>(94);
     prepared_series_hold_both_words::<f64, 3>(94);
@@ -177,8 +177,8 @@ fn mollifiers_that_do_not_exist_are_refused() {
     }
 }
 
-/// Horner's rule of degree n makes 2n + 1 roundings, t = (delta^2 - r^2)/delta^2 four, felt n times, the scale factor
-/// and the product three: (6n + 4) u of the sum of |c_k|, which is the condition of the series times its maximum.
+/// Horner's rule of degree n has 2n + 1 roundings. t = (delta^2 - r^2)/delta^2 has four, amplified n times. The scale factor
+/// and the product have three. The sum is (6n + 4) u of the sum of |c_k|, which is the condition of the series times its maximum.
 #[test]
 fn plain_polynomials_meet_their_bound() {
     fn check<T: Real, const D: usize>() {

@@ -1,12 +1,12 @@
-//! Any generator to normals; a ready counter-based Philox4x32-10.
+//! Normal random numbers from any generator, and a counter-based generator, Philox4x32-10.
 //!
-//! Randomness is the user's: whatever fills 64-bit words with uniform bits drives the stochastic solvers. [`Philox`] is the
-//! ready one, whose words depend on (seed, label, step, sub-step) alone, so that results do not depend on the order of
+//! Any generator that fills 64-bit words with uniform bits can drive the stochastic solvers. The words of [`Philox`]
+//! depend on (seed, label, step, sub-step) alone, so results do not depend on the order of
 //! the particles or the number of threads. [`Stream`] adapts any `rand_core` generator: one stream, drawn serially in the
 //! order of the arrays.
 //!
-//! Words become numbers by [`uniform`] and [`normals`], which use only +, -, *, /, sqrt and integer operations: the same
-//! bits on every machine and at every level.
+//! [`uniform`] and [`normals`] convert words to numbers. They use only +, -, *, /, sqrt and integer operations, so the bits are the
+//! same on every machine and at every level.
 
 mod normal;
 mod philox;
@@ -23,15 +23,15 @@ use crate::real::Real;
 pub trait Generator {
     /// Overwrites `out` with uniform bits for the particle `label` at time step `step`, sub-step `substep`.
     ///
-    /// A counter-based generator makes the words from the three numbers alone, and a longer `out` begins with what a
-    /// shorter one gets; a stream ignores them and goes on. Called at most once for each (label, step, substep).
+    /// A counter-based generator computes the words from the three numbers alone, and a longer `out` begins with the words of a
+    /// shorter one. A stream ignores the numbers and continues. Called at most once for each (label, step, substep).
     ///
     /// # Errors
-    /// [`crate::Error::Generator`], or what a user's generator reports.
+    /// [`crate::Error::Generator`], or the error of a user's generator.
     fn fill(&mut self, label: u64, step: u32, substep: u32, out: &mut [u64]) -> Result<()>;
 
-    /// The generator itself if its words depend on (label, step, substep) alone: then any thread may draw any of them at
-    /// any time. `None`: a stream, drawn by one thread in the order of the arrays.
+    /// The generator itself if its words depend on (label, step, substep) alone. Any thread may then draw any of them at
+    /// any time. `None` for a stream, which one thread draws in the order of the arrays.
     fn counter_based(&self) -> Option<Philox> {
         None
     }
@@ -39,13 +39,13 @@ pub trait Generator {
 
 /// Overwrites `out[i]` with two independent standard normals for the particle `labels[i]`.
 ///
-/// The same as [`Generator::fill`] with two words a label followed by [`normals`], label by label, and the same bits; a
-/// counter-based generator is run on many labels at a time. The bits do not depend on the machine's level.
+/// Same bits as [`Generator::fill`] with two words per label followed by [`normals`], label by label. A
+/// counter-based generator processes many labels at a time. The bits do not depend on the machine's level.
 ///
-/// Cost: 4 to 5 ns a normal with [`Philox`], bits and all.
+/// Cost: 4 to 5 ns a normal with [`Philox`], including its bits.
 ///
 /// # Errors
-/// [`crate::Error::LengthMismatch`] before anything is drawn; the generator's error, `out` then being overwritten in part.
+/// [`crate::Error::LengthMismatch`] before anything is drawn; the generator's error, after which `out` is partly overwritten.
 pub fn normals_of_labels<T: Real>(
     generator: &mut dyn Generator,
     labels: &[u64],

@@ -1,45 +1,45 @@
-//! Uniform and normal numbers from random bits, in operations that give the same bits on every machine.
+//! Uniform and normal numbers from random bits, with operations that give the same bits on every machine.
 //!
-//! The normals are Box & Muller's (*A note on the generation of random normal deviates*, 1958): exact in law, without
-//! rejection, so word i of the input belongs to number i of the output whatever the values are, and without a branch, so
-//! the compiler runs several at a time. Logarithm, sine and cosine are FreeBSD msun's polynomials (Sun Microsystems,
-//! 1993) on the reduced argument, which here comes straight from the bits.
+//! The normals are those of Box & Muller (*A note on the generation of random normal deviates*, 1958), exact in distribution. There is no
+//! rejection, so word i of the input always belongs to number i of the output, and no branch, so
+//! the compiler can vectorise. Logarithm, sine and cosine are FreeBSD msun's polynomials (Sun Microsystems,
+//! 1993) of the reduced argument, which is taken directly from the bits.
 
 use crate::real::Real;
 use crate::real::single::{logarithm, series};
 use crate::simd::{Level, Loops, with_simd};
 
-/// The bits of 1.0; or-ed with 52 bits b they make 1 + b 2^-52.
+/// The bits of 1.0. Or-ed with 52 bits b they give 1 + b 2^-52.
 const ONE: u64 = 0x3FF0_0000_0000_0000;
 /// The bits of sqrt(1/2), rounded down.
 const SQRT_HALF: u64 = 0x3FE6_A09E_667F_3BCC;
 const FRACTION: u64 = 0x000F_FFFF_FFFF_FFFF;
 
-/// A uniform number in the open interval (0, 1): an odd multiple of 2^-53 (f64) or 2^-24 (f32), from the word's high bits.
+/// A uniform number in the open interval (0, 1): an odd multiple of 2^-53 (f64) or 2^-24 (f32), from the high bits of the word.
 #[inline(always)]
 pub fn uniform<T: Real>(word: u64) -> T {
-    // 52 or 23 bits and a half: exact in T, so it reaches neither 0 nor 1.
+    // 52 or 23 bits and a half: exact in T, so the result is neither 0 nor 1.
     let kept = word >> (65 - T::DIGITS);
     T::from_f64(f64::from_bits(ONE | kept << (53 - T::DIGITS)) - 1.0) + T::EPSILON * T::HALF
 }
 
-/// (2 k + 1) 2^-53 with k the word's high 52 bits. The subtraction is exact.
+/// (2 k + 1) 2^-53 with k the high 52 bits of the word. The subtraction is exact.
 #[inline(always)]
 fn open(word: u64) -> f64 {
     f64::from_bits(ONE | word >> 12) - (1.0 - f64::EPSILON / 2.0)
 }
 
-/// How many words [`normals`] takes for `n` numbers: `n`, rounded up to even.
+/// The number of words that [`normals`] needs for `n` numbers: `n` rounded up to even.
 #[must_use]
 pub const fn words(n: usize) -> usize {
     n.saturating_add(n % 2)
 }
 
-/// Overwrites `out` with independent standard normals from uniform bits; words 2 i and 2 i + 1 make numbers 2 i and 2 i + 1.
+/// Overwrites `out` with independent standard normals from uniform bits. Words 2 i and 2 i + 1 give numbers 2 i and 2 i + 1.
 ///
-/// `bits` holds [`words`]`(out.len())` words (numbers without words are left). The law is a normal's up to the granularity of
-/// the uniform, 2^-53 in the radius' probability: |z| <= 8.58, and the distribution function is off by at most 2^-52. Each
-/// number is within 4 units in the last place of the pair's radius of what exact arithmetic makes of the same bits
+/// `bits` holds [`words`]`(out.len())` words; numbers without words are not changed. The distribution is normal up to the granularity of
+/// the uniform numbers, 2^-53 in the probability of the radius: |z| <= 8.58, and the distribution function has an error of at most 2^-52.
+/// Each number is within 4 units in the last place of the pair's radius of the exact value for the same bits
 /// (test `against_the_formula`).
 ///
 /// Cost: about 3 ns a number.
@@ -80,8 +80,8 @@ pub(super) fn pair<T: Real>([first, second]: [u64; 2]) -> [T; 2] {
     [radius * cos, radius * sin]
 }
 
-/// As [`pair`] for several pairs, with the same bits: in loops so short that a processor has several of their passes under way at once, where
-/// the whole would be one long chain of operations that wait for one another.
+/// As [`pair`] for several pairs, with the same bits. The loops are short, so a processor overlaps several of their iterations. In one long
+/// loop the operations would form a chain of dependences.
 #[inline(always)]
 pub(super) fn pairs<T: Real, const L: usize>([first, second]: [&[u64; L]; 2], out: &mut [[T; 2]; L]) {
     let (mut radius, mut along) = ([T::ZERO; L], [[T::ZERO; L]; 2]);
@@ -101,7 +101,7 @@ pub(super) fn pairs<T: Real, const L: usize>([first, second]: [&[u64; L]; 2], ou
     }
 }
 
-/// log u for u = (2 k + 1) 2^-53, k the word's high 52 bits.
+/// log u for u = (2 k + 1) 2^-53, k the high 52 bits of the word.
 #[inline(always)]
 fn log<T: Real>(word: u64) -> T {
     // u = 2^e (1 + f) with sqrt(1/2) <= 1 + f < sqrt(2).
@@ -109,28 +109,28 @@ fn log<T: Real>(word: u64) -> T {
     logarithm(f, e)
 }
 
-/// (f, e) of [`log`].
+/// The numbers (f, e) of [`log`].
 #[inline(always)]
 fn split<T: Real>(word: u64) -> (T, T) {
     let shifted = open(word).to_bits().wrapping_add(ONE - SQRT_HALF);
-    // The biased exponent as a number: it is or-ed into the low bits of 2^52.
+    // The biased exponent as a number, by or-ing it into the low bits of 2^52.
     let e = f64::from_bits(0x4330_0000_0000_0000 | shifted >> 52) - (4_503_599_627_370_496.0 + 1023.0);
     let f = f64::from_bits((shifted & FRACTION).wrapping_add(SQRT_HALF)) - 1.0;
     (T::from_f64(f), T::from_f64(e))
 }
 
-/// The same without a number in double precision.
+/// As [`split`], without double precision.
 #[inline(always)]
 fn split_whole<T: Real>(word: u64) -> (T, T) {
     let whole = word >> 12 << 1 | 1;
     let zeros = whole.leading_zeros();
-    // 1 + f or its double, in units of 2^-63.
+    // 1 + f or 2 (1 + f), in units of 2^-63.
     let scaled = whole << zeros;
     let exponent = T::from_i32(10 - zeros as i32);
     if scaled >> 11 & FRACTION < SQRT_HALF & FRACTION {
         (T::from_i64((scaled ^ 1 << 63) as i64) * T::from_f32(power(-63)), exponent)
     } else {
-        // Less 2^64, which is the number with a sign.
+        // Subtracts 2^64 by reading the word as a signed number.
         (T::from_i64(scaled as i64) * T::from_f32(power(-64)), exponent + T::ONE)
     }
 }
@@ -140,11 +140,11 @@ const fn power(n: i32) -> f32 {
     f32::from_bits(((127 + n) as u32) << 23)
 }
 
-/// (cos, sin) of 2 pi v, v uniform: two bits choose the quadrant, 52 the angle in it from its middle.
+/// (cos, sin) of 2 pi v, v uniform: two bits select the quadrant, 52 bits the angle from its middle.
 #[inline(always)]
 fn direction<T: Real>(word: u64) -> [T; 2] {
     let c = T::from_f64;
-    // (2 k + 1) 2^-53 - 1/2 of a quarter turn, exact but for one rounding; |x| < pi/4.
+    // (2 k + 1) 2^-53 - 1/2 of a quarter turn, with one rounding; |x| < pi/4.
     let turn = if cfg!(feature = "small") && T::DIGITS <= 24 {
         T::from_i64(((word << 2) >> 12 << 1 | 1) as i64 - (1 << 52)) * T::from_f32(power(-53))
     } else {
@@ -173,7 +173,7 @@ fn direction<T: Real>(word: u64) -> [T; 2] {
         )
     };
     let (sin, cos) = (x + x * z * sin, T::ONE - T::HALF * z + z * z * cos);
-    // Turned by the quadrant: (c, s), (-s, c), (-c, -s), (s, -c).
+    // Rotated by the quadrant: (c, s), (-s, c), (-c, -s), (s, -c).
     let (odd, back) = (word >> 62 & 1 == 1, word >> 63 == 1);
     let (a, b) = if odd { (-sin, cos) } else { (cos, sin) };
     if back { [-a, -b] } else { [a, b] }

@@ -7,20 +7,20 @@ use crate::simd::{Level, Loops, with_simd};
 
 /// Multipliers of the rounds.
 const MULTIPLY: [u32; 2] = [0xD251_1F53, 0xCD9E_8D57];
-/// What the two key words grow by each round: the golden ratio and sqrt(3) - 1.
+/// Increments of the two key words per round: the golden ratio and sqrt(3) - 1.
 const WEYL: [u32; 2] = [0x9E37_79B9, 0xBB67_AE85];
 const ROUNDS: usize = 10;
-/// Statistics whose normals are made together.
+/// Number of counters whose normals are computed together.
 const LANES: usize = 32;
-/// Statistics whose rounds run side by side: their words fit in sixteen registers of AVX2.
-const FEW: usize = 8;
+/// Number of counters whose rounds are computed together. Their words fit in sixteen AVX2 registers.
+const GROUP: usize = 8;
 
-/// The ready counter-based generator: stateless, so it may be copied and used from any thread.
+/// The built-in counter-based generator. It is stateless, so it may be copied and used from any thread.
 ///
 /// Block 0 of (label, step, sub-step) is Philox4x32-10 with key = (low, high half of the seed) and counter = (low, high half
-/// of the label, step, sub-step); its four 32-bit words w0..w3 make two 64-bit words w0 + 2^32 w1, w2 + 2^32 w3. Longer
-/// requests take block b = 1, 2, ... with the same counter under a key of its own: the first 64-bit word of the seed's
-/// block at label b, step and sub-step both 2^32 - 1 (those two are spent on keys, so a run should end before that step).
+/// of the label, step, sub-step). Its four 32-bit words w0..w3 form two 64-bit words w0 + 2^32 w1, w2 + 2^32 w3. Longer
+/// requests use blocks b = 1, 2, ... with the same counter and the key of block b: the first 64-bit word of the seed's
+/// block at label b, step and sub-step both 2^32 - 1. That step is reserved for keys, so a run should end before it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Philox {
     /// The key. Runs with different seeds are independent.
@@ -34,7 +34,7 @@ impl Philox {
         Self { seed }
     }
 
-    /// The two 64-bit words of a counter under a key.
+    /// The two 64-bit words of a counter with a key.
     fn block(key: u64, label: u64, step: u32, substep: u32) -> [u64; 2] {
         let [[a], [b], [c], [d]] =
             rounds(halves(key), [[label], [label >> 32], [u64::from(step)], [u64::from(substep)]]);
@@ -60,7 +60,7 @@ impl Philox {
 
     /// Overwrites `out[i]` with two independent standard normals for `labels[i]`: block 0 through [`super::normals`].
     ///
-    /// Lengths should agree; what is beyond the shorter one is left.
+    /// The slices should have equal length. Elements beyond the shorter one are not changed.
     pub fn normals<T: Real>(&self, labels: &[u64], step: u32, substep: u32, out: &mut [[T; 2]]) {
         self.normals_at(Level::best(), labels, step, substep, out);
     }
@@ -90,10 +90,10 @@ impl<T: Real> Loops for Normals<'_, T> {
         for (labels, out) in blocks.iter().zip(out_blocks.as_chunks_mut::<LANES>().0) {
             let mut words = [[0_u64; LANES]; 2];
             let [first, second] = &mut words;
-            let (first, second) = (first.as_chunks_mut::<FEW>().0, second.as_chunks_mut::<FEW>().0);
-            for ((labels, first), second) in labels.as_chunks::<FEW>().0.iter().zip(first).zip(second) {
-                // Loops and no `map`, which is not always inlined and then compiled for the baseline.
-                let mut counter = [[0_u64; FEW], [0; FEW], [u64::from(step); FEW], [u64::from(substep); FEW]];
+            let (first, second) = (first.as_chunks_mut::<GROUP>().0, second.as_chunks_mut::<GROUP>().0);
+            for ((labels, first), second) in labels.as_chunks::<GROUP>().0.iter().zip(first).zip(second) {
+                // Loops instead of `map`, which is not always inlined and would then be compiled for the baseline.
+                let mut counter = [[0_u64; GROUP], [0; GROUP], [u64::from(step); GROUP], [u64::from(substep); GROUP]];
                 let [low, high, ..] = &mut counter;
                 for ((low, high), &label) in low.iter_mut().zip(high).zip(labels) {
                     (*low, *high) = (label, label >> 32);
@@ -128,13 +128,13 @@ const fn halves(word: u64) -> [u32; 2] {
     [word as u32, (word >> 32) as u32]
 }
 
-/// One word of the low halves of two.
+/// One word from the low halves of two.
 #[inline(always)]
 const fn join(low: u64, high: u64) -> u64 {
     low & 0xFFFF_FFFF | high << 32
 }
 
-/// The ten rounds over several counters under one key. A word stands in 64 bits, of which only the low half counts: so each product
+/// The ten rounds over several counters with one key. A 32-bit word is stored in the low half of 64 bits, so that each product
 /// is one widening multiplication of vector registers.
 #[inline(always)]
 fn rounds<const L: usize>(mut key: [u32; 2], mut counter: [[u64; L]; 4]) -> [[u64; L]; 4] {
@@ -161,7 +161,7 @@ mod tests {
 
     #[test]
     fn known_answers_of_random123() {
-        // kat_vectors of Random123 1.09, "philox4x32 10": counter, key, answer.
+        // kat_vectors of Random123 1.09, "philox4x32 10": counter, key, result.
         for (counter, key, answer) in [
             ([0, 0, 0, 0], [0, 0], [0x6627_e8d5, 0xe169_c58d, 0xbc57_ac4c, 0x9b00_dbd8]),
             ([u32::MAX; 4], [u32::MAX; 2], [0x408f_276d, 0x41c8_3b0e, 0xa20b_c7c6, 0x6d54_51fd]),
@@ -174,7 +174,7 @@ mod tests {
             let lows = |words: [u64; 5]| words.map(|word| word as u32);
             let five = rounds(key, counter.map(|word: u32| [u64::from(word) | 7 << 40; 5]));
             assert_eq!(five.map(lows), answer.map(|word| [word; 5]));
-            // And through the public words: counter = (label, step, sub-step).
+            // The same through the public `words`: counter = (label, step, sub-step).
             let mut words = [0; 2];
             let wide = |low, high| u64::from(low) | u64::from(high) << 32;
             Philox::new(wide(key[0], key[1])).words(wide(counter[0], counter[1]), counter[2], counter[3], &mut words);

@@ -5,7 +5,7 @@ use crate::error::Result;
 
 /// A user's generator: one stream, drawn serially in the order of the arrays. Label, step and sub-step are not used.
 ///
-/// The state is the generator's own: a run continues bit for bit when it is copied away and back with the buffers.
+/// The generator holds the state. A run continues bit for bit if the generator is saved and restored with the buffers.
 #[derive(Clone, Copy, Debug)]
 pub struct Stream<R>(pub R);
 

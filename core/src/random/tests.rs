@@ -21,9 +21,9 @@ fn uniform_is_open_and_exact() {
 
 #[test]
 fn against_the_formula() {
-    // Chosen words (ends of the radius, quadrant borders) and random ones, against std's log, sin and cos. Budget in
-    // units of u |radius|: 1 for the logarithm, halved by the root, 1/2 root, 1 sine, 1/2 product, and the argument's
-    // rounding pi/4 u; the formula in std adds as much again, and angles near a multiple of pi/2 are compared against the
+    // Selected words (ends of the radius, quadrant borders) and random ones, compared with std's log, sin and cos. Errors in
+    // units of u |radius|: 1 for the logarithm, halved by the root, 1/2 root, 1 sine, 1/2 product, and pi/4 for the rounding of the
+    // argument. The formula in std has as much again. Angles near a multiple of pi/2 are compared relative to the
     // radius, not the component.
     let ends = [0, 1, 1 << 12, u64::MAX, u64::MAX - (1 << 12), 1 << 62, (1 << 62) - 1, 3 << 62, 1 << 63];
     let mut words: Vec<u64> = ends.iter().flat_map(|&a| ends.map(|b| [a, b])).flatten().collect();
@@ -35,7 +35,7 @@ fn against_the_formula() {
     for ((w, z), z32) in words.as_chunks::<2>().0.iter().zip(out.as_chunks::<2>().0).zip(single.as_chunks::<2>().0) {
         let u = ((w[0] >> 12) as f64 + 0.5) * 2.0_f64.powi(-52);
         let radius = (-2.0 * u.ln()).sqrt();
-        // The angle from its quadrant's middle, as std's argument reduction would lose bits.
+        // The angle is measured from the middle of its quadrant, because std's argument reduction would lose bits.
         let x = (((w[1] << 2) >> 12) as f64 + 0.5) * 2.0_f64.powi(-52) - 0.5;
         let (s, c) = (x * core::f64::consts::FRAC_PI_2).sin_cos();
         let want = match w[1] >> 62 {
@@ -46,7 +46,7 @@ fn against_the_formula() {
         };
         for k in 0..2 {
             assert!((z[k] - radius * want[k]).abs() <= 4.0 * f64::EPSILON * radius, "{w:?} {z:?}");
-            // f32: u itself is not rounded, only m - 1 and what follows.
+            // f32: u itself is not rounded, only m - 1 and later results.
             assert!((f64::from(z32[k]) - radius * want[k]).abs() <= 4.0 * f64::from(f32::EPSILON) * radius, "{w:?}");
         }
         assert!(z[0].hypot(z[1]) <= 8.58);
@@ -68,7 +68,7 @@ fn odd_lengths_and_missing_words() {
     assert_eq!((&out[..2], &out[2..]), (&all[..2], &[9.0; 3][..]));
 }
 
-/// Largest distance between the sample's distribution and `law`, times sqrt(n).
+/// The largest difference between the sample's distribution function and `law`, times sqrt(n).
 fn kolmogorov(sample: &mut [f64], law: impl Fn(f64) -> f64) -> f64 {
     sample.sort_by(f64::total_cmp);
     let n = sample.len() as f64;
@@ -90,12 +90,12 @@ fn the_law_is_normal_along_labels_steps_and_substeps() {
         normals_of_labels(&mut philox, &labels, step, 0, &mut pairs).unwrap();
         for k in 0..2 {
             let mut z: Vec<f64> = pairs.iter().map(|p| p[k]).collect();
-            // Standard deviations of the sample's moments: 1, sqrt 2, sqrt 15, sqrt 96 over sqrt n. Four of them.
+            // Standard deviations of the sample's moments: 1, sqrt 2, sqrt 15, sqrt 96, over sqrt n. The limit is four of them.
             let moment = |q: i32| z.iter().map(|v| v.powi(q)).sum::<f64>() / n as f64;
             let limit = |variance: f64| 4.0 * (variance / n as f64).sqrt();
             assert!(moment(1).abs() < limit(1.0) && (moment(2) - 1.0).abs() < limit(2.0));
             assert!(moment(3).abs() < limit(15.0) && (moment(4) - 3.0).abs() < limit(96.0));
-            // Neighbouring labels are uncorrelated.
+            // Normals of consecutive labels are uncorrelated.
             let lag = z.windows(2).map(|w| w[0] * w[1]).sum::<f64>() / n as f64;
             assert!(lag.abs() < limit(1.0));
             assert!(kolmogorov(&mut z, phi) < KOLMOGOROV_0_001);
@@ -119,7 +119,7 @@ fn the_law_is_normal_along_labels_steps_and_substeps() {
     assert!(kolmogorov(&mut u, |x| x) < KOLMOGOROV_0_001);
 }
 
-/// Counts up; to see the order in which a stream is drawn.
+/// A counting generator, to observe the order in which a stream is drawn.
 struct Count(u64);
 impl Generator for Count {
     fn fill(&mut self, label: u64, _: u32, _: u32, out: &mut [u64]) -> Result<()> {

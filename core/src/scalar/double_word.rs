@@ -1,9 +1,9 @@
-//! Numbers carried as an unevaluated sum of two: twice the digits, from +, -, * and / alone.
+//! Double-word arithmetic: numbers as an unevaluated sum of two, with twice the digits, from +, -, * and / alone.
 //!
 //! Algorithms 1 to 17 of M. Joldes, J.-M. Muller, V. Popescu, "Tight and rigorous error bounds for basic building blocks
-//! of double-word arithmetic", ACM TOMS 44 (2017), with Dekker's product (by Veltkamp's splitting) where they use a fused
+//! of double-word arithmetic", ACM TOMS 44 (2017). Dekker's product (with Veltkamp's splitting) replaces the fused
 //! multiply-add, so that the bits are the same on every machine. Relative errors with unit roundoff u: sum 3 u^2, product
-//! 7 u^2, quotient 15 u^2 and root 4 u^2, as long as no part leaves the normal range. Callers scale by powers of two.
+//! 7 u^2, quotient 15 u^2 and root 4 u^2, if no part leaves the normal range. Callers scale by powers of two.
 
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -14,7 +14,7 @@ use super::Scalar;
 pub struct DoubleWord<T> {
     /// The value, rounded.
     pub hi: T,
-    /// What rounding left.
+    /// The rounding error.
     pub lo: T,
 }
 
@@ -38,7 +38,7 @@ impl<T: Scalar> DoubleWord<T> {
     /// 1.
     pub const ONE: Self = Self { hi: T::ONE, lo: T::ZERO };
 
-    /// `hi + lo` of two f64 parts, as near as `T` can hold it: for constants.
+    /// `hi + lo` of two f64 parts, as accurate as `T` allows. For constants.
     #[inline(always)]
     #[must_use]
     pub fn from_parts(hi: f64, lo: f64) -> Self {
@@ -63,7 +63,7 @@ impl<T: Scalar> DoubleWord<T> {
         Self { hi, lo: (a - a_part) + (b - b_part) }
     }
 
-    /// The sum with a number: a two-sum and one renormalisation, for running sums.
+    /// The sum with a number: a two-sum and one renormalisation. For running sums.
     #[inline(always)]
     #[must_use]
     pub fn plus(self, b: T) -> Self {
@@ -88,7 +88,7 @@ impl<T: Scalar> DoubleWord<T> {
         Self::from(a) / Self::from(b)
     }
 
-    /// The positive square root; 0 of 0.
+    /// The positive square root; 0 for 0.
     #[cfg_attr(feature = "small", inline(never))]
     #[cfg_attr(not(feature = "small"), inline)]
     #[must_use]
@@ -135,7 +135,7 @@ impl<T: Scalar> Neg for DoubleWord<T> {
 
 impl<T: Scalar> Add for DoubleWord<T> {
     type Output = Self;
-    /// AccurateDWPlusDW: the bound holds for opposite signs too.
+    /// AccurateDWPlusDW. The bound holds for operands of opposite sign too.
     #[cfg_attr(feature = "small", inline(never))]
     #[cfg_attr(not(feature = "small"), inline(always))]
     fn add(self, other: Self) -> Self {
@@ -199,7 +199,7 @@ impl<T: Scalar> Div<T> for DoubleWord<T> {
 mod tests {
     use super::*;
 
-    /// f32 pairs against f64, which holds 53 of their 48 digits: the stated bounds, on a lattice of awkward operands.
+    /// f32 pairs compared with f64, which holds 53 digits for their 48: the stated bounds, for a lattice of difficult operands.
     #[test]
     fn operations_keep_their_bounds() {
         let u2 = 2_f64.powi(-48);

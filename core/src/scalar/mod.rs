@@ -1,7 +1,7 @@
-//! The scalar: f32 or f64, with what `core` lacks without `std` taken from libm.
+//! The scalar type: f32 or f64. Functions that `core` lacks without `std` are taken from libm.
 //!
-//! The trait is sealed. Functions that have a hardware instruction everywhere (`sqrt`) compile to it; the others are
-//! libm's or stand here, and their results do not depend on the machine.
+//! The trait is sealed. `sqrt` compiles to the hardware instruction. The other functions are libm's or defined here, and their
+//! results do not depend on the machine.
 
 use core::fmt::{Debug, Display};
 use core::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
@@ -67,18 +67,18 @@ pub trait Scalar:
     const DIGITS: u32;
     /// The largest exponent e of a finite number m 2^e with 1 <= m < 2: 127 or 1023.
     const MAX_EXPONENT: i32;
-    /// 4 or 8: what a prepared object records of its scalar.
+    /// 4 or 8, as recorded in a prepared object.
     const BYTES: u32;
 
     /// The nearest value to `x`.
     fn from_f64(x: f64) -> Self;
-    /// [`Scalar::from_f64`] for numbers that are no constants: where flash is dear, one function for all.
+    /// [`Scalar::from_f64`] for numbers that are not constants. With the feature `small` one function is shared.
     fn from_wide(x: f64) -> Self;
-    /// `x` + `self` in double precision; where flash is dear, one function for all.
+    /// `x` + `self` in double precision. With the feature `small` one function is shared.
     fn add_to(self, x: f64) -> f64;
     /// The integer part, for |x| < 2^31.
     fn to_i32(self) -> i32;
-    /// The integer part, or the nearest number of 32 bits.
+    /// The integer part, clamped to the range of 32 bits.
     fn to_u32(self) -> u32;
     /// Exact.
     fn from_f32(x: f32) -> Self;
@@ -99,15 +99,15 @@ pub trait Scalar:
     fn abs(self) -> Self;
     /// The magnitude of `self` with the sign of `sign`.
     fn copysign(self, sign: Self) -> Self;
-    /// The smaller; the other one if one is NaN.
+    /// The smaller number; if one is NaN, the other one.
     fn min(self, other: Self) -> Self;
-    /// The larger; the other one if one is NaN.
+    /// The larger number; if one is NaN, the other one.
     fn max(self, other: Self) -> Self;
     /// Correctly rounded square root.
     fn sqrt(self) -> Self;
-    /// The largest integer not above.
+    /// The largest integer <= x.
     fn floor(self) -> Self;
-    /// The smallest integer not below.
+    /// The smallest integer >= x.
     fn ceil(self) -> Self;
     /// The nearest integer, halves away from zero.
     fn round(self) -> Self;
@@ -137,7 +137,7 @@ pub trait Scalar:
     fn gamma(self) -> Self;
     /// log |Gamma(x)|.
     fn log_gamma(self) -> Self;
-    /// The bits, an f32's in the low half.
+    /// The bits; those of an f32 in the low half.
     fn bits(self) -> u64;
     /// The number with these bits.
     fn from_bits(bits: u64) -> Self;
@@ -160,7 +160,7 @@ pub trait Scalar:
                 result *= base;
             }
             left >>= 1;
-            // One square more than needed may overflow.
+            // The square after the last factor is not needed and might overflow.
             if left > 0 {
                 base *= base;
             }
@@ -169,22 +169,22 @@ pub trait Scalar:
     }
 }
 
-/// `a / b`, as a function of its own. The compiler puts two divisions of single precision that stand side by side into one vector, whose other lanes
-/// then divide zero by zero, which raises an exception.
+/// `a / b`, never inlined. The compiler would combine two adjacent single-precision divisions in one vector. Its unused lanes
+/// would divide zero by zero, which raises an exception.
 #[inline(never)]
 pub(crate) fn quotient<T: Scalar>(a: T, b: T) -> T {
     a / b
 }
 
-/// The Euclidean length of `x`, each component scaled by one power of two, so that squares stay in the range whenever the length does.
-/// An infinite component, and a length beyond the range, give infinity; a NaN gives NaN.
+/// The Euclidean length of `x`. Components are scaled by one power of two, so that squares are in range whenever the length is.
+/// An infinite component, or a length out of range, gives infinity; a NaN gives NaN.
 pub(crate) fn length<T: Scalar, const D: usize>(x: &[T; D]) -> T {
     let (_, exponent) = x.iter().fold(T::ZERO, |largest, c| largest.max(c.abs())).frexp();
     let square = x.iter().map(|c| c.ldexp(-exponent)).fold(T::ZERO, |sum, c| sum + c * c);
     square.sqrt().ldexp(exponent)
 }
 
-/// Slices under the names of their types.
+/// Implements the slice conversions for one type.
 macro_rules! names {
     (f32) => {
         names!(singles singles_mut f32, doubles doubles_mut f64);
@@ -255,7 +255,7 @@ macro_rules! real {
             }
             #[inline(always)]
             fn to_u32(self) -> u32 {
-                // The conversion saturates, but may raise an exception as it does. Machines that lack double precision saturate without one.
+                // The conversion saturates, but may raise an exception when it does. Machines without double precision saturate without one.
                 if cfg!(feature = "small") {
                     return self as u32;
                 }
@@ -281,7 +281,7 @@ macro_rules! real {
             }
             #[inline(always)]
             fn is_finite(self) -> bool {
-                // By the bits where a comparison may be a function.
+                // Compares bits where a floating-point comparison may be a function call.
                 if cfg!(feature = "small") {
                     self.to_bits() << 1 < $t::INFINITY.to_bits() << 1
                 } else {
@@ -326,8 +326,8 @@ macro_rules! real {
             }
             #[inline]
             fn ldexp(self, n: i32) -> Self {
-                // Three factors, for 2^n from the least subnormal number to the largest one. The factors are chosen, not the products, which
-                // would overflow for other n if the compiler computed all. A product that becomes subnormal leaves only factors that bring
+                // Three factors, for 2^n from the least subnormal number to the largest number. The factors are selected, not the products, which
+                // would overflow for other n if the compiler computed all of them. After a product becomes subnormal, the remaining factors bring
                 // the result below all numbers, so nothing is rounded twice.
                 const LARGEST: i32 = $max_exponent;
                 const LEAST: i32 = 1 - LARGEST + $digits;
@@ -348,7 +348,7 @@ macro_rules! real {
             }
             #[inline]
             fn frexp(self) -> (Self, i32) {
-                // A number below the normal range is first brought into it, exactly. The factor is chosen, not the product, which
+                // A subnormal number is first scaled into the normal range, exactly. The factor is selected, not the product, which
                 // would overflow for other numbers if the compiler computed both.
                 let (factor, least) = if $t::abs(self) < $t::MIN_POSITIVE {
                     (18_446_744_073_709_551_616.0, $max_exponent + 63)
@@ -447,7 +447,7 @@ mod tests {
         for n in (-2300..2300).chain([i32::MIN, i32::MAX, -1_000_000, 1_000_000]) {
             for _ in 0..40 {
                 bits = bits.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-                // subnormal numbers among them
+                // includes subnormal numbers
                 let bits = if bits.is_multiple_of(3) { bits & !(0x7FF << 52) } else { bits };
                 let (x, y) = (f64::from_bits(bits), f32::from_bits((bits >> 32) as u32));
                 if !x.is_nan() {
@@ -466,7 +466,7 @@ mod tests {
 
     #[test]
     fn lengths_over_the_whole_range() {
-        // Pythagorean: exact at every power of two at which 3 is exact.
+        // 3, 4, 5: exact at every power of two at which 3 is exact.
         for exponent in -1074..1021 {
             let at = |x: f64| Scalar::ldexp(x, exponent);
             assert_eq!(length(&[at(3.0), at(-4.0)]), at(5.0), "{exponent}");

@@ -1,6 +1,6 @@
 //! The square root as one instruction.
 //!
-//! libm's is inline assembly, which hides the operation from the vectoriser.
+//! libm's version is inline assembly, which prevents vectorisation.
 
 #[cfg(target_arch = "x86_64")]
 mod machine {
@@ -9,14 +9,14 @@ mod machine {
     #[inline(always)]
     #[expect(unsafe_code, reason = "SSE2 belongs to every x86_64 target")]
     pub fn sqrt_f64(x: f64) -> f64 {
-        // SAFETY: SSE2 belongs to every x86_64 target.
+        // SAFETY: every x86_64 target has SSE2.
         unsafe { _mm_cvtsd_f64(_mm_sqrt_pd(_mm_set_sd(x))) }
     }
 
     #[inline(always)]
     #[expect(unsafe_code, reason = "SSE belongs to every x86_64 target")]
     pub fn sqrt_f32(x: f32) -> f32 {
-        // SAFETY: SSE belongs to every x86_64 target.
+        // SAFETY: every x86_64 target has SSE.
         unsafe { _mm_cvtss_f32(_mm_sqrt_ss(_mm_set_ss(x))) }
     }
 }
@@ -28,8 +28,8 @@ mod machine {
 
     #[inline(always)]
     pub fn sqrt_f32(x: f32) -> f32 {
-        // The argument arrives and the result leaves in s0. The number is `vsqrt.f32 s0, s0`, which the assembler knows
-        // only with more of the unit than a Cortex-M4F has.
+        // Argument and result are in s0. The number encodes `vsqrt.f32 s0, s0`. The assembler accepts the mnemonic
+        // only with more floating-point features than a Cortex-M4F has.
         #[unsafe(naked)]
         extern "C" fn vsqrt(x: f32) -> f32 {
             core::arch::naked_asm!(".inst.w 0xeeb10ac0", "bx lr")

@@ -1,4 +1,4 @@
-//! e^x and log x in single precision, in half the flash of libm's, and what they share with the random numbers.
+//! e^x and log x in single precision, in half the flash of libm's, and helpers that the random numbers use too.
 
 use super::Scalar;
 
@@ -9,7 +9,7 @@ pub(crate) fn series<T: Scalar>(coefficients: &[f32], z: T) -> T {
     coefficients.iter().fold(T::ZERO, |sum, &c| sum * z + T::from_f32(c))
 }
 
-/// log((1 + f) 2^e) for sqrt(1/2) <= 1 + f < sqrt(2) and a whole e, to about an ulp; msun e_log.c, e_logf.c.
+/// log((1 + f) 2^e) for sqrt(1/2) <= 1 + f < sqrt(2) and an integer e, to about an ulp (msun e_log.c, e_logf.c).
 #[cfg_attr(feature = "small", inline(never))]
 #[cfg_attr(not(feature = "small"), inline(always))]
 pub(crate) fn logarithm<T: Scalar>(f: T, e: T) -> T {
@@ -33,7 +33,7 @@ pub(crate) fn logarithm<T: Scalar>(f: T, e: T) -> T {
     e * high - ((half - (s * (half + r) + e * low)) - f)
 }
 
-/// The smaller one; the other one if one is NaN.
+/// The smaller number; if one is NaN, the other one.
 #[cfg_attr(feature = "small", inline(never))]
 pub(super) fn least<T: Scalar>(a: T, b: T) -> T {
     if a < b || b.is_nan() { a } else { b }
@@ -55,17 +55,17 @@ pub(super) fn log(x: f32) -> f32 {
     logarithm(m - 1.0, e as f32)
 }
 
-/// e^x: with n the whole number nearest to x / log 2 and r = x - n log 2, 2^n times the Taylor series of e^r, |r| < 0.35, whose first
-/// term left out is below 6e-9.
+/// e^x as 2^n e^r, with n the integer nearest to x / log 2 and r = x - n log 2, |r| < 0.35. The first omitted term of the Taylor series of
+/// e^r is below 6e-9.
 pub(super) fn exp(x: f32) -> f32 {
     if x.is_nan() {
         return x;
     }
-    // Beyond both ends of the range.
+    // Clamped beyond both ends of the range.
     let x = if x.abs() > 150.0 { 150.0_f32.copysign(x) } else { x };
     let n = (x * core::f32::consts::LOG2_E + 0.5_f32.copysign(x)) as i32;
     let whole = n as f32;
-    // log 2 in two parts, the first of 16 digits, so that its product is exact.
+    // log 2 in two parts. The first has 16 digits, so that its product is exact.
     let r = (x - whole * 0.693_145_75) - whole * 1.428_606_8e-6;
     let s = series(&[1.0 / 5040.0, 1.0 / 720.0, 1.0 / 120.0, 1.0 / 24.0, 1.0 / 6.0, 0.5], r);
     Scalar::ldexp(1.0 + (r + r * r * s), n)
@@ -75,7 +75,7 @@ pub(super) fn exp(x: f32) -> f32 {
 mod tests {
     use super::{exp, log};
 
-    /// Against double precision, in units in the last place of the result.
+    /// Compared with double precision, in units in the last place of the result.
     #[test]
     fn within_an_ulp_and_a_half() {
         for i in -103_000..88_700 {

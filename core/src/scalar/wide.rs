@@ -1,4 +1,4 @@
-//! Double precision where it is rare: a sum and a conversion in integers, in a third of the flash of the compiler's own.
+//! Double-precision addition and conversion by integer operations, in a third of the flash of the compiler's functions.
 
 /// `x` as f64.
 #[inline(always)]
@@ -28,12 +28,12 @@ pub(super) fn sum(a: f64, b: f64) -> f64 {
 
 const FRACTION: u64 = (1 << 52) - 1;
 
-/// Whole numbers of 2^-3 units in the last place, the lowest bit sticky, halves to even.
+/// Rounds `scaled`, in units of 2^-3 of the last place with a sticky lowest bit, to an integer; halves to even.
 fn round(scaled: u64) -> u64 {
     (scaled + 3 + (scaled >> 3 & 1)) >> 3
 }
 
-/// `value` without its lowest bits, which stay as one sticky bit.
+/// `value` shifted right. The lost bits are or-ed into one sticky bit.
 fn shift(value: u64, by: u32) -> u64 {
     if by > 62 {
         return u64::from(value != 0);
@@ -42,14 +42,14 @@ fn shift(value: u64, by: u32) -> u64 {
     if kept << by == value { kept } else { kept | 1 }
 }
 
-/// The nearest f32, by its bits.
+/// The nearest f32, computed from the bits.
 #[cfg(any(feature = "small", test))]
 fn rounded(x: f64) -> f32 {
     let (bits, sign) = (x.to_bits() & !(1 << 63), (x.to_bits() >> 32) as u32 & 1 << 31);
     let exponent = (bits >> 52) as u32;
-    // A step of f32 is 2^29 of f64, in the normal range: three bits are kept for rounding.
+    // In the normal range an ulp of f32 is 2^29 ulp of f64. Three bits are kept for rounding.
     let scaled = if exponent > 896 {
-        // A NaN, and what is too large, which is infinite.
+        // NaN, and numbers that are too large and become infinite.
         if exponent > 1150 {
             let nan = u32::from(bits > 0x7FF << 52) << 22;
             return f32::from_bits(sign | 0x7F80_0000 | nan);
@@ -61,7 +61,7 @@ fn rounded(x: f64) -> f32 {
     f32::from_bits(sign | round(scaled) as u32)
 }
 
-/// `a + b`, by their bits, in the normal range: numbers below it are zero here. What is not finite gives itself.
+/// `a + b`, computed from the bits, in the normal range. Subnormal numbers count as zero. Operands that are not finite are returned.
 fn added(a: f64, b: f64) -> f64 {
     let magnitude = |x: f64| x.to_bits() & !(1 << 63);
     let (a, b) = if magnitude(a) < magnitude(b) { (b, a) } else { (a, b) };
@@ -70,12 +70,12 @@ fn added(a: f64, b: f64) -> f64 {
     if large >> 52 == 0x7FF || small >> 52 == 0 {
         return a;
     }
-    // Three bits for rounding, the lowest sticky; as numbers with a sign, the larger one positive.
+    // Significands with three bits for rounding, the lowest sticky. The larger operand counts as positive.
     let significand = |bits: u64| (bits & FRACTION | 1 << 52) << 3;
     let right = shift(significand(small), apart);
     let same = (a.to_bits() ^ b.to_bits()) >> 63 == 0;
     let sum = significand(large).wrapping_add(if same { right } else { right.wrapping_neg() });
-    // Its first digit at bit 55.
+    // Shifts the leading digit to bit 55.
     let zeros = sum.leading_zeros();
     let scaled = if zeros < 8 { shift(sum, 1) } else { sum << (zeros & 63) >> 8 };
     let exponent = (large >> 52).wrapping_add(8).wrapping_sub(u64::from(zeros));
@@ -91,7 +91,7 @@ mod tests {
     use super::{added, rounded};
     use std::vec::Vec;
 
-    /// Numbers of all sizes and awkward ends.
+    /// Numbers of all sizes, and boundary cases.
     fn numbers() -> Vec<f64> {
         let mut seed = 9_u64;
         let mut all: Vec<f64> = (0..3000)
@@ -142,7 +142,7 @@ mod tests {
                 if !(whole(a) && whole(b) && whole(want)) {
                     continue;
                 }
-                // The sign of a zero is not kept.
+                // The sign of a zero is not preserved.
                 let same = added(a, b).to_bits() == want.to_bits() || want == 0.0 && added(a, b) == 0.0;
                 assert!(same, "{a:e} {b:e} {:e} {want:e}", added(a, b));
             }

@@ -6,19 +6,19 @@ use super::Level;
 use super::lanes::{Isa, Job, MAX_LANES, paired_quotients, seeded_over_cube, seeded_root};
 use super::rows::{PANEL_BITS, ROW, ROWS, Rows};
 
-/// Proof that the processor has AVX2 and FMA, and that the system saves their registers.
+/// Proof that the processor has AVX2 and FMA and that the operating system saves their registers.
 #[derive(Clone, Copy, Debug)]
 pub struct Avx2(());
 
 impl Avx2 {
-    /// The proof, where it holds.
+    /// The proof, if this machine has the features.
     #[inline(always)]
     pub fn new() -> Option<Self> {
         Level::Avx2.is_available().then_some(Self(()))
     }
 }
 
-/// Runs the job with the features on.
+/// Runs the job with the features enabled.
 #[inline]
 #[expect(unsafe_code, reason = "enters the machine")]
 pub fn run<T: crate::scalar::Scalar, J: Job<T>>(machine: Avx2, job: J) -> J::Out
@@ -36,7 +36,7 @@ where
     unsafe { inside(machine, job) }
 }
 
-/// One instruction.
+/// Wraps one instruction.
 macro_rules! op {
     ($call:expr) => {{
         // SAFETY: `self` exists, so the processor has the instruction; loads and stores stay inside the arrays.
@@ -117,7 +117,7 @@ macro_rules! common {
         fn bits(self, m: $v) -> u32 {
             op!($movemask(m)) as u32
         }
-        // The signs of a - bound: subtractions run on units that multiplications leave free, comparisons do not.
+        // Tests the signs of a - bound. Subtractions use units that the multiplications leave idle; comparisons do not.
         #[inline(always)]
         fn any_below<const N: usize>(self, a: &[$v; N], bound: $v) -> bool {
             let mut signs = Isa::<$t>::splat(self, 0.0);
@@ -158,7 +158,7 @@ impl Isa<f64> for Avx2 {
         })
     }
 
-    // Halves of 128 bits of two rows make a vector; unpacking it with that of the two other rows gives two columns.
+    // Two 128-bit halves, from two rows, form a vector. Unpacking it with the vector of the two other rows gives two columns.
     #[inline(always)]
     fn look_up(self, table: &Rows<f64>, rows: __m256i) -> [__m256d; ROW] {
         op!({
@@ -191,7 +191,7 @@ impl Isa<f64> for Avx2 {
             let k = _mm256_add_epi64(_mm256_castpd_si256(a), _mm256_set1_epi64x(one - root));
             let fraction = _mm256_and_si256(k, _mm256_set1_epi64x(0x000F_FFFF_FFFF_FFFF));
             let f = _mm256_castsi256_pd(_mm256_add_epi64(fraction, _mm256_set1_epi64x(root)));
-            // The biased exponent as the low bits of 2^52 + e: a conversion that AVX2 lacks.
+            // The biased exponent e as the low bits of 2^52 + e, because AVX2 has no conversion from 64-bit integers.
             let magic = 4_503_599_627_370_496.0_f64;
             let e = _mm256_or_si256(_mm256_srli_epi64::<52>(k), _mm256_set1_epi64x(magic.to_bits() as i64));
             (f, _mm256_sub_pd(_mm256_castsi256_pd(e), _mm256_set1_pd(magic + 1023.0)))
@@ -204,7 +204,7 @@ impl Isa<f32> for Avx2 {
     _mm256_mul_ps _mm256_div_ps _mm256_sqrt_ps _mm256_fmadd_ps _mm256_fnmadd_ps _mm256_andnot_ps _mm256_and_ps _mm256_or_ps
     _mm256_cmp_ps _mm256_blendv_ps _mm256_movemask_ps }
 
-    // The seed has 12 bits: e < 2^-10.4, and the series is cut below 2.2 e^3 < 2^-30.
+    // The seed has 12 bits: e < 2^-10.4. The series is truncated with an error below 2.2 e^3 < 2^-30.
     #[inline(always)]
     fn inverse_roots<const N: usize>(self, a: [__m256; N]) -> [__m256; N] {
         let mut result = a;
@@ -235,7 +235,7 @@ impl Isa<f32> for Avx2 {
         })
     }
 
-    // Four numbers of row k and four of row k + 4 make a vector; four such vectors are transposed within their halves.
+    // Four numbers of row k and four of row k + 4 form a vector. Four such vectors are transposed within their halves.
     #[inline(always)]
     fn look_up(self, table: &Rows<f32>, rows: __m256i) -> [__m256; ROW] {
         op!({

@@ -6,19 +6,19 @@ use super::Level;
 use super::lanes::{Isa, Job, MAX_LANES, paired_quotients, seeded_over_cube, seeded_root};
 use super::rows::{PANEL_BITS, ROW, ROWS, Rows};
 
-/// Proof that the processor has AVX-512 F, DQ, BW, VL, and that the system saves their registers.
+/// Proof that the processor has AVX-512 F, DQ, BW, VL and that the operating system saves their registers.
 #[derive(Clone, Copy, Debug)]
 pub struct Avx512(());
 
 impl Avx512 {
-    /// The proof, where it holds.
+    /// The proof, if this machine has the features.
     #[inline(always)]
     pub fn new() -> Option<Self> {
         Level::Avx512.is_available().then_some(Self(()))
     }
 }
 
-/// Runs the job with the features on.
+/// Runs the job with the features enabled.
 #[inline]
 #[expect(unsafe_code, reason = "enters the machine")]
 pub fn run<T: crate::scalar::Scalar, J: Job<T>>(machine: Avx512, job: J) -> J::Out
@@ -36,7 +36,7 @@ where
     unsafe { inside(machine, job) }
 }
 
-/// One instruction.
+/// Wraps one instruction.
 macro_rules! op {
     ($call:expr) => {{
         // SAFETY: `self` exists, so the processor has the instruction; loads and stores stay inside the arrays.
@@ -117,7 +117,7 @@ macro_rules! common {
         fn bits(self, m: $m) -> u32 {
             u32::from(m)
         }
-        // The signs of a - bound: subtractions run on units that multiplications leave free, comparisons do not.
+        // Tests the signs of a - bound. Subtractions use units that the multiplications leave idle; comparisons do not.
         #[inline(always)]
         fn any_below<const N: usize>(self, a: &[$v; N], bound: $v) -> bool {
             let mut signs = Isa::<$t>::splat(self, 0.0);
@@ -142,7 +142,7 @@ impl Isa<f64> for Avx512 {
     _mm512_mul_pd _mm512_div_pd _mm512_sqrt_pd _mm512_fmadd_pd _mm512_fnmadd_pd _mm512_abs_pd _mm512_and_pd _mm512_or_pd
     _mm512_cmp_pd_mask _mm512_mask_blend_pd _mm512_movepi64_mask _mm512_castpd_si512 }
 
-    // The seed has 14 bits: e < 2^-13, and (1 - e)^(-3/2) is cut below 2.5 e^4 < 2^-50.7.
+    // The seed has 14 bits: e < 2^-13. (1 - e)^(-3/2) is truncated with an error below 2.5 e^4 < 2^-50.7.
     #[inline(always)]
     fn inverse_roots<const N: usize>(self, a: [__m512d; N]) -> [__m512d; N] {
         let mut result = a;
@@ -173,7 +173,7 @@ impl Isa<f64> for Avx512 {
         })
     }
 
-    // A row is a vector: eight of them are transposed by pairs of numbers, then of pairs, then of halves.
+    // A row is a vector. Eight rows are transposed by pairs of numbers, then by pairs of pairs, then by halves.
     #[inline(always)]
     fn look_up(self, table: &Rows<f64>, rows: __m512i) -> [__m512d; ROW] {
         op!({
@@ -186,7 +186,7 @@ impl Isa<f64> for Avx512 {
             let (cd0, cd1) = (_mm512_unpacklo_pd(c, d), _mm512_unpackhi_pd(c, d));
             let (ef0, ef1) = (_mm512_unpacklo_pd(e, f), _mm512_unpackhi_pd(e, f));
             let (gh0, gh1) = (_mm512_unpacklo_pd(g, h), _mm512_unpackhi_pd(g, h));
-            // Quarters 0 and 2, and 1 and 3, of two vectors; then the same of these.
+            // Quarters 0 and 2, and 1 and 3, of two vectors; then the same again.
             let four = |ab: __m512d, cd: __m512d, ef: __m512d, gh: __m512d| {
                 let (abcd02, abcd13) =
                     (_mm512_shuffle_f64x2::<0b10_00_10_00>(ab, cd), _mm512_shuffle_f64x2::<0b11_01_11_01>(ab, cd));
@@ -222,7 +222,7 @@ impl Isa<f32> for Avx512 {
     _mm512_mul_ps _mm512_div_ps _mm512_sqrt_ps _mm512_fmadd_ps _mm512_fnmadd_ps _mm512_abs_ps _mm512_and_ps _mm512_or_ps
     _mm512_cmp_ps_mask _mm512_mask_blend_ps _mm512_movepi32_mask _mm512_castps_si512 }
 
-    // e < 2^-13, cut below 1.9 e^2 < 2^-25.
+    // e < 2^-13; truncation error below 1.9 e^2 < 2^-25.
     #[inline(always)]
     fn inverse_roots<const N: usize>(self, a: [__m512; N]) -> [__m512; N] {
         let mut result = a;
@@ -237,7 +237,7 @@ impl Isa<f32> for Avx512 {
         result
     }
 
-    // The approximation has 14 bits; with e = 1 - a y, m / a = m y (1 + e) to e^2 < 2^-28.
+    // The approximation has 14 bits. With e = 1 - a y, m / a = m y (1 + e) up to e^2 < 2^-28.
     #[inline(always)]
     fn quotients<const N: usize>(self, m: __m512, a: [__m512; N]) -> [__m512; N] {
         let mut result = a;
@@ -261,7 +261,7 @@ impl Isa<f32> for Avx512 {
         })
     }
 
-    // Four numbers of rows k, k + 4, k + 8, k + 12 make a vector; four such vectors are transposed within their quarters.
+    // Four numbers each of rows k, k + 4, k + 8, k + 12 form a vector. Four such vectors are transposed within their quarters.
     #[inline(always)]
     fn look_up(self, table: &Rows<f32>, rows: __m512i) -> [__m512; ROW] {
         op!({

@@ -1,36 +1,36 @@
-//! What every machine can do: about twenty operations on lanes.
+//! The operations that every instruction set provides: about twenty, on lanes.
 
 use super::rows::{ROW, Rows};
 use crate::scalar::Scalar;
 
-/// The most lanes of any machine: sixteen f32 in 512 bits.
+/// The largest number of lanes of any instruction set: sixteen f32 in 512 bits.
 pub const MAX_LANES: usize =
     if cfg!(all(feature = "small", not(any(target_arch = "x86_64", target_arch = "aarch64")))) { 1 } else { 16 };
 
-/// A machine that works on [`Isa::LANES`] numbers at a time. A value of the type proves that the processor has it.
+/// An instruction set that works on [`Isa::LANES`] numbers at a time. A value of the type proves that the processor has it.
 #[expect(missing_docs, reason = "the arithmetic operations are named after what they do, lane by lane")]
 pub trait Isa<T: Scalar>: Copy + Send + Sync {
     /// A vector of numbers.
     type V: Copy;
     /// A vector of truth values.
     type M: Copy;
-    /// Row numbers, one a lane.
+    /// Row numbers, one per lane.
     type R: Copy;
     /// Numbers in a vector.
     const LANES: usize;
-    /// Whether a lane's sum must not depend on its neighbours, the order of the additions included: then the bits do not
+    /// Whether a lane's sum must not depend on other lanes, including the order of the additions. The bits then do not
     /// depend on the number of lanes.
     const IN_ORDER: bool = false;
 
-    /// Runs the algorithm with as many vectors of targets at a time as the machine's registers hold: two where it has 16
-    /// (or none), four where it has 32.
+    /// Runs the algorithm on as many vectors of targets at a time as the registers can hold: two with 16 registers
+    /// (or none), four with 32.
     fn in_blocks<J: BlockJob<T>>(self, job: J) -> J::Out;
 
     /// `a` in every lane.
     fn splat(self, a: T) -> Self::V;
     /// The first [`Isa::LANES`] numbers.
     fn load(self, from: &[T; MAX_LANES]) -> Self::V;
-    /// The numbers, then zeros.
+    /// The numbers, padded with zeros.
     fn store(self, a: Self::V) -> [T; MAX_LANES];
     fn add(self, a: Self::V, b: Self::V) -> Self::V;
     fn sub(self, a: Self::V, b: Self::V) -> Self::V;
@@ -39,15 +39,15 @@ pub trait Isa<T: Scalar>: Copy + Send + Sync {
     fn sqrt(self, a: Self::V) -> Self::V;
     /// |a|.
     fn abs(self, a: Self::V) -> Self::V;
-    /// a b + c, fused where the machine can.
+    /// a b + c, fused if the instruction set can.
     fn mul_add(self, a: Self::V, b: Self::V, c: Self::V) -> Self::V;
-    /// c - a b, fused where the machine can.
+    /// c - a b, fused if the instruction set can.
     fn neg_mul_add(self, a: Self::V, b: Self::V, c: Self::V) -> Self::V;
     /// a < b.
     fn lt(self, a: Self::V, b: Self::V) -> Self::M;
     /// `yes` where `m`, else `no`.
     fn select(self, m: Self::M, yes: Self::V, no: Self::V) -> Self::V;
-    /// One bit a lane, lane 0 lowest.
+    /// One bit per lane; lane 0 is the lowest.
     fn bits(self, m: Self::M) -> u32;
 
     /// Whether any lane is true.
@@ -78,42 +78,42 @@ pub trait Isa<T: Scalar>: Copy + Send + Sync {
         if T::DIGITS > 24 {
             return self.quotients(m, cubes);
         }
-        // Products of two cubes leave the range of f32.
+        // In f32 the product of two cubes would leave the range, so each has its own division.
         cubes.iter_mut().for_each(|a| *a = self.div(m, *a));
         cubes
     }
 
-    /// m / a for each a, to two or three ulp: with fewer divisions than vectors where that is faster. Products of four
-    /// of the a, and m over them, must stay in the normal range.
+    /// m / a for each a, to two or three ulp, with fewer divisions than vectors where that is faster. Products of four
+    /// of the a, and m divided by them, must be in the normal range.
     fn quotients<const N: usize>(self, m: Self::V, a: [Self::V; N]) -> [Self::V; N];
 
-    /// The row of each lane in a table ([`Rows`]), and the least number of that row. The lanes are positive and normal.
+    /// The row of each lane in a table ([`Rows`]), and the least argument of that row. The lanes are positive and normal.
     fn rows(self, u: Self::V) -> (Self::R, Self::V);
 
-    /// The numbers of each lane's row: the n-th vector holds the n-th number of every lane's row.
+    /// The numbers of each lane's row: vector n holds number n of every lane's row.
     fn look_up(self, table: &Rows<T>, rows: Self::R) -> [Self::V; ROW];
 
-    /// (f, e) with a = f 2^e, sqrt(1/2) <= f < sqrt(2) to rounding, e a whole number; a is positive and normal.
+    /// (f, e) with a = f 2^e, sqrt(1/2) <= f < sqrt(2) to rounding, e an integer. a is positive and normal.
     fn split(self, a: Self::V) -> (Self::V, Self::V);
 }
 
-/// An algorithm over lanes, to be run on a machine that is chosen at run time.
+/// An algorithm over lanes, run with an instruction set that is selected at run time.
 pub trait Job<T: Scalar> {
-    /// What it returns.
+    /// The return type.
     type Out;
-    /// The algorithm; `#[inline(always)]` in every implementation.
+    /// The algorithm. Must be `#[inline(always)]` in every implementation.
     fn run<I: Isa<T>>(self, isa: I) -> Self::Out;
 }
 
-/// An algorithm over blocks of vectors, whose number the machine chooses.
+/// An algorithm over blocks of vectors. The instruction set determines the number of vectors.
 pub trait BlockJob<T: Scalar> {
-    /// What it returns.
+    /// The return type.
     type Out;
-    /// The algorithm for `N` vectors at a time; `#[inline(always)]` in every implementation.
+    /// The algorithm for `N` vectors at a time. Must be `#[inline(always)]` in every implementation.
     fn run<I: Isa<T>, const N: usize>(self, isa: I) -> Self::Out;
 }
 
-/// m / a with one division for each two vectors: m / (a b) times b, and times a.
+/// m / a with one division per two vectors: m / (a b) times b, and times a.
 ///
 /// Errors: the product, the quotient and the last product round once each, so 3 u instead of 1 u.
 #[inline(always)]
@@ -130,7 +130,7 @@ pub(super) fn paired_quotients<T: Scalar, I: Isa<T>, const N: usize>(isa: I, m: 
     result
 }
 
-/// (1 - e)^-a, cut after `TERMS` powers of e: turns a seed y of 1/sqrt(x), with e = 1 - x y^2, into x^-a = y^(2a) (1 - e)^-a.
+/// (1 - e)^-a, truncated after `TERMS` powers of e. For a seed y of 1/sqrt(x) and e = 1 - x y^2, x^-a = y^(2a) (1 - e)^-a.
 #[cfg(target_arch = "x86_64")]
 #[inline(always)]
 pub(super) fn root_series<T: Scalar, I: Isa<T>, const TERMS: usize>(isa: I, e: I::V, a: f64) -> I::V {

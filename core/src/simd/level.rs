@@ -1,14 +1,14 @@
-//! Which instruction sets this machine has, found once and kept in one atomic.
+//! Detection of the instruction sets of this machine, done once and cached in one atomic.
 
 /// The instruction set that a call uses.
 ///
-/// A level is an argument of a call, never stored in a prepared object, so a checkpoint moves between machines.
+/// A level is an argument of a call and is never stored in a prepared object, so a checkpoint can move between machines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[repr(i32)]
 pub enum Level {
-    /// Only + - * / and sqrt, in one stated order: the same bits on every machine.
+    /// Only + - * / and sqrt, in one defined order: the same bits on every machine.
     Portable = 0,
-    /// 128-bit vectors of every aarch64.
+    /// 128-bit vectors, available on every aarch64.
     Neon = 1,
     /// 256-bit vectors with fused multiply-add.
     Avx2 = 2,
@@ -20,13 +20,13 @@ impl Level {
     /// Every level, slowest first.
     pub const ALL: [Level; 4] = [Level::Portable, Level::Neon, Level::Avx2, Level::Avx512];
 
-    /// The fastest level of this machine. The first call asks the processor, later ones read an atomic.
+    /// The fastest level of this machine. The first call queries the processor, later calls read an atomic.
     #[must_use]
     pub fn best() -> Self {
         machine::best()
     }
 
-    /// Whether this machine can run the level. Calls that are given another one return
+    /// Whether this machine can run the level. Calls with a level that it cannot run return
     /// [`crate::Error::Unsupported`].
     #[must_use]
     pub fn is_available(self) -> bool {
@@ -37,7 +37,7 @@ impl Level {
         }
     }
 
-    /// The levels this machine can run, slowest first: what a test loops over.
+    /// The levels that this machine can run, slowest first, for tests to iterate over.
     pub fn available() -> impl Iterator<Item = Self> {
         Self::ALL.into_iter().filter(|level| level.is_available())
     }
@@ -67,7 +67,7 @@ mod machine {
 
     use super::Level;
 
-    /// 0: not asked yet; else 1 + the level. The crate's only global. A race does the same work twice.
+    /// 0 before detection, then 1 + the level. The only global of the crate. Concurrent first calls repeat the detection.
     static FOUND: AtomicU8 = AtomicU8::new(0);
 
     pub fn best() -> Level {
@@ -83,8 +83,8 @@ mod machine {
         }
     }
 
-    /// Asks the processor, and whether the system saves the wide registers (XCR0): a processor with AVX-512 under a
-    /// system without it must not be given one such instruction. (cpuid traps under a hypervisor: 10 us each.)
+    /// Queries the processor, and whether the operating system saves the wide registers (XCR0). A processor with AVX-512 must not execute
+    /// one such instruction under an operating system without it. (cpuid traps under a hypervisor: 10 us each.)
     fn detect() -> Level {
         let (leaf1, highest) = (__cpuid(1), __cpuid(0).eax);
         let bit = |word: u32, n: u32| word >> n & 1 == 1;
@@ -117,7 +117,7 @@ mod machine {
     use super::Level;
 
     pub const fn best() -> Level {
-        // Vectors belong to every aarch64; nothing needs to be asked.
+        // Every aarch64 has 128-bit vectors, so nothing is detected.
         if cfg!(target_arch = "aarch64") { Level::Neon } else { Level::Portable }
     }
 }

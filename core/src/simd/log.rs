@@ -1,4 +1,4 @@
-//! The natural logarithm over lanes, to full precision, with its division left to the caller.
+//! The natural logarithm over lanes, to full precision. The caller performs its division.
 //!
 //! With x = f 2^e, sqrt(1/2) <= f < sqrt(2), z = f - 1 (exact) and s = z / (2 + z):
 //! log x = e log 2 + log(1+s) - log(1-s) = e log 2 + s (2 + s^2 R(s^2)). R is the minimax polynomial of FreeBSD's `e_log.c`
@@ -7,7 +7,7 @@
 use super::lanes::Isa;
 use crate::scalar::Scalar;
 
-// The bits of 0.666..., 0.399..., ...: lowest power first.
+// The bits of 0.666..., 0.399..., ...; lowest power first.
 const SERIES_F64: [u64; 7] = [
     0x3FE5_5555_5555_5593,
     0x3FD9_9999_9997_FA04,
@@ -19,20 +19,20 @@ const SERIES_F64: [u64; 7] = [
 ];
 const SERIES_F32: [f64; 4] = [0.66666662693, 0.40000972152, 0.28498786688, 0.24279078841];
 
-/// (z, e) with x = (1 + z) 2^e: the part of the logarithm that comes before its division.
+/// (z, e) with x = (1 + z) 2^e: the part of the logarithm before its division.
 #[inline(always)]
 pub(crate) fn log_numerator<T: Scalar, I: Isa<T>>(isa: I, x: I::V) -> (I::V, I::V) {
     let (f, e) = isa.split(x);
     (isa.sub(f, isa.splat(T::ONE)), e)
 }
 
-/// log((1 + z) 2^e), given s = z / (2 + z) to a few ulp: with an error of s of k u, to (k + 3) u, relative even around x = 1,
+/// log((1 + z) 2^e), given s = z / (2 + z) with an error of k u. The error is (k + 3) u, relative even near x = 1,
 /// where e = 0.
 #[cfg_attr(feature = "small", inline(never))]
 #[cfg_attr(not(feature = "small"), inline(always))]
 pub(crate) fn log<T: Scalar, I: Isa<T>, const N: usize>(isa: I, e: [I::V; N], s: [I::V; N]) -> [I::V; N] {
     let w = product(isa, &s, &s);
-    // Estrin's scheme: what bounds a sum of logarithms is not the number of operations but the chain of dependent ones.
+    // Estrin's scheme, because the time of a sum of logarithms is bound by the chain of dependent operations, not by their number.
     let square = product(isa, &w, &w);
     let r = if T::DIGITS > 24 {
         let [a, b, c, d, e, f, g] = SERIES_F64;

@@ -1,12 +1,12 @@
-//! The machine: lanes, instruction sets and the one dispatch. The only place, with `space`, that holds `unsafe` in core.
+//! Lanes, instruction sets and their dispatch. `unsafe` is used only here and in `memory`, `exec` and `scalar`.
 //!
-//! An algorithm is a [`Job`]: safe code, stated once over [`Isa`], whose values prove that the processor has the
-//! instructions. [`Level::run`] enters a machine: it instantiates the job inside a function with that machine's
-//! features. Machines differ in one-line operations only (`portable`, `avx2`, `avx512`, `neon`).
+//! An algorithm is a [`Job`]: safe code, written once over [`Isa`], whose values prove that the processor has the
+//! instructions. [`Level::run`] instantiates the job inside a function with the features of that level.
+//! Instruction sets differ in one-line operations only (`portable`, `avx2`, `avx512`, `neon`).
 //!
-//! Everything between `run` and the operations must be `#[inline(always)]`, or it is compiled without the features.
+//! Everything between `run` and the operations must be `#[inline(always)]`. Otherwise it is compiled without the features.
 //!
-//! Lanes are independent: no operation mixes them, but for the questions [`Isa::any`] and [`Isa::bits`].
+//! Lanes are independent: no operation mixes them, except the predicates [`Isa::any`] and [`Isa::bits`].
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
@@ -29,12 +29,12 @@ pub(crate) use with_simd::{Loops, with_simd};
 
 use crate::scalar::Scalar;
 
-/// Enters machines: a job generic over the scalar finds its instructions.
+/// Selects the instruction set for a job that is generic over the scalar.
 pub trait Dispatch: Scalar {
-    /// Runs `job` on `level`, or on [`Level::Portable`] where this machine lacks it.
+    /// Runs `job` at `level`, or at [`Level::Portable`] if this machine lacks it.
     fn dispatch<J: Job<Self>>(level: Level, job: J) -> J::Out;
 
-    /// Runs `job` on [`Level::Portable`].
+    /// Runs `job` at [`Level::Portable`].
     fn portable<J: Job<Self>>(job: J) -> J::Out;
 }
 
@@ -70,7 +70,7 @@ macro_rules! dispatch {
 dispatch!(f32);
 dispatch!(f64);
 
-/// Runs `job` at [`Level::Portable`], for jobs that gain nothing from another: they are compiled for it alone.
+/// Runs `job` at [`Level::Portable`]. For jobs that gain nothing from other levels; they are compiled for this one alone.
 #[inline]
 pub(crate) fn portable<T: Dispatch, J: Job<T>>(job: J) -> J::Out {
     T::portable(job)

@@ -1,18 +1,18 @@
-//! 128-bit vectors of every aarch64.
+//! 128-bit vectors, available on every aarch64.
 
 use core::arch::aarch64::*;
 
 use super::lanes::{Isa, MAX_LANES};
 use super::rows::{PANEL_BITS, ROW, ROWS, Rows};
 
-/// Vectors belong to every aarch64, so no proof is needed.
+/// Every aarch64 has these vectors, so no proof is needed.
 #[derive(Clone, Copy, Debug)]
 pub struct Neon;
 
-/// One instruction.
+/// Wraps one instruction.
 macro_rules! op {
     ($call:expr) => {{
-        // SAFETY: the instruction belongs to every aarch64; loads and stores stay inside the arrays.
+        // SAFETY: every aarch64 has the instruction; loads and stores stay inside the arrays.
         #[allow(unused_unsafe, reason = "intrinsics without pointers are safe where the target has them")]
         #[expect(unsafe_code, reason = "an instruction of every aarch64")]
         unsafe {

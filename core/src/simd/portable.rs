@@ -1,11 +1,11 @@
-//! Every machine: arrays of numbers, each operation rounded on its own, in the order it is written. The same bits
-//! everywhere; the compiler may use vectors, since lanes are independent.
+//! Portable code: arrays of numbers, each operation rounded separately, in the written order. The bits are the same
+//! on every machine. The compiler may use vectors, because lanes are independent.
 
 use super::lanes::{Isa, MAX_LANES};
 use super::rows::{PANEL_BITS, ROW, ROWS, Rows};
 use crate::scalar::Scalar;
 
-/// No instruction beyond + - * / and sqrt.
+/// Uses no operation except + - * / and sqrt.
 #[derive(Clone, Copy, Debug)]
 pub struct Portable;
 
@@ -13,7 +13,7 @@ pub struct Portable;
 mod lanes {
     use super::MAX_LANES;
 
-    /// Numbers in a vector: two registers of SSE2 in f64, so that a wide machine's loops stay in registers.
+    /// Numbers in a vector: two SSE2 registers in f64, so that the loops stay in registers.
     pub const LANES: usize = 4;
     /// Vectors in a block.
     pub const BLOCK: usize = 2;
@@ -37,7 +37,7 @@ mod lanes {
     }
 }
 
-/// One number, for machines without vectors whose flash is dear. Lanes are independent, so the bits are the same.
+/// One number, for machines without vectors and with little flash. Lanes are independent, so the bits are the same.
 #[cfg(all(feature = "small", not(any(target_arch = "x86_64", target_arch = "aarch64"))))]
 mod lanes {
     pub const LANES: usize = 1;
@@ -140,7 +140,7 @@ macro_rules! portable {
             fn all_below<const N: usize>(self, a: &[Self::V; N], bound: Self::V) -> bool {
                 a.iter().all(|&a| Isa::<$t>::lt(self, a, bound).iter().all(|&below| below))
             }
-            // One division each: a quotient that depends on its neighbours would depend on the number of lanes.
+            // One division per lane: a quotient that depends on other lanes would depend on the number of lanes.
             #[inline(always)]
             fn quotients<const N: usize>(self, m: Self::V, a: [Self::V; N]) -> [Self::V; N] {
                 let mut result = a;

@@ -1,16 +1,16 @@
-//! Tables of polynomials that each lane reads at a place of its own.
+//! Tables of polynomials. Each lane reads its own row.
 //!
-//! The argument's exponent and the leading [`PANEL_BITS`] bits of its significand name the row, so finding it takes neither a root nor
-//! a logarithm nor a division, and taking the number modulo [`ROWS`] can't leave the table. A row is one cache line of f64.
+//! The row index consists of the argument's exponent and the leading [`PANEL_BITS`] bits of its significand. Computing it needs no root,
+//! logarithm or division, and the index modulo [`ROWS`] is always inside the table. A row is one cache line of f64.
 
 /// Numbers in a row.
 pub const ROW: usize = 8;
-/// An octave of the argument has 2^this rows.
+/// An octave of the argument has 2 to this power rows.
 pub const PANEL_BITS: u32 = 6;
-/// Octaves that a table holds.
+/// Number of octaves of a table.
 pub const OCTAVES: u32 = 32;
-/// Rows of a table: a power of two.
+/// Number of rows of a table, a power of two.
 pub const ROWS: usize = (OCTAVES as usize) << PANEL_BITS;
 
-/// A table. The row of u is the number that its exponent and leading bits make, modulo [`ROWS`].
+/// A table. The row of u has the index formed by its exponent and leading bits, modulo [`ROWS`].
 pub type Rows<T> = [[T; ROW]; ROWS];

@@ -1,22 +1,22 @@
-//! Runs plain code compiled for the machine's with_simd registers.
+//! Compiles plain loops for the vector registers of the machine.
 
 use super::Level;
 
-/// Loops to be compiled for several instruction sets: the loop's variables, and its body.
+/// Loops to be compiled for several instruction sets: their variables and their body.
 ///
-/// A trait and not a closure, because only a function can be marked `#[inline(always)]`, and what is not inlined is
-/// compiled for the baseline: that holds for `run` and everything it calls.
+/// This is a trait and not a closure, because only a function can be marked `#[inline(always)]`. Code that is not inlined is
+/// compiled for the baseline; this applies to `run` and everything it calls.
 pub(crate) trait Loops {
-    /// What the loops return.
+    /// The return type of the loops.
     type Out;
     /// The loops. Mark it `#[inline(always)]`.
     fn run(self) -> Self::Out;
 }
 
-/// Runs `job` in a context where the compiler may use the with_simd vectors of `level`.
+/// Runs `job` in a context where the compiler may use the vector registers of `level`.
 ///
-/// For loops whose lanes are independent and that use only + - * / sqrt and integers: no operation is fused, so the bits are
-/// the same at every level and on every machine, and callers pass [`Level::best`] unless they test just that. A level
+/// For loops with independent lanes that use only + - * / sqrt and integers. No operation is fused, so the bits are
+/// the same at every level and on every machine. Callers pass [`Level::best`], except tests of levels. A level
 /// that the machine lacks is replaced by its best.
 #[inline]
 pub(crate) fn with_simd<J: Loops>(level: Level, job: J) -> J::Out {
@@ -31,7 +31,7 @@ pub(crate) fn with_simd<J: Loops>(level: Level, job: J) -> J::Out {
             job.run()
         }
         match level.min(Level::best()) {
-            // SAFETY: `best` has found the instructions, and the system saves their registers.
+            // SAFETY: `best` has detected the instructions, and the operating system saves their registers.
             #[expect(unsafe_code, reason = "enters code compiled for instructions that were found")]
             Level::Avx512 => unsafe { avx512(job) },
             // SAFETY: as above.
@@ -42,7 +42,7 @@ pub(crate) fn with_simd<J: Loops>(level: Level, job: J) -> J::Out {
     }
     #[cfg(not(target_arch = "x86_64"))]
     {
-        // Neon belongs to the baseline where it exists.
+        // Neon is part of the baseline of every aarch64.
         let _ = level;
         job.run()
     }

@@ -1,21 +1,21 @@
-//! Sorting numbers with their indices: stable, by digits of eight bits, in the caller's memory.
+//! Stable sorting of numbers with their indices, by digits of eight bits, in the caller's memory.
 //!
-//! [`order`] sorts by the upper 32 bits of the place between least and greatest, index and key in one word, and puts
-//! the few right that agree in them; where many do it sorts by all bits.
+//! [`order`] sorts one word per point: the position between least and greatest value in 32 bits, and the index. It then orders
+//! the points of equal position by insertion; if they are many, it sorts by all bits.
 
 use crate::real::Real;
 
-/// A key and the index it came with.
+/// A key and its original index.
 pub type Entry = [u64; 2];
 
-/// Bits of a finite number in an order that follows its value.
+/// The bits of a finite number, mapped so that their order is that of the values.
 pub fn ordered_bits<T: Real>(x: T) -> u64 {
     let bits = x.bits();
     let sign = 1_u64 << (8 * T::BYTES - 1);
     if bits & sign == 0 { bits | sign } else { !bits & (sign | (sign - 1)) }
 }
 
-/// Sorts `entries` by key; `spare` has the same length and ends as garbage. Cost: a pass for each byte in which keys differ.
+/// Sorts `entries` by key. `spare` has the same length and is overwritten. Cost: one pass per byte in which keys differ.
 pub fn sort(entries: &mut [Entry], spare: &mut [Entry]) {
     let all = entries.iter().fold(u64::MAX, |and, e| and & e[0]);
     let any = entries.iter().fold(0, |or, e| or | e[0]);
@@ -44,7 +44,7 @@ pub fn sort(entries: &mut [Entry], spare: &mut [Entry]) {
     }
 }
 
-/// Copies into `to` by digit, equal ones in their order; `places` holds how many there are of each digit, and ends as garbage.
+/// Copies into `to` in the order of digits, stable. `places` holds the count of each digit and is overwritten.
 #[inline]
 fn scatter<W: Copy>(from: &[W], to: &mut [W], places: &mut [usize; 256], digit: impl Fn(&W) -> usize) {
     let mut sum = 0;
@@ -61,8 +61,8 @@ fn scatter<W: Copy>(from: &[W], to: &mut [W], places: &mut [usize; 256], digit: 
     }
 }
 
-/// Writes the order of the points `0 .. n` by `value`, as their indices, into the first words of `entries`; points without a
-/// value are left out. Returns how many have one. Equal values keep the order of their indices.
+/// Writes the order of the points `0 .. n` by `value`, as their indices, into the first words of `entries`. Points without a
+/// value are omitted. Returns the number of points with a value. Equal values keep the order of their indices.
 pub fn order<T: Real>(
     n: usize,
     value: impl Fn(usize) -> Option<T>,
@@ -72,7 +72,7 @@ pub fn order<T: Real>(
     let (least, greatest) = (0..n)
         .filter_map(&value)
         .fold((T::INFINITY, -T::INFINITY), |(least, greatest), x| (least.min(x), greatest.max(x)));
-    // monotone in x, as each rounding is; infinite or NaN where all are equal or the difference overflows
+    // monotone in x, as each rounding is; infinite or NaN if all are equal or the difference overflows
     let scale = T::from_f64(4_294_967_040.0) / (greatest - least);
     let key = |x: T| (((x - least) * scale).to_f64() as u64).min(u64::from(u32::MAX));
     if n > u32::MAX as usize || !scale.is_finite() {
@@ -92,14 +92,14 @@ pub fn order<T: Real>(
             }
         }
     }
-    // four passes: the order ends where it began
+    // after four passes the result is in `entries`
     let (mut from, mut to) = (entries.as_flattened_mut(), spare.as_flattened_mut());
     for (digit, places) in places.iter_mut().enumerate() {
         let digit = |&word: &u64| (word >> (32 + 8 * digit)) as usize & 0xFF;
         scatter(from.get(..count).unwrap_or_default(), to, places, digit);
         core::mem::swap(&mut from, &mut to);
     }
-    // neighbours of equal key, by insertion: few, unless many points crowd in a 2^-32nd part of the interval
+    // insertion among equal keys: few moves, unless many points are in a 2^-32nd part of the interval
     let index = |word: u64| (word & u64::from(u32::MAX)) as usize;
     let mut moves = 4 * count;
     for k in 1..count {
@@ -142,7 +142,7 @@ fn order_by_all_bits<T: Real>(
     if let (Some(entries), Some(spare)) = (entries.get_mut(..count), spare.get_mut(..count)) {
         sort(entries, spare);
     }
-    // word k is read before it is written, as entry k stands at words 2k and 2k + 1
+    // word k is read before it is written, because entry k is at words 2k and 2k + 1
     let words = entries.as_flattened_mut();
     for k in 0..count {
         if let Some(&index) = words.get(2 * k + 1)
@@ -173,7 +173,7 @@ mod tests {
         for (n, case) in [(0_usize, 0), (1, 0), (2, 0), (700, 0), (700, 1), (700, 2), (700, 3), (700, 4)] {
             let value = |k: usize| match case {
                 0 => ((k as f64) * 0.618_033_988_75).sin(),
-                // all in few keys, a far one apart
+                // few different keys and a distant one
                 1 => {
                     if k == 5 {
                         1e9
@@ -189,7 +189,7 @@ mod tests {
                         -f64::MAX
                     }
                 }
-                // pairs that differ in the last bit alone
+                // pairs that differ only in the last bit
                 _ => ((k / 2) as f64) + if k.is_multiple_of(2) { 1e-13 } else { 0.0 },
             };
             let some = |k: usize| (k % 7 != 3).then(|| value(k));

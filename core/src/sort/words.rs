@@ -1,15 +1,15 @@
 //! Sorting 64-bit words in the caller's memory: keys in the high half, indices in the low half.
 
-/// Up to this many words are sorted without radix passes, which then need no second array. Where flash is dear no more are.
+/// Up to this many words are sorted without radix passes and need no second array. With the feature `small` this holds for any number.
 pub const FEW: usize = if cfg!(feature = "small") { u32::MAX as usize } else { 512 };
-/// Up to this many words the radix passes are no faster.
+/// Up to this many words radix passes are not faster.
 const SMALL: usize = 48;
 const DIGIT: u32 = 10;
-/// Counts that the radix passes need.
+/// Number of counts that the radix passes need.
 pub const BUCKETS: usize = 1 << DIGIT;
 
-/// Sorts `words` by their high 32 bits, equal ones in the order of the low half if they came so (whole words for few, or if
-/// `spare` is not as long or `counts` not [`BUCKETS`]; both are overwritten).
+/// Sorts `words` by their high 32 bits, stable, so equal ones stay in the order of the low half if they were in it. Few words, or any with
+/// `spare` too short or `counts` shorter than [`BUCKETS`], are sorted as whole words. `spare` and `counts` are overwritten.
 pub fn by_high_half(words: &mut [u64], spare: &mut [u64], counts: &mut [u32]) {
     match (spare.get_mut(..words.len()), counts.first_chunk_mut()) {
         (Some(spare), Some(counts)) if cfg!(not(feature = "small")) && words.len() > SMALL => {
@@ -23,8 +23,8 @@ pub fn by_high_half(words: &mut [u64], spare: &mut [u64], counts: &mut [u32]) {
     }
 }
 
-/// Sorts `words` by the low twenty bits of their high halves, the others being the same in all of them; equal ones as they came (whole words
-/// for few). `spare` is as long and overwritten.
+/// Stable sort of `words` by the low twenty bits of their high halves; the other high bits are equal in all of them. Few words are sorted as
+/// whole words. `spare` has the same length and is overwritten.
 pub fn by_20_bits(words: &mut [u64], spare: &mut [u64], counts: &mut [u32; BUCKETS]) {
     if words.len() <= SMALL {
         heap(words, |&word| word);
@@ -34,7 +34,7 @@ pub fn by_20_bits(words: &mut [u64], spare: &mut [u64], counts: &mut [u32; BUCKE
     }
 }
 
-/// One stable pass by [`DIGIT`] bits from `shift` on.
+/// One stable pass by the [`DIGIT`] bits from `shift` on.
 #[inline]
 fn pass<'a>(from: impl Iterator<Item = &'a u64> + Clone, to: &mut [u64], places: &mut [u32; BUCKETS], shift: u32) {
     places.fill(0);
@@ -55,7 +55,7 @@ fn pass<'a>(from: impl Iterator<Item = &'a u64> + Clone, to: &mut [u64], places:
     });
 }
 
-/// Makes the places where buckets begin out of how many each holds.
+/// Replaces the counts of the buckets by their starts.
 pub fn starts(counts: &mut [u32]) {
     let mut start = 0;
     for count in counts {
@@ -63,13 +63,13 @@ pub fn starts(counts: &mut [u32]) {
     }
 }
 
-/// Sorts by a key in place, O(n log n) whatever the order (O(n^2) with the feature `small`), without a panic path. Not stable. One function for all keys.
+/// Sorts in place by a key, in O(n log n) for any order (O(n^2) with the feature `small`), without a panic path. Not stable. One function for all keys.
 #[cfg_attr(feature = "small", inline(never))]
 pub fn by_key(words: &mut [u64], key: &dyn Fn(u64) -> u64) {
     if cfg!(not(feature = "small")) {
         return heap(words, |&word| key(word));
     }
-    // By insertion where flash is dear, as there the sums over all pairs take far longer.
+    // Insertion sort saves flash; the sums over all pairs take far longer.
     for end in 1..words.len() {
         let mut at = end;
         while let Some([a, b]) = words.get_mut(at.wrapping_sub(1)..).and_then(<[u64]>::first_chunk_mut) {
@@ -83,7 +83,7 @@ pub fn by_key(words: &mut [u64], key: &dyn Fn(u64) -> u64) {
 }
 
 fn heap(words: &mut [u64], key: impl Fn(&u64) -> u64) {
-    // Straight insertion for the shortest.
+    // Insertion sort for short arrays.
     if words.len() <= 16 {
         for end in 1..words.len() {
             let mut at = end;
@@ -152,7 +152,7 @@ mod tests {
                     by_high_half(&mut got, &mut vec![7; spare], &mut counts);
                     assert_eq!(got, want, "{n} {bits}");
                 }
-                // The highest bits the same.
+                // Words with equal highest bits.
                 let mut got: Vec<u64> = words.iter().map(|&w| w & !(0xFFF << 52)).collect();
                 want = got.clone();
                 want.sort_unstable();

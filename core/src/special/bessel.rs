@@ -1,7 +1,7 @@
-//! Modified Bessel functions of orders 0 and 1, scaled so that nothing overflows.
+//! Modified Bessel functions of orders 0 and 1, scaled so that they do not overflow.
 //!
-//! K: for x < 1 the power series with its logarithm (no cancellation there); above, the trapezoidal rule on the integral
-//! e^x K_n(x) = int_0^inf e^{-2x sinh^2(t/2)} cosh(nt) dt, whose terms are all positive and which converges
+//! K: for x < 1 the power series with its logarithm, which does not cancel there; for larger x the trapezoidal rule for
+//! e^x K_n(x) = int_0^inf e^{-2x sinh^2(t/2)} cosh(nt) dt. Its terms are all positive, and it converges
 //! exponentially because the integrand is entire (Trefethen and Weideman, SIAM Review 56, 2014). I: the power series, all
 //! terms positive, then Hankel's asymptotic series (DLMF 10.40.1). Relative error of each: a few roundings (test below).
 
@@ -28,7 +28,7 @@ fn k_scaled<T: Real>(x: T, order: u32) -> T {
 fn k_series<T: Real>(x: T, order: u32) -> T {
     let quarter = T::from_f64(0.25) * x * x;
     let log = (T::HALF * x).log() + T::from_f64(EULER);
-    // sum_k (x^2/4)^k / (k! (k+n)!) times 1 and times the harmonic numbers
+    // sum_k (x^2/4)^k / (k! (k+n)!), plain and weighted by the harmonic numbers
     let (mut term, mut k, mut harmonic) = (T::ONE, 0_i32, T::ZERO);
     let (mut plain, mut weighted) = (T::ZERO, T::ZERO);
     while term > T::EPSILON * T::from_f64(0.01) * plain || k == 0 {
@@ -48,8 +48,8 @@ fn k_series<T: Real>(x: T, order: u32) -> T {
 }
 
 fn k_integral<T: Real>(x: T, order: u32) -> T {
-    // A step h has the error e^{-2 pi a / h + x (1 - cos a)} for any 0 < a; a = pi/2 for x = 1 and a ~ 2 pi/(x h) for large
-    // x give the exponents -pi^2/h and -2 pi^2/(x h^2): both below -40 with these steps.
+    // A step h has the error e^{-2 pi a / h + x (1 - cos a)} for any a > 0. a = pi/2 for x = 1 and a ~ 2 pi/(x h) for large
+    // x give the exponents -pi^2/h and -2 pi^2/(x h^2). Both are below -40 with these steps.
     let h = T::from_f64(0.22).min(T::from_f64(0.66) / x.sqrt());
     let (mut sum, mut k) = (T::HALF, 1_i32);
     loop {
@@ -200,8 +200,8 @@ mod tests {
         ),
     ];
 
-    /// Sums of positive terms, each good to about 2u, and one exponential of an argument below 40: under 8 roundings. The
-    /// series of K at x near 1 subtracts a logarithm of relative weight 6: 12 roundings.
+    /// Sums of positive terms, each accurate to about 2u, and one exponential of an argument below 40: under 8 roundings. For
+    /// x near 1 the series of K subtracts a logarithm of relative weight 6: 12 roundings.
     #[test]
     fn within_a_few_roundings_of_the_table() {
         let mut worst = 0.0_f64;

@@ -1,4 +1,4 @@
-//! e^x and log x of numbers carried as a sum of two, by +, -, *, / (in double precision the logarithm starts from libm's).
+//! e^x and log x in double-word arithmetic, with +, -, *, / (in double precision the logarithm starts from libm's).
 
 use crate::real::{DoubleWord, Real};
 
@@ -17,11 +17,11 @@ pub(crate) fn euler<T: Real>() -> DoubleWord<T> {
 pub(crate) fn exp<T: Real>(x: DoubleWord<T>) -> (DoubleWord<T>, i32) {
     let bound = T::from_i32(1 << 15);
     let x = if x.hi.abs() > bound { DoubleWord::from(bound.copysign(x.hi)) } else { x };
-    // To the nearest whole number, or at a half's edge to the one beside it.
+    // Rounds to the nearest integer; next to a half possibly to the other neighbour.
     let quotient = x.hi / log_2::<T>().hi;
     let n = (quotient + T::HALF.copysign(quotient)).to_i32();
     let whole = T::from_i32(n);
-    // |r| <= 0.35; the subtraction cancels at most the leading digits of exact products.
+    // |r| <= 0.35. The subtraction cancels only leading digits of exact products.
     let r = x - log_2::<T>() * whole;
     // 1 + r (1 + r/2 (1 + r/3 ...)): 0.35^k / k! is below u^2 at k = 14 (f32), 24 (f64).
     let terms = if T::DIGITS > 24 { 24 } else { 14 };
@@ -29,11 +29,11 @@ pub(crate) fn exp<T: Real>(x: DoubleWord<T>) -> (DoubleWord<T>, i32) {
     (m, n)
 }
 
-/// log x for x > 0 in the normal range: absolute error below 100 u^2, and below 2 u relative, near x = 1 too.
+/// log x for x > 0 in the normal range. Absolute error below 100 u^2, relative error below 2 u, also near x = 1.
 pub(crate) fn log<T: Real>(x: DoubleWord<T>) -> DoubleWord<T> {
-    // Away from 1 the fraction keeps e^(-start) near 1; near 1 nothing is split off, so nothing cancels.
+    // Away from 1 the fraction keeps e^(-start) near 1. Near 1 no exponent is split off, so nothing cancels.
     let (fraction, shift) = if x.hi > T::HALF && x.hi < T::TWO { (x.hi, 0) } else { x.hi.frexp() };
-    // Single precision starts from three terms of 2 artanh s, |s| <= 1/3, wrong by 2e-4: firmware then needs no other logarithm.
+    // Single precision starts from three terms of 2 artanh s, |s| <= 1/3, with an error of 2e-4. Firmware then needs no other logarithm.
     let (start, steps) = if T::DIGITS > 24 {
         (fraction.log(), 1)
     } else {
@@ -44,7 +44,7 @@ pub(crate) fn log<T: Real>(x: DoubleWord<T>) -> DoubleWord<T> {
     let x = x.ldexp(-shift);
     let mut value = DoubleWord::from(start);
     for _ in 0..steps {
-        // One Newton step: log x = start + log(x e^-start), with x e^-start - 1 small; the last time, of the order u.
+        // Newton's step: log x = start + log(x e^-start), where x e^-start - 1 is small, in the last step of the order u.
         let start = value.hi;
         let (m, n) = exp(DoubleWord::from(-start));
         let rest = x.ldexp(n) * m - DoubleWord::ONE;

@@ -1,4 +1,4 @@
-//! The exponential integrals E1 and Ein, which libm lacks.
+//! The exponential integrals E1 and Ein, which libm does not provide.
 //!
 //! E1(x) = integral of e^-u / u over (x, infinity) and Ein(x) = integral of (1 - e^-u) / u over (0, x), an entire function;
 //! E1(x) = Ein(x) - log x - gamma (DLMF 6.2.1 to 6.2.4).
@@ -6,13 +6,13 @@
 use super::elementary::{euler, exp, log};
 use crate::real::{DoubleWord, Real};
 
-/// Below this the power series serves, above it the continued fraction.
+/// The power series is used below this value, the continued fraction above.
 const SPLIT: f64 = 2.0;
 
-/// E1(x), x > 0, within 1 ulp, also where it is subnormal (then one rounding more). +infinity at 0, 0 at +infinity,
+/// E1(x), x > 0, within 1 ulp; with one more rounding where it is subnormal. +infinity at 0, 0 at +infinity,
 /// NaN for negative and NaN arguments.
 ///
-/// Some hundred operations on sums of two numbers: microseconds.
+/// About a hundred double-word operations: microseconds.
 #[must_use]
 pub fn exponential_integral<T: Real>(x: T) -> T {
     if x.is_nan() || x < T::ZERO {
@@ -21,7 +21,7 @@ pub fn exponential_integral<T: Real>(x: T) -> T {
     if x == T::ZERO {
         return T::INFINITY;
     }
-    // e^-x / x is below the smallest subnormal number from here on.
+    // For larger x, e^-x / x is below the smallest subnormal number.
     if x.to_f64() > 760.0 {
         return T::ZERO;
     }
@@ -32,11 +32,11 @@ pub fn exponential_integral<T: Real>(x: T) -> T {
 /// E1(x) as `(m, n)`, E1(x) = m 2^n, for 0 < x <= 2^15.
 pub(crate) fn scaled_exponential_integral<T: Real>(x: DoubleWord<T>) -> (DoubleWord<T>, i32) {
     if x.hi.to_f64() < SPLIT {
-        // Of the digits at most six bits cancel (Ein(2) = 1.32, E1(2) = 0.049).
+        // At most six bits cancel (Ein(2) = 1.32, E1(2) = 0.049).
         return (entire_series(x) - normal_log(x) - euler(), 0);
     }
-    // e^-x / (x + 1 - 1/(x + 3 - 4/(x + 5 - 9/(...)))) (DLMF 6.9.1, even part), from the tail: its error is about
-    // 4 pi e^(x - 4 sqrt(n x)): 8e-21 at x = 2 with 80 terms, 5e-11 with 24, a thousandth of u or less.
+    // e^-x / (x + 1 - 1/(x + 3 - 4/(x + 5 - 9/(...)))) (DLMF 6.9.1, even part), evaluated from the tail. Its error is about
+    // 4 pi e^(x - 4 sqrt(n x)): 8e-21 at x = 2 with 80 terms, 5e-11 with 24, at most u/1000.
     let terms = if T::DIGITS > 24 { 80 } else { 24 };
     let odd = |k: i32| x + DoubleWord::from(T::from_i32(2 * k + 1));
     let tail = (1..=terms).rev().fold(odd(terms), |rest, k| odd(k - 1) - DoubleWord::from(T::from_i32(k * k)) / rest);
@@ -53,7 +53,7 @@ pub(crate) fn entire_exponential_integral<T: Real>(x: DoubleWord<T>) -> DoubleWo
     value.ldexp(exponent) + log(x) + euler()
 }
 
-/// Ein(x), x >= 0, in one number: to some 8 u of max(1, Ein), tens to hundreds of nanoseconds.
+/// Ein(x), x >= 0, in single-word arithmetic: error about 8 u of max(1, Ein), tens to hundreds of nanoseconds.
 pub(crate) fn plain_entire<T: Real>(x: T) -> T {
     if x < T::TWO {
         // x - x^2/(2 2!) + x^3/(3 3!) - ...: 2^k/(k k!) is below u/100 at k = 16 (f32), 26 (f64).
@@ -70,7 +70,7 @@ pub(crate) fn plain_entire<T: Real>(x: T) -> T {
     if x > T::from_i32(T::DIGITS as i32) {
         return far;
     }
-    // As above, with terms enough for e^-40.
+    // As above, with enough terms for e^-40.
     let terms = 10 + (T::from_i32(90) / x).to_i32();
     let odd = |k: i32| x + T::from_i32(2 * k + 1);
     let tail = (1..=terms).rev().fold(odd(terms), |rest, k| odd(k - 1) - T::from_i32(k * k) / rest);
@@ -92,7 +92,7 @@ fn entire_series<T: Real>(x: DoubleWord<T>) -> DoubleWord<T> {
     sum * m.ldexp(n)
 }
 
-/// log of x, which may be subnormal.
+/// log x, also for subnormal x.
 fn normal_log<T: Real>(x: DoubleWord<T>) -> DoubleWord<T> {
     let (_, shift) = x.hi.frexp();
     if shift.abs() < 64 {
@@ -105,7 +105,7 @@ fn normal_log<T: Real>(x: DoubleWord<T>) -> DoubleWord<T> {
 mod tests {
     use super::*;
 
-    /// x, E1(x) and what its rounding left, by mpmath 1.3 at 120 digits.
+    /// x, E1(x) and its rounding error, by mpmath 1.3 at 120 digits.
     #[rustfmt::skip]
     const TABLE: &[(f64, f64, f64)] = &[
         (1e-300, 690.1983122333122, -3.5943937330508644e-14),
@@ -171,7 +171,7 @@ mod tests {
         let x = DoubleWord::from(SPLIT);
         let below = entire_series(x) - log(x) - euler();
         let (m, n) = scaled_exponential_integral(x);
-        // The fraction's truncation at x = 2.
+        // The truncation error of the fraction at x = 2.
         assert!(((below - m.ldexp(n)).hi / below.hi).abs() < 2e-20);
     }
 

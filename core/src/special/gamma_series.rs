@@ -16,8 +16,8 @@ pub(super) fn lower_series<T: Real>(a: T, x: T) -> T {
     sum
 }
 
-/// Q / (a factor): the continued fraction 1/(x+1-a- 1(1-a)/(x+3-a- ...)), by Lentz's method; in single precision from a depth
-/// that is enough for x >= 1/2 if a <= 1, and for x > a + 1 if a < 25 or x > 2 a.
+/// Q / (a factor): the continued fraction 1/(x+1-a- 1(1-a)/(x+3-a- ...)), by Lentz's method. Single precision starts at a fixed depth,
+/// which suffices for x >= 1/2 if a <= 1, and for x > a + 1 if a < 25 or x > 2 a.
 pub(super) fn upper_fraction<T: Real>(a: T, x: T) -> T {
     if T::DIGITS <= 24 {
         let b = x + T::ONE - a;

@@ -1,16 +1,16 @@
 //! The regularised incomplete gamma functions, and the inverse of the upper one.
 //!
-//! `P(a, x) = gamma(a, x) / Gamma(a)`, `Q(a, x) = Gamma(a, x) / Gamma(a)`, P + Q = 1. With U ~ Gamma(a, 1), Q is P(U > x): the law of the
-//! time at which a squared Bessel process of index -a hits zero (Zhelezov & Fatkullin (2.10)).
+//! `P(a, x) = gamma(a, x) / Gamma(a)`, `Q(a, x) = Gamma(a, x) / Gamma(a)`, P + Q = 1. With U ~ Gamma(a, 1), Q is P(U > x): the distribution of
+//! the time at which a squared Bessel process of index -a hits zero (Zhelezov & Fatkullin (2.10)).
 //!
-//! Four ways, each where it has no cancellation (Gautschi 1979; Temme 1994; Gil, Segura & Temme 2012):
+//! There are four methods, each used where it does not cancel (Gautschi 1979; Temme 1994; Gil, Segura & Temme 2012):
 //! * a <= 1, x <= 1: the series at zero, with `1 - x^a / Gamma(1 + a)` taken from expm1;
 //! * a >= 25 and x / a within about (0.3, 2.4): Temme's uniform expansion;
-//! * else x <= a + 1: the series of P; above: the continued fraction of Q.
+//! * otherwise, for x <= a + 1 the series of P, for larger x the continued fraction of Q.
 //!
 //! The common factor `x^a e^{-x} / Gamma(a + 1)` is `exp(-a phi(x / a))` times a smooth function of a, with
-//! `phi(l) = l - 1 - log l`, so that small tails keep their relative accuracy: the error is a few units plus some units times the
-//! logarithm of the result (test `against_sixty_digits`), which is what the rounding of x alone costs.
+//! `phi(l) = l - 1 - log l`, so that small tails keep their relative accuracy. The error is a few units plus some units times the
+//! logarithm of the result (test `against_sixty_digits`). The rounding of x alone has an effect of that size.
 
 use super::gamma_series::{lower_series, upper_fraction};
 use crate::real::Real;
@@ -53,7 +53,7 @@ const EXPANSION: [f64; TERMS] = {
     f
 };
 
-/// As many as single precision needs: |eta| < 1, and a term is a third of the one before.
+/// The coefficients needed in single precision: |eta| < 1, and each term is about a third of the previous one.
 #[expect(clippy::indexing_slicing, reason = "evaluated by the compiler alone")]
 const NARROW: [f32; 14] = {
     let mut narrow = [0.0; 14];
@@ -65,8 +65,8 @@ const NARROW: [f32; 14] = {
     narrow
 };
 
-/// (1 / Gamma(1 + a) - 1) / a for 0 <= a <= 1 in single precision: the Chebyshev fit of degree 8, error 3.2e-10 (60 digits).
-/// (libm's functions of single precision compute in double, which is far too much for firmware.)
+/// (1 / Gamma(1 + a) - 1) / a for 0 <= a <= 1 in single precision: the Chebyshev fit of degree 8, error 3.2e-10 (from 60 digits).
+/// (libm's single-precision functions compute in double precision, which is too large for firmware.)
 fn gamma_rise<T: Real>(a: T) -> T {
     const FIT: [f32; 9] = [
         0.00012755832,
@@ -82,7 +82,7 @@ fn gamma_rise<T: Real>(a: T) -> T {
     FIT.iter().fold(T::ZERO, |sum, &c| sum * a + T::from_f32(c))
 }
 
-/// log(1 + y) for y > -1, and e^y - 1, with relative accuracy near zero: libm's, in single precision from what is linked anyway.
+/// log(1 + y) for y > -1, with relative accuracy near zero: libm's, in single precision computed from functions that are linked anyway.
 fn log1p<T: Real>(y: T) -> T {
     if T::DIGITS > 24 {
         return y.log1p();
@@ -90,7 +90,7 @@ fn log1p<T: Real>(y: T) -> T {
     if y.abs() > T::HALF { (T::ONE + y).log() } else { y - log_excess(y) }
 }
 
-/// See [`log1p`].
+/// e^y - 1, as [`log1p`].
 fn expm1<T: Real>(y: T) -> T {
     if T::DIGITS > 24 {
         return y.expm1();
@@ -98,7 +98,7 @@ fn expm1<T: Real>(y: T) -> T {
     if y.abs() > T::HALF {
         return y.exp() - T::ONE;
     }
-    // y (1 + y/2 (1 + y/3 ...)): 2^-9 / 10! is far below a rounding.
+    // y (1 + y/2 (1 + y/3 ...)). The remainder, 2^-9 / 10!, is far below a rounding.
     y * (2..10).rev().fold(T::ONE, |sum, k| T::ONE + y * sum / T::from_i32(k))
 }
 
@@ -109,7 +109,7 @@ fn log_gamma_1p<T: Real>(a: T) -> T {
     }
     let y = T::ONE + a;
     let lost = a - (y - T::ONE);
-    // psi(1 + a) = -gamma + a pi^2/6 - ...: the lost part is below a rounding, two figures of its factor suffice.
+    // psi(1 + a) = -gamma + a pi^2/6 - ...: the correction is below a rounding, so two digits of its factor suffice.
     let digamma = T::from_f64(1.645) * a / (T::ONE + T::from_f64(0.6) * a) - T::from_f64(0.577_215_664_901_532_9);
     y.log_gamma() + lost * digamma
 }
@@ -120,7 +120,7 @@ fn log_excess<T: Real>(mu: T) -> T {
         // Near -1, 1 + mu is exact.
         return mu - if T::DIGITS > 24 { mu.log1p() } else { (T::ONE + mu).log() };
     }
-    // log(1 + mu) = 2 artanh(r), r = mu / (2 + mu), and 2 r = mu - r mu: so the difference is r (mu - 2 (r^2/3 + r^4/5 + ...)).
+    // log(1 + mu) = 2 artanh(r), r = mu / (2 + mu), and 2 r = mu - r mu. So the difference is r (mu - 2 (r^2/3 + r^4/5 + ...)).
     let r = mu / (T::TWO + mu);
     let square = r * r;
     let mut sum = T::ZERO;
@@ -164,14 +164,14 @@ fn scale<T: Real>(a: T) -> T {
     if T::DIGITS > 24 && a < T::from_i32(10) {
         return if a == T::ZERO { T::ONE } else { a.pow(a) * (-a).exp() / (T::ONE + a).gamma() };
     }
-    // Stirling's series; the first term left out is below 7e-16 at a = 10.
+    // Stirling's series. The first omitted term is below 7e-16 at a = 10.
     let (r, square) = (T::ONE / a, T::ONE / (a * a));
     let tail = if T::DIGITS > 24 {
         [1.0 / 1188.0, -1.0 / 1680.0, 1.0 / 1260.0, -1.0 / 360.0, 1.0 / 12.0]
             .iter()
             .fold(T::from_f64(-691.0 / 360_360.0), |sum, &c| sum * square + T::from_f64(c))
     } else {
-        // And below 5e-8 at a = 3.
+        // Below 5e-8 at a = 3.
         [-1.0 / 1680.0, 1.0 / 1260.0, -1.0 / 360.0, 1.0 / 12.0]
             .iter()
             .fold(T::ZERO, |sum, &c| sum * square + T::from_f32(c))
@@ -192,7 +192,7 @@ fn uniform<T: Real>(a: T, x: T) -> (T, T) {
     let eta = sign * (T::TWO * energy / a).sqrt();
     let (mut next, mut here) = (T::ZERO, T::ZERO);
     let mut series = T::ZERO;
-    // beta_{k-1} = f_k + (k + 1) beta_{k+1} / a, for k down to 1; the series is the sum of beta_k eta^k.
+    // beta_{k-1} = f_k + (k + 1) beta_{k+1} / a, for k down to 1. The series is the sum of beta_k eta^k.
     let mut step = |k: usize, f: T| {
         let value = f + T::from_usize(k + 1) * next / a;
         (next, here) = (here, value);
@@ -220,9 +220,9 @@ fn uniform<T: Real>(a: T, x: T) -> (T, T) {
     }
 }
 
-/// (P(a, x), Q(a, x)): the smaller one has full relative accuracy. NaN outside a >= 0, x >= 0 (and at a = x = 0).
+/// (P(a, x), Q(a, x)). The smaller one has full relative accuracy. NaN outside a >= 0, x >= 0 (and at a = x = 0).
 ///
-/// a = 0 is the limit: Q(0, x) = 0 for x > 0.
+/// For a = 0 the limit: Q(0, x) = 0 for x > 0.
 #[must_use]
 pub fn ratios<T: Real>(a: T, x: T) -> (T, T) {
     if !(a >= T::ZERO && x >= T::ZERO && a.is_finite()) || a == T::ZERO && x == T::ZERO {
@@ -277,9 +277,9 @@ pub fn lower<T: Real>(a: T, x: T) -> T {
 
 /// The x with Q(a, x) = u: +inf at u = 0, 0 at u = 1 (and where it underflows), NaN outside a > 0, 0 <= u <= 1.
 ///
-/// Newton's method for `log Q` as a function of `log x`, which is concave and falls: from the right of the root the iterates fall
-/// to it, and one step from the left goes to the right. The start is the median for a >= 1. The result is as good as
-/// the last bit of u allows: its relative error is about `EPSILON u / (a factor)` (test `the_inverse_inverts`).
+/// Newton's method for `log Q` as a function of `log x`, which is concave and decreasing. From the right of the root the iterates decrease
+/// to it, and one step from the left leads to the right. The initial value is the median for a >= 1. The accuracy of the result is limited by
+/// the last bit of u: its relative error is about `EPSILON u / (a factor)` (test `the_inverse_inverts`).
 #[must_use]
 pub fn upper_inverse<T: Real>(a: T, u: T) -> T {
     if !(a > T::ZERO && a.is_finite() && u >= T::ZERO && u <= T::ONE) {
@@ -292,7 +292,7 @@ pub fn upper_inverse<T: Real>(a: T, u: T) -> T {
         return T::ZERO;
     }
     let mut y = start(a, u);
-    // The last point known to lie left of the root.
+    // The last point known to be left of the root.
     let mut left = None;
     for _ in 0..100 {
         let x = y.exp();
@@ -301,7 +301,7 @@ pub fn upper_inverse<T: Real>(a: T, u: T) -> T {
         }
         let q = upper(a, x);
         if q == T::ZERO || x == T::INFINITY {
-            // Beyond the smallest number: come back.
+            // Q underflows: move back to the left.
             y = left.map_or(y - T::HALF, |l: T| T::HALF * (l + y));
             continue;
         }
@@ -310,12 +310,12 @@ pub fn upper_inverse<T: Real>(a: T, u: T) -> T {
         }
         let slope = a * factor(a, x) / q;
         if slope <= T::ZERO || slope.is_nan() {
-            // Q is 1 to rounding and flat: go right.
+            // Q is 1 to rounding and its slope is zero: move to the right.
             y += T::ONE;
             continue;
         }
         let step = (q / u).log() / slope;
-        // One step from the far left may go too far right to be of use.
+        // A step from far left of the root may overshoot, so it is limited.
         let step = step.min(T::from_i32(8));
         y += step;
         if step.abs() <= T::TWO * T::EPSILON {
@@ -325,16 +325,16 @@ pub fn upper_inverse<T: Real>(a: T, u: T) -> T {
     y.exp()
 }
 
-/// A start for [`upper_inverse`], as log x.
+/// An initial value for [`upper_inverse`], as log x.
 fn start<T: Real>(a: T, u: T) -> T {
     if a >= T::ONE {
-        // The median, by Wilson and Hilferty's cube.
+        // The median, by the Wilson-Hilferty approximation.
         let w = T::ONE - T::ONE / (T::from_i32(9) * a);
         return (a * w * w * w).log();
     }
     let scaled = u / a;
     if scaled < T::from_f64(0.2) {
-        // Q <= about a e^{-x} for x >= 1.
+        // Q is at most about a e^{-x} for x >= 1.
         return (-scaled.log()).max(T::ONE).log();
     }
     // P = x^a / Gamma(a + 1) to leading order; |log Gamma(a + 1)| / a is below 0.6.
@@ -345,7 +345,7 @@ fn start<T: Real>(a: T, u: T) -> T {
 mod tests {
     use super::*;
 
-    /// (a, x, P, Q) in 60-digit arithmetic, rounded.
+    /// (a, x, P, Q), rounded from 60-digit arithmetic.
     const TABLE: &[(f64, f64, f64, f64)] = &include!("../../../tests/data/incomplete_gamma.in");
 
     #[test]
@@ -366,8 +366,8 @@ mod tests {
                     assert!(got < 1e-280);
                     continue;
                 }
-                // The larger one is 1 minus the smaller: absolute accuracy. The exponent's relative rounding is multiplied by
-                // its size, -log(want): three roundings of it, and some tens of additions in the sums.
+                // The larger one is 1 minus the smaller and has absolute accuracy. The relative rounding of the exponent is multiplied by
+                // its size, -log(want): three of its roundings, and some tens of additions in the sums.
                 let allowed = (40.0 - 4.0 * want.ln()) * f64::EPSILON * want;
                 worst = worst.max((got - want).abs() / allowed);
                 assert!(
@@ -407,7 +407,7 @@ mod tests {
                     continue;
                 }
                 let q = upper(a, x);
-                // x is good to a few units: Q then to that times its slope, and to its own accuracy.
+                // x is accurate to a few units. The error of Q is that times its slope, plus its own.
                 let slope = a * factor(a, x) / q;
                 let allowed = (40.0 - 4.0 * u.ln() + 8.0 * slope * (1.0 + x.ln().abs())) * f64::EPSILON;
                 assert!((q / u - 1.0).abs() <= allowed, "a {a} u {u}: x {x:e} q {q:e} {:e}", q / u - 1.0);

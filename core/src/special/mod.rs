@@ -1,4 +1,4 @@
-//! Special functions that libm lacks, stated once over the scalar.
+//! Special functions that libm does not provide, generic over the scalar.
 
 pub mod bessel;
 pub(crate) mod elementary;
