@@ -1,4 +1,4 @@
-//! Builds the peers: the sums as a competent user writes them in C, with the flags such a user gives.
+//! Builds the C programs that mollis is compared with, with the compiler flags that a user of such a program would give.
 
 fn main() {
     println!("cargo::rerun-if-changed=peers");

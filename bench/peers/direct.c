@@ -1,10 +1,10 @@
-/* The direct sum as a competent user writes it in C: structure of arrays, no branch in the inner loop, left to the
- * compiler (-O3 -march=native -ffast-math). Newtonian kernel, compact mollifier of order 2, M = 4: inside delta, in powers
- * of t = 1 - (r/delta)^2, the gradient factor is the truncated series of (1-t)^(-D/2); outside it is 1/r^D. */
+/* The direct sum as a competent user writes it in C: structure of arrays, no branch in the inner loop. Optimisation is left
+ * to the compiler (-O3 -march=native -ffast-math). Newtonian kernel, compact mollifier of order 2, M = 4. Inside delta the
+ * gradient factor is the truncated series of (1-t)^(-D/2) in powers of t = 1 - (r/delta)^2; outside it is 1/r^D. */
 #include <math.h>
 #include <stddef.h>
 
-/* Adds nothing to what the caller scales later: g = sum_j m_j x / r^2, without 1 / (2 pi). */
+/* g = sum_j m_j x / r^2. The caller multiplies by 1 / (2 pi). */
 void peer_gradient2(size_t n, const double *restrict x, const double *restrict y, const double *restrict m, size_t k,
                     const double *restrict tx, const double *restrict ty, double delta, double *restrict gx,
                     double *restrict gy)
@@ -51,7 +51,7 @@ void peer_gradient3(size_t n, const double *restrict x, const double *restrict y
     }
 }
 
-/* As peer_gradient2, and p = sum_j m_j log r^2 / 2 outside. */
+/* The same as peer_gradient2, and p = sum_j m_j log r^2 / 2 outside delta. */
 void peer_both2(size_t n, const double *restrict x, const double *restrict y, const double *restrict m, size_t k,
                 const double *restrict tx, const double *restrict ty, double delta, double *restrict p,
                 double *restrict gx, double *restrict gy)

@@ -95,7 +95,7 @@ def search_kdtree(position, mass, chi, noise, dt):
     """Clusters as arrays of particles."""
     heavy = mass.max()
     nu = chi * 2 * heavy * heavy / (8 * np.pi * noise)
-    # Y M / (4 mu~ dt) beyond which a pair of the heaviest collides with a smaller probability, and the distance for it.
+    # The value of Y M / (4 mu~ dt) above which a pair of the heaviest particles collides with a smaller probability, and its distance.
     if scipy.special.gammaincc(nu, 1e-300) <= PROBABILITY:
         return []
     x = np.exp(scipy.optimize.brentq(lambda s: scipy.special.gammaincc(nu, np.exp(s)) - PROBABILITY, -600, 30))
@@ -144,7 +144,7 @@ def solve(rho, mass, centre, lower, h, cells):
     nx, ny = cells
     x = lower[0] + h[0] * np.arange(-1, nx + 2)
     y = lower[1] + h[1] * np.arange(-1, ny + 2)
-    # The border and one ghost ring outside it.
+    # The border and one ring of ghost nodes outside it.
     u = np.zeros((ny + 3, nx + 3))
     for row in (0, 1, -2, -1):
         u[row, :] = potential(mass, centre, x, y[row])
@@ -182,7 +182,7 @@ def main():
     lower, upper = np.array([-1.5, -1.5]), np.array([1.5, 1.5])
     h = (upper - lower) / cells
     generator = np.random.default_rng(1)
-    # A bump well inside, as mollis-bench's.
+    # A normal distribution well inside the mesh, the same as that of mollis-bench.
     position = 0.25 * generator.standard_normal((n, 2))
     position = np.clip(position, -1.4, 1.4)
     total = 16 * np.pi

@@ -1,4 +1,4 @@
-//! `mollis-bench field`: pairs a second of a sum, its error, and the same sum in C in the same run.
+//! `mollis-bench field`: pairs per second and error of a sum, compared with the same sum in C in the same run.
 
 use std::time::Duration;
 
@@ -47,7 +47,7 @@ fn parse_kernel(text: &str) -> Result<KernelName> {
     })
 }
 
-/// -(r^2 + e^2)^(-1/2) in so many dimensions.
+/// -(r^2 + e^2)^(-1/2) in D dimensions.
 struct Plummer {
     dimension: f64,
 }
@@ -78,7 +78,7 @@ fn prepared<'k, T: Real, const D: usize>(
     Ok(Kernel::prepare_with(&mut aligned(memory)[..bytes], &terms, own, mollifier, T::from_f64(delta))?)
 }
 
-/// What is summed, and how.
+/// The sum and the way it is computed.
 #[derive(Clone, Debug, Args)]
 pub struct Field {
     /// Dimension: 1, 2 or 3.
@@ -99,10 +99,10 @@ pub struct Field {
     /// The mollifier's length; no mollifier if not given.
     #[arg(long)]
     delta: Option<f64>,
-    /// Chooses delta so that about this fraction of the pairs is near; 1 makes it the cube's diagonal.
+    /// Chooses delta so that about this fraction of the pairs is near; 1 gives the diagonal of the cube.
     #[arg(long, conflicts_with = "delta")]
     near: Option<f64>,
-    /// newtonian, power=P, exponential=LENGTH, screened=K, or own: a host's own (Plummer's, softened over 0.05).
+    /// newtonian, power=P, exponential=LENGTH, screened=K, or own: a function of the host (Plummer's potential, softened over 0.05).
     #[arg(long, default_value = "newtonian", value_parser = parse_kernel)]
     kernel: KernelName,
     /// A Gaussian mollifier (with --delta or --near) instead of a compact one.
@@ -116,7 +116,7 @@ pub struct Field {
     exponent: u32,
     #[arg(long, value_enum, default_value = "f64")]
     scalar: Precision,
-    /// Threads; times are then wall times, else CPU times of the thread.
+    /// Threads; times are wall times with several threads, otherwise CPU times of the thread.
     #[arg(long, default_value_t = 1)]
     threads: usize,
     /// auto, portable, neon, avx2 or avx512.
@@ -128,10 +128,10 @@ pub struct Field {
     /// Leaves out the C loop.
     #[arg(long)]
     no_peer: bool,
-    /// Repetitions of each, interleaved.
+    /// Repetitions of each program, interleaved.
     #[arg(long, default_value_t = 60)]
     repetitions: usize,
-    /// Whole measurements; the ratio is their median.
+    /// Complete measurements; the ratio is their median.
     #[arg(long, default_value_t = 5)]
     rounds: usize,
     /// Prints one JSON object.
@@ -329,8 +329,8 @@ pub(crate) fn minimum(seconds: &[f64]) -> f64 {
     seconds.iter().copied().fold(f64::INFINITY, f64::min)
 }
 
-/// The relative l2 error over up to 32 targets, all outputs together by the worst, against f64 sums of accurate terms at
-/// the same particles (f32's are converted exactly).
+/// The relative l2 error over up to 32 targets, the largest of the outputs. The reference is an f64 sum of accurate terms at
+/// the same particles (those in f32 are converted exactly).
 fn error<T: Real, const D: usize>(
     scene: &Scene<D>,
     kernel: &Kernel<'_, f64, D>,
@@ -339,7 +339,7 @@ fn error<T: Real, const D: usize>(
     gradient: &[[T; D]],
     laplacian: &[T],
 ) -> Result<f64> {
-    // [difference, size] squared, of the three outputs.
+    // Squares of difference and size, for each of the three outputs.
     let mut norms = [[0.0_f64; 2]; 3];
     for i in (0..gradient.len()).step_by(gradient.len().div_ceil(32).max(1)) {
         let (mut u, mut du, mut ddu) = (0.0, [0.0; D], 0.0);
@@ -377,11 +377,11 @@ pub(crate) fn wall_time() -> Duration {
     START.get_or_init(std::time::Instant::now).elapsed()
 }
 
-/// The thread's CPU time: what a shared machine disturbs least.
+/// CPU time of the thread, which depends least on other programs.
 pub(crate) fn cpu_time() -> Duration {
     let mut now = Timespec { seconds: 0, nanoseconds: 0 };
     const THREAD_CPU: i32 = 3;
-    // SAFETY: writes one structure of this layout (64-bit Linux).
+    // SAFETY: the call writes one structure of this layout (64-bit Linux).
     #[expect(unsafe_code, reason = "the thread's CPU clock is not in std")]
     let status = unsafe { clock_gettime(THREAD_CPU, &mut now) };
     assert_eq!(status, 0, "no CPU clock");

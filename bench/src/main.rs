@@ -1,4 +1,4 @@
-//! `mollis-bench`: run time against error, side by side with peers measured in the same run.
+//! `mollis-bench`: run time and error, compared with other programs measured in the same run.
 
 mod field;
 mod peers;
@@ -8,7 +8,7 @@ mod skips;
 
 use clap::{Parser, Subcommand};
 
-/// Run time against error, side by side with peers measured in the same run.
+/// Run time and error, compared with other programs measured in the same run.
 #[derive(Debug, Parser)]
 #[command(name = "mollis-bench")]
 struct Arguments {
@@ -22,7 +22,7 @@ enum What {
     Field(field::Field),
     /// One sub-step of the Patlak-Keller-Segel particles on a mesh.
     Pks(pks::Pks),
-    /// Sums that visit no pair: moments, and one sort in one dimension.
+    /// Sums without pairs: moments, and one sort in one dimension.
     Skips,
 }
 

@@ -46,7 +46,7 @@ unsafe extern "C" {
     );
 }
 
-/// Coordinates one array each, as the C loop wants them.
+/// One array for each coordinate, as the C loop needs them.
 pub struct Peer {
     x: Vec<Vec<f64>>,
     m: Vec<f64>,
@@ -57,7 +57,7 @@ pub struct Peer {
 }
 
 impl Peer {
-    /// The C loop that does this, if there is one.
+    /// The C loop for this sum, if there is one.
     pub fn new<const D: usize>(scene: &Scene<D>, targets: usize, gradient: bool, potential: bool) -> Option<Self> {
         let offered = gradient && ((D == 2) || (D == 3 && !potential));
         let column = |k: usize| scene.positions.iter().map(|x| x[k]).collect::<Vec<_>>();
@@ -71,12 +71,12 @@ impl Peer {
         })
     }
 
-    /// Runs it once; targets are the first of the sources.
+    /// Runs the loop once. The targets are the first of the sources.
     pub fn run(&mut self) {
         let (n, k, m, delta) = (self.m.len(), self.targets, self.m.as_ptr(), self.delta);
         let x: Vec<*const f64> = self.x.iter().map(|x| x.as_ptr()).collect();
         let out: Vec<*mut f64> = self.out.iter_mut().map(|x| x.as_mut_ptr()).collect();
-        // SAFETY: inputs hold n >= k numbers, outputs k, and the C functions stay within.
+        // SAFETY: the inputs hold n >= k numbers, the outputs k, and the C functions access no others.
         #[expect(unsafe_code, reason = "C functions")]
         unsafe {
             match (x.len(), self.potential) {

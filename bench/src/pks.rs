@@ -1,5 +1,5 @@
-//! `mollis-bench pks`: one sub-step of the Patlak-Keller-Segel particles (deposit, solve, gather, noise, move), whole steps without and
-//! with the search for clusters, and the same in NumPy and SciPy.
+//! `mollis-bench pks`: one sub-step of the Patlak-Keller-Segel particles (deposit, solve, gather, noise, move), and whole steps without
+//! and with the search for clusters. NumPy and SciPy programs for the same are measured as well.
 
 use std::process::Command;
 use std::time::Duration;
@@ -19,13 +19,13 @@ use mollis_core::random::Philox;
 use crate::field::{cpu_time, minimum, wall_time};
 use crate::scene::aligned;
 
-/// Particles that are gathered, given noise and moved together: their numbers stay in the nearest cache.
+/// Number of particles that are gathered, given noise and moved together: their data fit into the L1 cache.
 const TASK: usize = 1024;
 
-/// How large, how often.
+/// Sizes and repetitions.
 #[derive(Clone, Debug, Args)]
 pub struct Pks {
-    /// Particles, a normal bump in the middle of the mesh.
+    /// Number of particles. They have a normal distribution in the middle of the mesh.
     #[arg(long, default_value_t = 1_000_000)]
     n: usize,
     /// Cells along each axis.
@@ -34,16 +34,16 @@ pub struct Pks {
     /// The mesh's scheme of fourth order.
     #[arg(long)]
     fourth: bool,
-    /// Threads; times are then wall times, else CPU times of the thread.
+    /// Threads; times are wall times with several threads, otherwise CPU times of the thread.
     #[arg(long, default_value_t = 1)]
     threads: usize,
-    /// Sub-steps; each phase's least time counts.
+    /// Sub-steps; the least time of each phase counts.
     #[arg(long, default_value_t = 20)]
     repetitions: usize,
-    /// Makes so many of the particles heavy, a tenth of the mass each, whose pairs whole steps sum beside the mesh.
+    /// Number of heavy particles, each with a tenth of the mass. Whole steps sum their pairs beside the mesh.
     #[arg(long, default_value_t = 0)]
     heavy: usize,
-    /// Runs `peers/numpy_pks.py` with this interpreter too (it needs NumPy and SciPy).
+    /// Also runs `peers/numpy_pks.py` with this interpreter (it needs NumPy and SciPy).
     #[arg(long)]
     python: Option<String>,
     /// Prints one JSON object.
@@ -62,13 +62,14 @@ struct Report {
     gather_noise_move_ns: f64,
     step_ns: f64,
     checksum: String,
-    /// `pks::step`, which checks its arguments and keeps the old positions until all is well, without and with the search.
+    /// Time of `pks::step` without the search. It also checks its arguments and keeps the old positions until the step has succeeded.
     whole_ns: f64,
+    /// The same with the search.
     with_search_ns: f64,
     numpy: Option<Peer>,
 }
 
-/// Times of the peer, and how many times mollis' they are.
+/// Times of the NumPy program, and their ratios to those of mollis.
 #[derive(Clone, Debug, serde::Serialize)]
 struct Peer {
     step_ns: f64,
@@ -146,7 +147,7 @@ impl Pks {
         let bytes = Grid::workspace_bytes(&mesh, &self.equation(), executor.workers())?;
         let mut memory = vec![0_u8; bytes + 64];
         let mut grid = Grid::prepare(aligned(&mut memory), mesh, self.equation(), executor.workers())?;
-        // Masses change when particles merge, not in a sub-step.
+        // Masses change when particles merge, not within a sub-step.
         let scale = MassScale::of(&masses)?;
         let clock = if self.threads > 1 { wall_time } else { cpu_time };
         let mut seconds = [const { Vec::new() }; 4];
@@ -195,7 +196,7 @@ impl Pks {
         })
     }
 
-    /// The least time of a whole step, of mass 16 pi with chi = mu = 1 and one sub-step a particle.
+    /// The least time of a whole step with mass 16 pi, chi = mu = 1 and one sub-step a particle.
     fn whole(&self, merging: Merging, executor: &dyn Executor) -> Result<f64> {
         let (n, mass) = (self.n, 16.0 * std::f64::consts::PI);
         let philox = Philox::new(1);

@@ -1,12 +1,12 @@
-//! Scenes: particles in the unit cube, masses of both signs, the same for the same seed.
+//! Test data: particles in the unit cube with masses of both signs, the same for the same seed.
 
-/// Sources; the first of them are targets too.
+/// Sources. The first of them are also the targets.
 pub struct Scene<const D: usize> {
-    /// Where.
+    /// Positions.
     pub positions: Vec<[f64; D]>,
-    /// How much, in -1/2..1/2.
+    /// Masses in -1/2..1/2.
     pub masses: Vec<f64>,
-    /// The mollifier's length, if any.
+    /// The length of the mollifier, if there is one.
     pub delta: Option<f64>,
 }
 
@@ -19,7 +19,7 @@ impl<const D: usize> Scene<D> {
             let mut z = state;
             z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
             z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-            // 24 bits, so that f32 has the same particles.
+            // 24 bits, so that the particles are exact in f32.
             ((z ^ (z >> 31)) >> 40) as f64 / f64::from(1_u32 << 24)
         };
         let positions = (0..n).map(|_| std::array::from_fn(|_| next())).collect();
@@ -27,7 +27,7 @@ impl<const D: usize> Scene<D> {
     }
 }
 
-/// What of the memory starts and ends so that a workspace may: 64 bytes fewer.
+/// The part of the memory that is aligned as a workspace must be, 64 bytes shorter.
 pub fn aligned(memory: &mut [u8]) -> &mut [u8] {
     let start = memory.as_ptr().align_offset(64);
     let end = memory.len() - 64 + start;

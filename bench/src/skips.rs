@@ -1,6 +1,6 @@
 //! Sums without pairs: `mollis-bench skips`.
 //!
-//! Prints the best of several runs on one core, and what was asked for; ends with an error where a limit is missed.
+//! Prints the best of several runs on one core and the limit. Ends with an error if a limit is exceeded.
 
 use mollis_core::exec::Run;
 use mollis_core::field::{Options, Outputs, Sources, Wanted, evaluate, plan};
@@ -21,7 +21,7 @@ fn numbers(n: usize) -> Vec<f64> {
     (0..n).map(|_| next()).collect()
 }
 
-/// The best of the evaluations of the gradient that half a second holds, and of five at least, in seconds.
+/// The least time of an evaluation of the gradient, in seconds, over half a second of evaluations and at least five.
 fn time<const D: usize>(law: Law, mollifier: Mollifier, delta: f64) -> f64 {
     let terms = [Term { law, coefficient: 1.0 }];
     let values = numbers(D * N);
@@ -53,7 +53,7 @@ fn time<const D: usize>(law: Law, mollifier: Mollifier, delta: f64) -> f64 {
     best
 }
 
-/// Times them all; an error where a limit is missed.
+/// Measures all sums. An error if a limit is exceeded.
 pub fn run() -> anyhow::Result<()> {
     let compact = Mollifier::Compact { order: 4, exponent: 4 };
     let cubic = Law::Power { exponent: 3.0 };

@@ -1,4 +1,4 @@
-/* 64 particles of the blob method in the plane, advanced by RK4 in static buffers that are as small as can be. */
+/* 64 particles of the blob method in the plane, advanced by RK4, in static buffers of the smallest size. */
 #include "board.h"
 #include "mollis.h"
 #include "report.h"

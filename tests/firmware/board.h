@@ -1,5 +1,5 @@
-/* What a program needs of the machine it runs on: a console, counters, and somewhere to stop. Three machines offer it,
- * cortex_m4f.c, rv32imafc.c and host.c, so one program runs on all and its output can be compared. */
+/* What a program needs of the machine: a console, counters and an exit. cortex_m4f.c, rv32imafc.c and host.c implement it, so
+ * one program runs on all three and its output can be compared. */
 #ifndef BOARD_H
 #define BOARD_H
 

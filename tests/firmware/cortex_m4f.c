@@ -9,7 +9,7 @@ extern uint32_t __stack_top[];
 void machine_start(void);
 void machine_init(void);
 
-/* The names under which compilers for ARM ask for the memory functions. */
+/* The names of the memory functions that compilers for ARM use. */
 void *memcpy(void *to, const void *from, size_t n);
 void *memset(void *to, int value, size_t n);
 void __aeabi_memcpy(void *to, const void *from, size_t n) { memcpy(to, from, n); }
@@ -52,5 +52,5 @@ void machine_init(void) {
   SYSTICK[0] = 5;        /* on, processor clock, no interrupt */
 }
 
-/* QEMU with -icount shift=0 runs an instruction in one virtual nanosecond, and this machine's clock has 25 MHz. */
+/* QEMU with -icount shift=0 executes an instruction in one virtual nanosecond; the clock of this machine has 25 MHz. */
 uint32_t board_instructions(void) { return (0xffffff - SYSTICK[2]) * 40u; }

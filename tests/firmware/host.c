@@ -1,4 +1,4 @@
-/* The host: standard output. */
+/* The host: console on standard output. */
 #include <stdio.h>
 
 #include "board.h"

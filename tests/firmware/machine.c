@@ -1,4 +1,4 @@
-/* What both bare machines do alike: memory before main, the stack's depth, console and exit. */
+/* Common to both bare machines: memory before main, depth of the stack, console and exit. */
 #include <stddef.h>
 
 #include "board.h"
@@ -6,7 +6,7 @@
 
 extern uint32_t __data_start[], __data_end[], __data_load[], __bss_start[], __bss_end[], __stack_limit[], __stack_top[];
 
-/* Small ones: those that come with the library are made for speed and take 400 bytes. */
+/* Small functions: those of the compiler's library are optimised for speed and take 400 bytes. */
 void *memcpy(void *to, const void *from, size_t n) {
   char *t = to;
   const char *f = from;
@@ -37,7 +37,7 @@ void machine_start(void) {
   volatile uint32_t *to;
   const uint32_t *from = __data_load;
   uintptr_t status[2];
-  /* The stack in use ends a little below this frame; everything under it is marked as never touched. */
+  /* The stack in use ends a little below this frame. All bytes below are filled with the pattern. */
   volatile uint32_t *end = (volatile uint32_t *)((uintptr_t)__builtin_frame_address(0) - 128);
   for (to = __stack_limit; to < end; ++to) *to = UNUSED;
   for (to = __data_start; to < __data_end; ++to, ++from) *to = *from;

@@ -1,5 +1,5 @@
-/* 200 particles of the Patlak-Keller-Segel model without a grid, that coalesce, driven by a generator written here, in static
- * buffers that are as small as can be. */
+/* 200 coalescing particles of the Patlak-Keller-Segel model without a grid, with a random generator defined here, in static
+ * buffers of the smallest size. */
 #include "board.h"
 #include "mollis.h"
 #include "report.h"

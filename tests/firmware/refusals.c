@@ -1,4 +1,4 @@
-/* Bad input: what every function of the three other programs answers to it, one argument at a time from a good call. */
+/* Bad input: the status codes of every function of the three other programs, one wrong argument at a time. */
 #include "board.h"
 #include "mollis.h"
 #include "report.h"
@@ -159,7 +159,7 @@ static void good_run(void) {
   events = empty;
 }
 
-/* One step as things are; then they are good again. */
+/* One step with the current arguments, which are then reset to valid ones. */
 static void step(const char *name, float dt, size_t bytes) {
   put_status(name, mollis_pks_step_f32(&options, &attraction, N, positions, masses, labels, 0, &counters, &generator, 0, dt, 1,
                                        &events, 0, pks_workspace, bytes, &portable));

@@ -1,5 +1,5 @@
-/* Output without printf: raw bits in hexadecimal, exact to compare. A line that begins with '#' is a measurement and differs
- * between machines. */
+/* Output without printf: raw bits in hexadecimal, which can be compared exactly. A line that begins with '#' is a measurement
+ * and differs between machines. */
 #ifndef REPORT_H
 #define REPORT_H
 
@@ -10,9 +10,9 @@ void put_hex(uint32_t value);
 void put_number(uint32_t value);
 void put_float(float value);
 void put_line(void);
-/* "name value", a line. */
+/* Prints the line "name value". */
 void put_status(const char *name, int32_t status);
-/* "#name value", a line. */
+/* Prints the line "#name value". */
 void put_measure(const char *name, uint32_t value);
 
 #endif

@@ -27,7 +27,7 @@ __attribute__((used, aligned(4))) static void fault(void) {
 __attribute__((noinline, aligned(16))) uintptr_t semihosting(uintptr_t request, const void *argument) {
   register uintptr_t a0 __asm__("a0") = request;
   register const void *a1 __asm__("a1") = argument;
-  /* The three instructions are the request's mark; they must be uncompressed and on one page. */
+  /* These three instructions mark a semihosting request. They must be uncompressed and on one page. */
   __asm__ volatile(
       ".option push\n.option norvc\n.balign 16\n"
       "slli x0, x0, 0x1f\n ebreak\n srai x0, x0, 7\n"

@@ -1,4 +1,4 @@
-/* The host alone: the macros of the header answer as the size queries do, for every small n and some large ones. */
+/* Runs on the host only: the macros of the header equal the size queries, for every small n and some large ones. */
 #include <stdio.h>
 
 #include "mollis.h"

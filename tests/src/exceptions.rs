@@ -1,7 +1,7 @@
-//! Which floating-point exceptions calls raise: hosts that trap invalid, divide-by-zero and overflow (usual in Fortran codes) must survive ordinary
-//! input.
+//! Records the floating-point exceptions that calls raise. Hosts that trap invalid, divide-by-zero and overflow (usual in Fortran codes) must not
+//! stop on ordinary input.
 //!
-//! The flags are read instead of trapping, so that a failure names the call. They belong to a thread, and so do these calls.
+//! The flags are read instead of trapped, so that a failure names the call. Flags belong to a thread, and all calls run on that thread.
 #![expect(unsafe_code, reason = "the flags belong to C's floating-point environment")]
 
 use std::fmt::Display;
@@ -11,7 +11,7 @@ use std::fmt::Display;
 mod flags {
     use std::ffi::c_int;
 
-    /// With their names: those of glibc.
+    /// The flags with the names of glibc.
     pub const ALL: [(c_int, &str); 3] = if cfg!(target_arch = "x86_64") {
         [(1, "invalid"), (4, "divide-by-zero"), (8, "overflow")]
     } else {
@@ -25,20 +25,20 @@ mod flags {
     }
 }
 
-/// Forgets what has been raised in this thread.
+/// Clears the flags of this thread.
 pub fn clear() {
     #[cfg(all(target_os = "linux", target_env = "gnu", any(target_arch = "x86_64", target_arch = "aarch64")))]
-    // SAFETY: clears flags of this thread.
+    // SAFETY: the call clears flags of this thread.
     unsafe {
         flags::feclearexcept(flags::ALL.iter().fold(0, |all, (flag, _)| all | flag));
     }
 }
 
-/// Those of invalid, divide-by-zero and overflow that this thread has raised since. Nothing where the C library is another one.
+/// Those of invalid, divide-by-zero and overflow that this thread has raised since. Empty with C libraries other than glibc.
 #[must_use]
 pub fn raised() -> Vec<&'static str> {
     #[cfg(all(target_os = "linux", target_env = "gnu", any(target_arch = "x86_64", target_arch = "aarch64")))]
-    // SAFETY: reads flags of this thread.
+    // SAFETY: the call reads flags of this thread.
     return unsafe {
         let set = |flag| flags::fetestexcept(flag) != 0;
         flags::ALL.iter().filter(|(flag, _)| set(*flag)).map(|(_, name)| *name).collect()
@@ -47,7 +47,7 @@ pub fn raised() -> Vec<&'static str> {
     Vec::new()
 }
 
-/// Calls, each expected to succeed and to raise none of the three.
+/// A series of calls, each expected to succeed and to raise none of the three exceptions.
 #[derive(Debug, Default)]
 pub struct Rows {
     failed: Vec<String>,
@@ -55,7 +55,7 @@ pub struct Rows {
 }
 
 impl Rows {
-    /// Makes a call, which answers with its status.
+    /// Makes a call, which returns its status.
     pub fn row(&mut self, name: impl Display, call: impl FnOnce() -> i32) {
         self.count += 1;
         clear();
@@ -69,10 +69,10 @@ impl Rows {
         }
     }
 
-    /// Fails with the list of calls that did not do as expected.
+    /// Fails with the list of calls that did not behave as expected.
     ///
     /// # Panics
-    /// If there is one, or no call was made.
+    /// If there is such a call, or if no call was made.
     pub fn finish(self) {
         assert!(self.count > 0);
         assert!(self.failed.is_empty(), "{} of {} calls:\n{}", self.failed.len(), self.count, self.failed.join("\n"));

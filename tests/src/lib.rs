@@ -1,4 +1,4 @@
-//! Helpers that several tests share.
+//! Helpers for several tests.
 
 pub mod exceptions;
 
@@ -10,7 +10,7 @@ use mollis_core::exec::Executor;
 use mollis_core::memory::ALIGN;
 use mollis_core::random::Generator;
 
-/// Dirty bytes that start at a multiple of [`ALIGN`], in a little more memory, which is dirty too.
+/// Bytes with arbitrary contents that start at a multiple of [`ALIGN`], inside a slightly larger block with arbitrary contents.
 #[derive(Debug)]
 pub struct Aligned {
     memory: Vec<u8>,
@@ -34,19 +34,19 @@ impl Aligned {
         &mut self.memory[self.start..self.start + self.len]
     }
 
-    /// The bytes as C takes them.
+    /// The pointer to the bytes, for C.
     pub fn pointer(&mut self) -> *mut c_void {
         self.bytes().as_mut_ptr().cast()
     }
 
-    /// Whether nothing was written, inside or beside.
+    /// Whether nothing was written, neither inside nor around.
     #[must_use]
     pub fn is_untouched(&self) -> bool {
         self.memory.iter().all(|&byte| byte == Self::DIRT)
     }
 }
 
-/// So many threads, which take tasks as they come.
+/// An executor with this many threads, which take tasks in turn.
 #[derive(Debug)]
 pub struct Threads(pub usize);
 
@@ -71,7 +71,7 @@ impl Executor for Threads {
     }
 }
 
-/// SplitMix64 (Steele, Lea & Flood 2014): initial conditions, and a stream.
+/// SplitMix64 (Steele, Lea & Flood 2014), for initial conditions and as a stream.
 #[derive(Clone, Copy, Debug)]
 pub struct Split(pub u64);
 

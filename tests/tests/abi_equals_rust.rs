@@ -1,5 +1,5 @@
-//! Every dimension and scalar of the C ABI computes what the Rust functions compute, bit for bit: the shims are written out
-//! one by one, so each is called here. What a field sum refuses, and that it then writes nothing, stands at the end.
+//! Every dimension and scalar of the C ABI gives the same bits as the Rust functions. Each C function is written separately, so each
+//! is called here. The last tests cover what a field sum refuses; a refused call writes nothing.
 #![expect(unsafe_code, reason = "calls the C ABI as a C program does")]
 #![expect(
     clippy::undocumented_unsafe_blocks,
@@ -97,7 +97,7 @@ macro_rules! same {
                 assert_eq!([values[0][i], values[1][i], values[2][i]], kernel.at(r), "r = {r}");
             }
 
-            // Fields, of the sum and of the Newtonian kernel alone, whose loop is another.
+            // Fields of the sum, and of the Newtonian kernel alone, which uses another loop.
             for n_terms in [2, 1] {
                 let mut bytes = 0;
                 good(unsafe { $kb(c_terms.as_ptr(), n_terms, null(), MOLLIFIER, &raw mut bytes) });
@@ -309,7 +309,7 @@ fn heaviside_and_version() {
     assert_eq!(mollis_abi_version(), 1);
 }
 
-/// Arguments of `mollis_field2_eval`, one of which a case spoils.
+/// Arguments of `mollis_field2_eval`. Each case makes one of them invalid.
 #[derive(Clone, Copy)]
 struct Call {
     kernel: *const c_void,
@@ -437,7 +437,7 @@ fn a_field_sum_refuses_with_its_own_code_and_writes_nothing() {
         assert!(potential.iter().chain(gradient.as_flattened()).all(|&x| x == 7.5), "{what} wrote");
         assert_eq!(positions, points::<f64, 2>(N, 0), "{what} wrote into an input");
     }
-    // Nothing is fine, with null everywhere; and the good call is good.
+    // Zero points are valid, with null for every array. The valid call succeeds.
     let nothing = Call { n_sources: 0, n_targets: 0, ..good };
     let (positions, masses, targets, potential, gradient) = (null(), null(), null(), null_mut(), null_mut());
     assert_eq!(evaluate(Call { positions, masses, targets, potential, gradient, ..nothing }), 0);

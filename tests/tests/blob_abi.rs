@@ -1,4 +1,4 @@
-//! The blob method through the C ABI: every refusal has its own code and leaves every buffer as it was, byte for byte.
+//! The blob method through the C ABI: every refusal has its own code and leaves every buffer unchanged, byte for byte.
 #![expect(unsafe_code, reason = "calls the C ABI as a C program does")]
 
 use std::ffi::c_void;
@@ -10,7 +10,7 @@ use mollis_core::kernel::{Kernel, Law, Term};
 use mollis_core::memory::ALIGN;
 use mollis_core::mollifier::Mollifier;
 
-/// Bytes at a multiple of 64, between canaries that every check compares too.
+/// Bytes aligned to 64 between canaries. Every check compares the canaries too.
 #[derive(Clone)]
 struct Block {
     memory: Vec<u8>,
@@ -37,7 +37,7 @@ impl Block {
     }
 
     fn read<T: Copy>(&self, n: usize) -> Vec<T> {
-        // SAFETY: only called with the type and number that the block was made of.
+        // SAFETY: only called with the type and the length with which the block was made.
         unsafe { std::slice::from_raw_parts(self.memory[self.start..].as_ptr().cast::<T>(), n) }.to_vec()
     }
 }
@@ -45,7 +45,7 @@ impl Block {
 const N: usize = 9;
 const TRACERS: usize = 4;
 
-/// All arguments of a step in the plane, each array in its own block.
+/// All arguments of a step in the plane. Each array has a block of its own.
 struct Call {
     kernel: Block,
     kernel_bytes: usize,
@@ -67,7 +67,7 @@ struct Call {
     workspace_bytes: usize,
 }
 
-/// The pointers of a call, to be spoilt one at a time.
+/// The pointers of a call. A test makes one at a time invalid.
 struct Pointers {
     kernel: *const c_void,
     masses: *const f64,
@@ -142,7 +142,7 @@ impl Call {
         }
     }
 
-    /// Steps twice, with pointers that `spoil` may change.
+    /// Runs two steps with pointers that `spoil` may change.
     fn step(&mut self, spoil: impl FnOnce(&mut Pointers)) -> i32 {
         let mut p = Pointers {
             kernel: self.kernel.pointer(),
@@ -160,7 +160,7 @@ impl Call {
             workspace: self.workspace.pointer(),
         };
         spoil(&mut p);
-        // SAFETY: live blocks of the stated sizes, or what the library must notice before it uses it.
+        // SAFETY: live blocks of the stated sizes, or invalid arguments that the library must detect before it uses them.
         unsafe {
             mollis_blob2_step(
                 p.kernel,
@@ -186,7 +186,7 @@ impl Call {
         }
     }
 
-    /// All buffers but the report and the scratch, with their canaries; the scratch's canaries.
+    /// The contents and canaries of all buffers except report and scratch, and the canaries of the scratch.
     fn snapshot(&self) -> Vec<Vec<u8>> {
         let scratch = &self.workspace;
         let (before, after) = (&scratch.memory[..scratch.start], &scratch.memory[scratch.start + bytes_of(scratch)..]);
@@ -212,7 +212,7 @@ impl Call {
     }
 }
 
-/// The call, changed and with spoilt pointers, returns `want` and writes nothing.
+/// A changed call with invalid pointers returns `want` and writes nothing.
 fn refused(want: Error, change: impl FnOnce(&mut Call), spoil: impl FnOnce(&mut Pointers)) -> Call {
     let mut call = Call::new();
     change(&mut call);
@@ -229,7 +229,7 @@ fn a_good_call_steps() {
     let before = call.snapshot();
     assert_eq!(call.step(|_| {}), 0);
     let after = call.snapshot();
-    // Kernel and masses are only read; everything else is written, and no canary.
+    // Kernel and masses are only read. All other buffers are written, and no canary is.
     let same: Vec<bool> = before.iter().zip(&after).map(|(a, b)| a == b).collect();
     assert_eq!(same, [true, true, false, false, false, false, false, false, false, true, true]);
     let report = call.report();
@@ -388,7 +388,7 @@ fn kernels_of_another_kind() {
     let mut step = |three: bool| {
         let block = call.kernel.pointer::<c_void>();
         let scratch = call.workspace.pointer::<c_void>();
-        // SAFETY: no particles, hence no arrays.
+        // SAFETY: without particles there are no arrays.
         unsafe {
             code = if three {
                 mollis_blob3_step(
@@ -443,11 +443,11 @@ fn kernels_of_another_kind() {
     assert!(call.snapshot() == before);
 }
 
-/// The callback sees the call's own arrays after each step, and stops the run.
+/// The callback receives the arrays of the call after each step, and stops the run.
 #[test]
 fn the_callback_sees_each_step_and_stops() {
     unsafe extern "C" fn after(context: *mut c_void, steps: usize, x: *const c_void, rho: *const c_void) -> i32 {
-        // SAFETY: the test passes its list; x and rho are the call's arrays.
+        // SAFETY: the context is the test's list; x and rho are the arrays of the call.
         let (seen, x, rho) =
             unsafe { (&mut *context.cast::<Vec<(usize, f64, f64)>>(), *x.cast::<f64>(), *rho.cast::<f64>()) };
         seen.push((steps, x, rho));
@@ -460,11 +460,11 @@ fn the_callback_sees_each_step_and_stops() {
     assert_eq!(call.step(|_| {}), Error::Stopped as i32);
     assert_eq!((call.report().steps, seen.len()), (1, 1));
     assert_eq!((seen[0].1, seen[0].2), (call.positions.read::<f64>(1)[0], call.density.read::<f64>(1)[0]));
-    // No output is written by a run that stops.
+    // A stopped run writes no output.
     assert!(call.velocity.read::<u8>(16 * N).iter().all(|&b| b == 0xFF));
 }
 
-/// The energy of masses of both signs, or all negative, may rise along a correct run, so it is not watched.
+/// The energy of masses of both signs, or all negative, may rise along a correct run. Watching it is refused.
 #[test]
 fn a_watched_energy_has_no_negative_mass() {
     let spoil = |masses: &mut Block, index: usize, value: f64| {
@@ -489,7 +489,7 @@ fn a_watched_energy_has_no_negative_mass() {
         };
         let call = refused(Error::Mass, change, |_| {});
         assert_eq!((call.report().steps, call.report().first_bad), (0, MOLLIS_BLOB_NONE_BAD));
-        // Without the watch they are masses like others, and so is 0 with it.
+        // Without the watch negative masses are valid. With it a mass of 0 is valid.
         let mut call = Call::new();
         spoil(&mut call.masses, index, -0.1);
         assert_eq!(call.step(|_| {}), 0);
@@ -500,7 +500,7 @@ fn a_watched_energy_has_no_negative_mass() {
     }
 }
 
-/// The watch reports the energy, in every dimension and scalar.
+/// The watch reports the energy in every dimension and scalar.
 #[test]
 fn the_energy_is_reported() {
     let mut call = Call::new();

@@ -1,4 +1,4 @@
-//! The blob method through `mollis-core`: against the plain twin, RK4's order, refusals, stops, the energy watch.
+//! The blob method through `mollis-core`: against the reference implementation, order of RK4, refusals, stops, watch on the energy.
 
 use mollis_core::aggregation::{self, Advance, Report, State, Trajectories, Wanted};
 use mollis_core::diagnostics::{self, Moments};
@@ -10,7 +10,7 @@ use mollis_core::mollifier::{Blob, Mollifier};
 use mollis_core::{Error, Real};
 use mollis_reference::blob::{self as twin, Points};
 
-/// A workspace of exactly `bytes`, dirty, between canaries that are checked when it is dropped.
+/// A workspace of exactly `bytes` with arbitrary contents, between canaries that are checked when it is dropped.
 struct Workspace {
     memory: Vec<u8>,
     start: usize,
@@ -38,7 +38,7 @@ impl Drop for Workspace {
     }
 }
 
-/// Deterministic numbers in [0, 1): a linear congruence (Knuth's MMIX), upper bits.
+/// Deterministic numbers in [0, 1): the upper bits of a linear congruential generator (Knuth's MMIX).
 fn random(seed: u64) -> impl FnMut() -> f64 {
     let mut state = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1;
     move || {
@@ -47,7 +47,7 @@ fn random(seed: u64) -> impl FnMut() -> f64 {
     }
 }
 
-/// Everything a run reads and writes, in scalar T.
+/// All data that a run reads and writes, in scalar T.
 #[derive(Clone, Debug, PartialEq)]
 struct Case<T, const D: usize> {
     masses: Vec<T>,
@@ -156,11 +156,11 @@ impl<T: Real, const D: usize> Interaction<T, D> for Newtonian<T, D> {
     }
 }
 
-/// Sizes 0, 1 and around the widths of lanes and tiles; with and without tracers; both signs.
+/// Sizes 0, 1 and around the widths of lanes and tiles; with and without tracers; masses of both signs.
 ///
 /// Tolerance: n roundings of a sum whose terms are at most sum |m_j| |grad K| <= 1.5 / (2 delta) in size, a few steps of length
-/// 1/40, and an amplification e^(L t) below 10: 1e3 u. The twin's own error is 1e-13 (its closed forms lose u / s at r = delta
-/// sqrt s, and no pair is closer than s = 1e-3).
+/// 1/40, and an amplification e^(L t) below 10: 1e3 u. The error of the reference implementation is 1e-13: its closed forms lose u / s
+/// at r = delta sqrt s, and no pair is closer than s = 1e-3.
 fn agrees_with_the_twin<T: Real, const D: usize>() {
     let delta = 0.35;
     let tolerance = 1e3 * T::EPSILON.to_f64() + 1e-12;
@@ -226,7 +226,7 @@ fn agrees_with_the_twin_3d() {
 }
 
 /// Two bodies in the plane farther apart than delta: r^2 = r_0^2 - M t / pi with M the total mass. The error falls by 16 +- 1
-/// in each of three halvings; dt from 1/8 to 1/64 keeps it (1e-6 to 1e-10 here) above rounding.
+/// in each of three halvings. With dt from 1/8 to 1/64 it stays above rounding (1e-6 to 1e-10).
 #[test]
 fn rk4_halves_by_sixteen_on_two_bodies() {
     let kernel = Newtonian::<f64, 2>::new(1.0, 0.1);
@@ -247,7 +247,7 @@ fn rk4_halves_by_sixteen_on_two_bodies() {
     }
 }
 
-/// Outputs are optional, and what is not wanted changes nothing else: the same bits.
+/// Outputs are optional. Leaving one out does not change the bits of the others.
 #[test]
 fn what_is_not_wanted_changes_nothing_else() {
     let kernel = Newtonian::<f64, 2>::new(1.0, 0.3);
@@ -265,18 +265,18 @@ fn what_is_not_wanted_changes_nothing_else() {
         assert_eq!(case.velocity == all.velocity, wanted.velocity);
         assert_eq!(case.divergence == all.divergence, wanted.divergence);
     }
-    // One call of four steps is four calls of one.
+    // One call of four steps equals four calls of one step.
     let mut split = start.clone();
     (0..4).for_each(|_| split.run(&kernel, ALL, 0.02, 1).0.unwrap());
     assert_eq!(split, all);
-    // No step: the outputs of the state as it is.
+    // Zero steps: the outputs belong to the given state.
     let mut still = Case { velocity: start.velocity.clone(), divergence: start.divergence.clone(), ..all.clone() };
     still.tracer_velocity.fill([f64::NAN; 2]);
     still.run(&kernel, ALL, f64::NAN, 0).0.unwrap();
     assert_eq!(still, all);
 }
 
-/// A refused call writes nothing but its report.
+/// A refused call writes nothing except its report.
 #[test]
 fn refusals_write_nothing() {
     let kernel = Newtonian::<f64, 2>::new(1.0, 0.3);
@@ -327,7 +327,7 @@ fn refusals_write_nothing() {
     assert_eq!(aggregation::plan(&kernel, usize::MAX, 1, ALL, &Options::default()).err(), Some(Error::TooLarge));
 }
 
-/// A callback sees each state and may stop the run; so may `should_stop`, within a step.
+/// A callback receives each state and may stop the run. `should_stop` may stop it within a step.
 #[test]
 fn stops_keep_the_last_completed_step() {
     let kernel = Newtonian::<f64, 2>::new(1.0, 0.3);
@@ -365,7 +365,7 @@ fn stops_keep_the_last_completed_step() {
     assert_eq!((&case.x, &case.rho), (&again.x, &again.rho));
 }
 
-/// Steps far beyond stability make the state overflow: the run stops and keeps the last finite state.
+/// Steps far beyond the limit of stability make the state overflow. The run stops and keeps the last finite state.
 #[test]
 fn a_value_that_becomes_non_finite_stops_the_run() {
     let kernel = Newtonian::<f64, 2>::new(1.0, 0.3);
@@ -380,7 +380,7 @@ fn a_value_that_becomes_non_finite_stops_the_run() {
     assert_eq!((&case.x, &case.rho), (&again.x, &again.rho));
 }
 
-/// A potential and a Laplacian that do not depend on the distance, and no field: positions stay where they are.
+/// An interaction whose potential and Laplacian do not depend on the distance, without a field: positions do not change.
 struct Constant<T> {
     value: T,
     laplacian: T,
@@ -401,11 +401,11 @@ impl<T: Real> Interaction<T, 2> for Constant<T> {
     }
 }
 
-/// Rates and energies that overflow where positions do not: no output is written, and the state is that of the last completed step.
+/// Rates and energies overflow while positions do not. No output is written, and the state is that of the last completed step.
 fn rates_that_overflow_are_no_results<T: Real>(far: f64) {
     let only = Wanted::default();
     let velocity = Wanted { velocity: true, ..only };
-    // |x|^4 / 4: the field is cubic, and far^3 beyond the scalar's range. A particle far away, then a tracer.
+    // |x|^4 / 4: the field is cubic, and far^3 exceeds the range of the scalar. A particle is far away, then a tracer.
     let terms = [Term { law: Law::Power { exponent: 4.0 }, coefficient: 1.0 }];
     let mut memory = Workspace::new(Kernel::<T, 2>::workspace_bytes(&terms, Mollifier::None).unwrap());
     let quartic = Kernel::<T, 2>::prepare(memory.get(), &terms, Mollifier::None, T::ONE).unwrap();
@@ -418,7 +418,7 @@ fn rates_that_overflow_are_no_results<T: Real>(far: f64) {
         assert_eq!((result, report.steps), (Err(Error::BecameNotFinite), 0));
         assert_eq!(format!("{case:?}"), before);
     }
-    // Two steps are completed, and only then the divergence is asked for: sum m Laplacian overflows, with masses of 2.
+    // Two steps are completed. The divergence is computed only then: sum m Laplacian overflows, with masses of 2.
     let constant = Constant { value: T::ZERO, laplacian: T::MAX };
     let mut case = Case::<T, 2>::random(3, 2);
     case.masses.fill(T::TWO);
@@ -427,7 +427,7 @@ fn rates_that_overflow_are_no_results<T: Real>(far: f64) {
     assert_eq!((result, report.steps), (Err(Error::BecameNotFinite), 2));
     assert_eq!(format!("{case:?}"), before);
     assert_eq!(case.run(&constant, velocity, 0.1, 2).0, Ok(()));
-    // The energy, before the first step and without any.
+    // The energy overflows before the first step, and with zero steps.
     let constant = Constant { value: T::MAX, laplacian: T::ZERO };
     for steps in [0, 2] {
         let (result, report) = case.run(&constant, Wanted { energy: true, ..only }, 0.1, steps);
@@ -441,7 +441,7 @@ fn rates_that_overflow_are_no_results_in_either_precision() {
     rates_that_overflow_are_no_results::<f32>(1e14);
 }
 
-/// The energy of negative masses may rise along a correct run: it is not watched.
+/// The energy of negative masses may rise along a correct run. Watching it is refused.
 #[test]
 fn a_watched_energy_has_no_negative_mass() {
     let kernel = Newtonian::<f64, 2>::new(1.0, 0.3);
@@ -456,8 +456,8 @@ fn a_watched_energy_has_no_negative_mass() {
     assert_eq!(case.run(&kernel, watched, 0.01, 2).0, Ok(()));
 }
 
-/// The energy falls along runs of either sign with the step estimate that holds anywhere, through collapse to a cluster;
-/// a step far too long is noticed.
+/// With the step estimate that holds anywhere the energy falls along runs of either sign, through collapse to a cluster. A step that is far
+/// too long is detected.
 #[test]
 fn energy_falls_below_the_step_estimate() {
     let watched = Wanted { energy: true, ..Wanted::default() };
@@ -468,16 +468,16 @@ fn energy_falls_below_the_step_estimate() {
         let dt = diagnostics::stable_step_anywhere(&kernel, mass, 10.0).unwrap();
         let mut last_energy = f64::INFINITY;
         for _ in 0..40 {
-            // No state needs a shorter step than the estimate for all of them.
+            // The estimate for all states is at most the estimate for each state.
             assert!(diagnostics::stable_step(&kernel, &case.x, &case.masses).unwrap() >= dt);
             let (result, report) = case.run(&kernel, watched, dt, 5);
             let (first, last) = report.energy.unwrap();
-            // The run itself judges by rounding; between runs the same energy is computed twice.
+            // The run itself compares up to rounding. Between runs the same energy is computed twice.
             assert!(result == Ok(()) && first <= last_energy, "{coefficient} {dt} {report:?}");
             assert!(last <= first + 1e-14, "{coefficient} {dt} {report:?}");
             last_energy = last;
         }
-        // Fifty times the estimate: attraction overshoots.
+        // Fifty times the estimate: the attraction overshoots.
         let (result, report) = Case::<f64, 2>::random(30, 0).run(&kernel, watched, 50.0 * dt, 50);
         if coefficient > 0.0 {
             assert_eq!(result, Err(Error::EnergyRose), "{report:?}");
@@ -501,7 +501,7 @@ fn step_estimates_refuse_and_know_rest() {
     assert!((diagnostics::stable_step_anywhere(&kernel, 1.0, 4.0).unwrap() / want - 1.0).abs() < 1e-12);
 }
 
-/// The centre of mass stays, and the second moment follows its own law before any pair is within delta: in the plane
+/// The centre of mass is constant. Until a pair is within delta the second moment follows its own law: in the plane
 /// d/dt sum m |x|^2 = -(1/2 pi) sum_(i != j) m_i m_j.
 #[test]
 fn conserved_and_dissipated() {

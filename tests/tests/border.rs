@@ -1,4 +1,4 @@
-//! The border of a mesh through the C ABI: particles on it are inside, whatever rounding does to the quotient by the mesh width.
+//! The border of a mesh through the C ABI: particles on it are inside, for any rounding of the quotient by the mesh width.
 #![expect(unsafe_code, reason = "calls the C ABI as a C program does")]
 #![allow(
     clippy::undocumented_unsafe_blocks,
@@ -20,7 +20,7 @@ fn grid_options(walls: i32) -> mollis_grid2_options {
     }
 }
 
-/// (upper - x) / width of these is rounded above the number of cells, or would be.
+/// Meshes for which (upper - x) / width is rounded above the number of cells, or could be.
 const MESHES: [(mollis_mesh2, [f64; 2]); 2] = [
     (mollis_mesh2 { lower: [-15.0; 2], upper: [15.0; 2], cells: [250, 250] }, [15.0, 3.75]),
     (mollis_mesh2 { lower: [0.0; 2], upper: [0.3; 2], cells: [100, 100] }, [0.3, 0.1]),
@@ -63,7 +63,7 @@ macro_rules! field {
                     }
                     assert_eq!((outside, total[0]), (0, 1.0), "{walls} {x:?}");
                     assert!(gradient[0].iter().all(|g| g.is_finite()), "{walls} {x:?} {gradient:?}");
-                    // Four shares of a power of two: their sum is exact.
+                    // Four shares that are a power of two each: their sum is exact.
                     assert_eq!(masses.iter().sum::<$t>(), 1.0, "{walls} {x:?}");
                 }
             }
@@ -112,7 +112,7 @@ macro_rules! steps {
                         tolerance: 0.0,
                         heavy,
                     };
-                    // A heavy one on the border, light ones inside.
+                    // A heavy particle on the border, light ones inside.
                     let inside =
                         |share: f64| [0, 1].map(|k| (mesh.lower[k] + share * (mesh.upper[k] - mesh.lower[k])) as $t);
                     let mut positions = [x.map(|x| x as $t), inside(0.3), inside(0.7)];

@@ -1,5 +1,5 @@
-//! What holds for every function at the boundary to C: sizes of options, statuses of the host's own, sizes before data, the first bad element,
-//! and what the header says of a mesh's limits.
+//! Rules for every function of the C interface: sizes of options, statuses of the host's functions, sizes checked before data, the first bad
+//! element. Also the limits of a mesh that the header states.
 #![expect(unsafe_code, reason = "calls the C ABI as a C program does")]
 #![allow(
     clippy::undocumented_unsafe_blocks,
@@ -44,7 +44,7 @@ fn newtonian() -> Aligned {
     kernel(MOLLIS_KERNEL_NEWTONIAN, 1.0, 0.0, COMPACT, 0.3)
 }
 
-/// Every size from 0 to beyond the structure: `_init` and the function that reads it take those at which a member ends.
+/// For every size from 0 to beyond the structure: `_init` and the function that reads it accept only sizes at which a member ends.
 fn takes_ends_of_members<X: Copy>(
     ends: &[usize],
     init: unsafe extern "C" fn(*mut X, usize) -> i32,
@@ -59,13 +59,13 @@ fn takes_ends_of_members<X: Copy>(
         assert_eq!(code, if is_end { OK } else { Error::OptionsSize as i32 }, "_init of {size}");
         if is_end {
             assert!(block.bytes()[size..].iter().all(|&byte| byte == 0xA5), "_init of {size} wrote beyond");
-            // What an older header leaves behind it is not looked at.
+            // Bytes beyond the size of an older header are not read.
             assert_eq!(read(block.pointer().cast()), OK, "{size}");
         } else {
             assert!(block.is_untouched());
         }
         let mut value = good;
-        // The size is the first member of each.
+        // The size is the first member of each structure.
         unsafe { (&raw mut value).cast::<u32>().write(size as u32) };
         let want = match size {
             0 => Error::NotInitialised as i32,
@@ -115,10 +115,10 @@ const NOTHING: mollis_pks_attraction = mollis_pks_attraction {
 };
 
 static MESH: mollis_mesh2 = mollis_mesh2 { lower: [-2.0; 2], upper: [2.0; 2], cells: [8, 8] };
-/// Particles, sources, targets.
+/// Number of particles, of sources, and of targets.
 const N: usize = 12;
 
-/// The four functions that take a run, each with arrays of its own to spoil.
+/// The four functions that take a run, each with its own arrays, which a test may change.
 struct Calls {
     x: Vec<[f64; 2]>,
     m: Vec<f64>,
@@ -126,12 +126,12 @@ struct Calls {
     pks: mollis_pks_options,
     field: mollis_field_options,
     generator: *const mollis_generator,
-    /// Bytes that the workspaces lack.
+    /// Number of bytes by which the workspaces are too short.
     short: usize,
     steps: usize,
 }
 
-/// Which of them.
+/// Names of these functions.
 const FUNCTIONS: [&str; 4] = ["field", "grid", "blob", "pks"];
 
 impl Calls {
@@ -204,7 +204,7 @@ impl Calls {
                     assert_eq!(sized, OK);
                     (space, size) = space_of(bytes);
                     let mut labels: Vec<u64> = (0..N as u64).collect();
-                    // The last one is not alive.
+                    // The last particle is not alive.
                     let mut counters = mollis_pks_counters { time: 0.0, step: 0, count: N as u64 - 1, pending: 0 };
                     let mut events = mollis_pks_events {
                         events: null_mut(),
@@ -226,7 +226,7 @@ impl Calls {
     }
 }
 
-/// An executor that refuses its `refuse_at`th call, before or after it has run the tasks.
+/// An executor whose call number `refuse_at` fails, before or after it has run the tasks.
 struct Refusing {
     calls: usize,
     refuse_at: usize,
@@ -246,10 +246,10 @@ unsafe extern "C" fn refusing(context: *mut c_void, tasks: usize, task: mollis_t
     if refused { own.status } else { OK }
 }
 
-/// Statuses that the library has too, that it does not have, and the extremes.
+/// Statuses that the library uses itself, others, and the extremes.
 const STATUSES: [i32; 12] = [77, 3, 1, 20, 40, 41, 42, 45, 46, 1000, i32::MAX, i32::MIN];
 
-/// The status of an executor comes back as it was given, wherever in a call it refuses; the state is that of the last completed step.
+/// The status of an executor is returned unchanged, whichever of its calls fails. The state is that of the last completed step.
 #[test]
 fn an_executors_status_comes_back_unchanged() {
     let calls = Calls::new();
@@ -270,7 +270,7 @@ fn an_executors_status_comes_back_unchanged() {
             .collect();
         for refuse_at in 1..=times {
             for after_the_tasks in [false, true] {
-                // All numbers at the first call, one at the others, which are many.
+                // All statuses at the first call, one at each of the others, because these are many.
                 let some = if refuse_at == 1 { &STATUSES[..] } else { &STATUSES[refuse_at % 12..][..1] };
                 for &status in some {
                     let ((code, steps, state), _) = run_with(refuse_at, after_the_tasks, status);
@@ -282,7 +282,7 @@ fn an_executors_status_comes_back_unchanged() {
     }
 }
 
-/// A stream that refuses when it is drawn from for the `left`th time.
+/// A stream whose draw number `left` fails.
 struct Stream {
     random: Split,
     left: usize,
@@ -312,7 +312,7 @@ fn a_generators_status_comes_back_unchanged() {
                 calls.pks.scheme = scheme;
                 calls.call("pks", &filled(mollis_run_init))
             };
-            // Eleven draws a step at least: in the first, in the second and in the third step.
+            // A step draws at least eleven times: failures in the first, the second and the third step.
             for left in [1, 2 + k % 10, 14 + k % 10, 23 + k % 10] {
                 let (code, steps, state) = run_with(left, 3);
                 assert_eq!(code, status);
@@ -323,7 +323,7 @@ fn a_generators_status_comes_back_unchanged() {
     }
 }
 
-/// A workspace that is a byte short is refused as such, whatever is in the arrays.
+/// A workspace that is one byte short is refused as such, whatever the arrays contain.
 #[test]
 fn sizes_are_checked_before_data_are_read() {
     let spoilt = || Calls {
@@ -360,7 +360,7 @@ fn sizes_are_checked_before_data_are_read() {
     }
 }
 
-/// Which particle, source or target is not finite; and what is no array's fault.
+/// The index of the particle, source or target that is not finite, and failures that no element causes.
 #[test]
 fn the_first_bad_element_is_told() {
     let mut bad = 77;
@@ -388,12 +388,12 @@ fn the_first_bad_element_is_told() {
             let many = told(&|c| (c.x[8][0], c.m[3], c.m[9], c.targets[0][0]) = (value, value, value, value));
             assert_eq!(many, (not_finite, 3), "{function}");
         }
-        // Null: the status alone.
+        // A null pointer: only the status is returned.
         let mut calls = Calls::new();
         calls.m[1] = f64::NAN;
         assert_eq!(calls.call(function, &filled(mollis_run_init)).0, not_finite, "{function}");
     }
-    // A particle that is not alive is not looked at; parameters, and a sum that overflows, are no element's fault.
+    // A particle that is not alive is not read. Invalid parameters and a sum that overflows are not attributed to an element.
     let mut calls = Calls::new();
     calls.x[N - 1] = [f64::NAN; 2];
     assert_eq!(calls.call("pks", &run).0, OK);
@@ -410,7 +410,7 @@ fn the_first_bad_element_is_told() {
     assert_eq!(told(&|c| c.field.method = 99, "field"), (Error::UnknownValue as i32, 77));
 }
 
-/// The place for it is an output like any other.
+/// The pointer to the index is checked like that of any other output.
 #[test]
 fn the_first_bad_element_has_a_place_of_its_own() {
     let mut words = [77_u64; 2];
@@ -466,7 +466,7 @@ fn the_first_bad_element_has_a_place_of_its_own() {
 }
 
 impl Calls {
-    /// The status of a call whose run the size queries refuse, too.
+    /// The status of the size query, for a run that it must refuse too.
     fn call_sized(&self, function: &str, run: &mollis_run) -> i32 {
         let mut kernel = newtonian();
         let (block, length) = (kernel.pointer().cast_const(), kernel.bytes().len());
@@ -542,7 +542,7 @@ fn the_answer_of_a_size_query_overlaps_no_kernel() {
     assert_eq!(block.bytes(), before);
 }
 
-/// In a field that grows like r^3 the motion overflows in the second step: its state is kept, and what was given was good.
+/// In a field that grows like r^3 the motion overflows in the second step. The state before it is kept, and the error does not blame the input.
 #[test]
 fn what_overflows_in_a_step_was_given_finite() {
     let mut block = kernel(MOLLIS_KERNEL_POWER, 1.0, 4.0, NONE, 1.0);
@@ -587,7 +587,7 @@ fn what_overflows_in_a_step_was_given_finite() {
         assert_eq!(code, Error::BecameNotFinite as i32, "{scheme}");
         assert!(steps > 0, "{scheme}");
         assert_eq!(run_of(steps as usize, 0.2), (OK, steps, x), "{scheme}");
-        // In the first step, too, nothing was wrong with what was given.
+        // The same for an overflow in the first step.
         assert_eq!(run_of(1, 1e100), (Error::BecameNotFinite as i32, 0, start), "{scheme}");
     }
 }
@@ -608,7 +608,7 @@ fn predictions_refuse_heavy_masses_that_are_not_finite() {
 static UNIT: mollis_mesh2 = mollis_mesh2 { lower: [0.0; 2], upper: [1.0; 2], cells: [8, 8] };
 const NODES: usize = 9 * 9;
 
-/// Masses and potential at the nodes, the gradient at the targets, the total.
+/// Masses and potential at the nodes, gradient at the targets, and total mass.
 fn on_the_mesh(
     walls: i32,
     x: &[[f64; 2]],
@@ -631,15 +631,15 @@ fn on_the_mesh(
     (mass, u, gradient, total[0])
 }
 
-/// Closer to the centre of mass than half a mesh width, 1/16, the prescribed field is that at this distance; the second moments' part
-/// grows no more below sqrt(2 |Q| / |M|).
+/// Within half a mesh width, 1/16, of the centre of mass the prescribed field is that at this distance. The part of the second moments
+/// does not grow below the distance sqrt(2 |Q| / |M|).
 ///
-/// Tolerance: a logarithm, a division and the sums of exactly known terms of size 1: some roundings, 1e-14.
+/// Tolerance: a logarithm, a division and sums of exactly known terms of size 1 have some roundings, 1e-14.
 #[test]
 fn the_border_sees_no_closer_than_half_a_width() {
     let turn = 2.0 * std::f64::consts::PI;
     let close = |got: f64, want: f64| assert!((got - want).abs() < 1e-14, "{got} {want}");
-    // All mass in a node of the left border, and beside it, outside.
+    // All mass at a node of the left border. The targets are beside it, outside.
     let targets = [[-0.01, 0.5], [-0.5, 0.5]];
     let (_, u, gradient, _) = on_the_mesh(MOLLIS_WALLS_FREE, &[[0.0, 0.5]], &[3.0], &targets);
     close(u[4 * 9], 3.0 * (1.0_f64 / 16.0).ln() / turn);
@@ -647,15 +647,15 @@ fn the_border_sees_no_closer_than_half_a_width() {
     close(u[3 * 9], 3.0 * (1.0_f64 / 8.0).ln() / turn);
     close(gradient[0][0], 3.0 * -0.01 * 256.0 / turn);
     close(gradient[1][0], 3.0 / -0.5 / turn);
-    // Two masses at -i/4, i/4 from their centre: Q = -1/8, |M| = 2, and the part grows no more below sqrt(1/8).
+    // Two masses at -i/4, i/4 from their centre: Q = -1/8, |M| = 2, and the part does not grow below sqrt(1/8).
     let (_, u, ..) = on_the_mesh(MOLLIS_WALLS_FREE_QUADRUPOLE, &[[0.0, 0.25], [0.0, 0.75]], &[1.0, 1.0], &[]);
-    // -Re(Q / z^2) / 2, z = i r, is Q / (2 r^2) = -1 / (16 r^2), with 1/r^4 held at 64 below: -4 r^2.
+    // -Re(Q / z^2) / 2 with z = i r is Q / (2 r^2) = -1 / (16 r^2). Below that distance 1/r^4 is held at 64: -4 r^2.
     close(u[5 * 9], (2.0 * (1.0_f64 / 8.0).ln() - 4.0 / 64.0) / turn);
     close(u[6 * 9], (2.0 * (1.0_f64 / 4.0).ln() - 4.0 / 16.0) / turn);
     close(u[7 * 9], (2.0 * (3.0_f64 / 8.0).ln() - 64.0 / 9.0 / 16.0) / turn);
 }
 
-/// Masses are rounded to a unit of at most 2^-49 of all: below 2^-51 nothing is left, at 1e-12 three digits are.
+/// Masses are rounded to a unit of at most 2^-49 of the total. Below 2^-51 they become zero; at 1e-12 three digits remain.
 #[test]
 fn light_masses_beside_heavy_ones_are_rounded() {
     let at = [[0.5, 0.5], [0.25, 0.25]];
@@ -665,7 +665,7 @@ fn light_masses_beside_heavy_ones_are_rounded() {
             let (got, want) = (mass[2 * 9 + 2], heavy * light);
             if error == 0.0 {
                 assert_eq!(got, 0.0, "{heavy} {light}");
-                // Half a unit.
+                // The error is half a unit.
                 assert!((total / heavy - 1.0).abs() <= 2.0_f64.powi(-50), "{heavy} {light}");
             } else {
                 assert!((got / want - 1.0).abs() < error, "{heavy} {light}: {got}");

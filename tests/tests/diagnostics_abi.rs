@@ -1,4 +1,4 @@
-//! Diagnostics through the C ABI: the same numbers as from Rust, and refusals that write nothing.
+//! Diagnostics through the C ABI: the same numbers as in Rust. Refused calls write nothing.
 #![expect(unsafe_code, reason = "calls the C ABI as a C program does")]
 
 use std::ptr::{null, null_mut};
@@ -33,7 +33,7 @@ macro_rules! check {
             let untouched = [-7.0 as $t; 3];
             let [a, b, c] = out.each_mut().map(|v| v as *mut $t);
 
-            // SAFETY: pointers to live arrays of the stated lengths; null where null is to be refused.
+            // SAFETY: pointers to live arrays of the stated lengths, or null where null must be refused.
             unsafe {
                 let (xp, yp, mp, rp) = (x.as_ptr(), y.as_ptr(), m.as_ptr(), rho.as_ptr());
                 assert_eq!($moments(n, xp, mp, a, b, &raw mut centre, c), OK);
@@ -66,7 +66,7 @@ macro_rules! check {
                 assert_eq!($anywhere(kp, bytes, -2.0, 3.0, a), Error::OutOfDomain as i32);
                 assert_eq!($anywhere(kp, bytes, 2.0, <$t>::INFINITY, a), Error::NotFinite as i32);
                 assert_eq!(out, untouched);
-                // without a mollifier |x|^1.5 has no bounded Hessian, coincident particles no step
+                // without a mollifier |x|^1.5 has no bounded Hessian, so coincident particles have no stable step
                 let mut singular = kernel_block::<$t, $d>(Mollifier::None);
                 let (sp, bytes) = (singular.bytes().as_ptr().cast(), singular.bytes().len());
                 assert_eq!($step(sp, bytes, n, mp, xp, a), OK);

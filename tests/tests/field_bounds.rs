@@ -1,4 +1,4 @@
-//! The error bound of sums for every kernel and method, the range of their arguments, and what outputs do to each other.
+//! The error bound of sums for every kernel and method, the range of their arguments, and the independence of outputs.
 
 use mollis_core::Real;
 use mollis_core::exec::{Run, Statistics};
@@ -27,7 +27,7 @@ fn power(exponent: f64) -> Law {
     Law::Power { exponent }
 }
 
-/// Prepares the kernel and passes it on.
+/// Prepares the kernel and calls the function with it.
 fn with_kernel<T: Real, const D: usize, R>(
     terms: &[Term],
     (mollifier, delta): (Mollifier, f64),
@@ -71,7 +71,7 @@ fn cloud<T: Real, const D: usize>(n: usize, seed: u64) -> (Vec<[T; D]>, Vec<T>) 
     (positions, (0..n).map(|_| number()).collect())
 }
 
-/// (c + 256 + n / 256) u S of equal sources in one place, whose sum rounds the same way every time: plain addition loses n u / 2.
+/// The bound (c + 256 + n / 256) u S for equal sources in one place. Their sum rounds the same way every time: plain addition loses n u / 2.
 #[test]
 fn a_million_equal_sources_stay_within_the_bound() {
     fn check<T: Real, const D: usize>(
@@ -106,7 +106,7 @@ fn a_million_equal_sources_stay_within_the_bound() {
             }
             if wanted.laplacian {
                 let centre = with_kernel::<f64, D, _>(terms, shape, |kernel| kernel.laplacian(0.0));
-                // A table's Laplacian is good to 1e-13 in f64, 1000 u.
+                // A table's Laplacian has an error of 1e-13 in f64, 1000 u.
                 check(
                     "laplacian",
                     got.laplacian[0],
@@ -121,7 +121,7 @@ fn a_million_equal_sources_stay_within_the_bound() {
     let compensated = Options { accumulation: Accumulation::Compensated, ..direct };
     let laplacian = Wanted { laplacian: true, ..Wanted::default() };
     let newtonian = [term(Law::Newtonian, 1.0)];
-    // Neighbours; then tables of Gaussian mollifiers and powers, whose c is 64.
+    // A sum over neighbours; then tables of Gaussian mollifiers and powers, whose c is 64.
     check::<f32, 2>(&newtonian, (COMPACT, 0.5), 16.0, &plain, laplacian);
     check::<f32, 1>(&newtonian, (COMPACT, 0.5), 16.0, &plain, ALL);
     check::<f32, 2>(&newtonian, (Mollifier::Gaussian { order: 4 }, 0.25), 64.0, &plain, ALL);
@@ -134,7 +134,7 @@ fn a_million_equal_sources_stay_within_the_bound() {
     }
 }
 
-/// Single pairs of every law at random distances: c u of the kernel's scale, which for sums of terms is the sum of theirs.
+/// Single pairs of every law at random distances: the error is at most c u of the kernel's scale. The scale of a sum of terms is the sum of theirs.
 #[test]
 fn single_pairs_are_within_c_u_of_the_scale() {
     fn check<T: Real, const D: usize>() {
@@ -154,7 +154,7 @@ fn single_pairs_are_within_c_u_of_the_scale() {
                 for &one in terms {
                     with_kernel::<f64, D, _>(&[one], shape, |kernel| {
                         let soft = shape.1 > 0.0;
-                        // Beyond its own length an exponential is small, and its table's error is relative to what it is within.
+                        // Beyond its own length an exponential is small. The error of its table is relative to the values within that length.
                         let own = match one.law {
                             Law::Exponential { length } => length,
                             Law::Screened { k } => 1.0 / k,
@@ -169,7 +169,7 @@ fn single_pairs_are_within_c_u_of_the_scale() {
                                 want[k] += here[k];
                                 sum[k] += here[k].abs().max(there[k].abs()).max(centre[k].abs());
                             }
-                            // A logarithm is that of a rounded number; a Laplacian is the sum of two terms that cancel.
+                            // The argument of a logarithm is rounded. A Laplacian is the sum of two terms that cancel.
                             sum[0] += if one.law == power(0.0) || one.law == Law::Newtonian { 1.0 } else { 0.0 };
                             sum[2] += 2.0 * D as f64 * here[1].abs();
                         }
@@ -187,7 +187,7 @@ fn single_pairs_are_within_c_u_of_the_scale() {
                             let got = [got.potential[0], got.gradient[0][0], got.laplacian[0]].map(T::to_f64);
                             let want = [want[0], want[1] * r, want[2]];
                             for (k, scale) in [scales[0], scales[1] * r, scales[2]].into_iter().enumerate() {
-                                // A table's Laplacian is good to 1e-13 in f64.
+                                // A table's Laplacian has an error of 1e-13 in f64.
                                 let bound = if k == 2 { (128.0 * u).max(1.2e-13) } else { 128.0 * u };
                                 let error = (got[k] - want[k]).abs() / scale;
                                 assert!(
@@ -209,7 +209,7 @@ fn single_pairs_are_within_c_u_of_the_scale() {
     check::<f32, 2>();
 }
 
-/// A true result in range is computed, whatever the scene's units.
+/// A result in range is computed for any units of the input.
 #[test]
 fn results_in_range_are_computed() {
     fn one<T: Real, const D: usize>(
@@ -249,10 +249,10 @@ fn results_in_range_are_computed() {
         let [_, g, l] = one::<f64, 2>(&[term(power(2.0), 1.0)], (COMPACT, 1.0), (1e-200, 1.0), options);
         assert!(near(g, 1e-200, double) && near(l, 2.0, double));
     }
-    // Powers of coordinates that overflow, in results that don't: |x|^4 / 4 of mass 1e-200 at 1e100. (Over pairs the kernel itself must be in the
+    // Powers of coordinates overflow where results do not: |x|^4 / 4 of mass 1e-200 at 1e100. (Over pairs the kernel itself must be in the
     // range of f64.)
     assert!(near(one::<f64, 2>(&[term(power(4.0), 1.0)], none, (1e100, 1e-200), &auto)[0], 0.25e200, double));
-    // Distances whose squares leave the range, either way.
+    // Distances whose squares overflow or underflow.
     for r in [2e19, 1e25, 1e-22, 1e-24, 1e-30] {
         let got = one::<f32, 2>(&[term(power(-0.5), 1.0)], none, (r, 1.0), &auto)[0];
         assert!(near(got, -2.0 / f64::from(r as f32).sqrt(), single), "{r} {got}");
@@ -261,7 +261,7 @@ fn results_in_range_are_computed() {
         let got = one::<f64, 2>(&[term(power(-0.5), 1.0)], none, (r, 1.0), &auto)[0];
         assert!(near(got, -2.0 / r.sqrt(), double), "{r} {got}");
     }
-    // One dimension, by one sort and by pairs: the same, where the mollifier is tiny and the mass large.
+    // In one dimension sums by sorting and by pairs agree for a tiny mollifier and a large mass.
     let scene = |options: &Options| {
         let x: Vec<[f32; 1]> = (0..60).map(|k| [k as f32 * 2e-32]).collect();
         let masses = vec![1e9_f32; 60];
@@ -274,8 +274,8 @@ fn results_in_range_are_computed() {
     }
 }
 
-/// Stars of 2e30 kg beside bodies of 1 kg, in f32: each class of masses in its own units, no pair by the slow path, and what the light ones give to
-/// the star, where it gives nothing to itself, is there.
+/// Stars of 2e30 kg beside bodies of 1 kg, in f32. Each class of masses is summed in its own units, and no pair takes the slow path. The
+/// contribution of the light bodies to the star is not lost.
 #[test]
 fn masses_of_any_ratio_take_the_fast_path() {
     let (positions, _) = cloud::<f32, 2>(600, 3);
@@ -297,7 +297,7 @@ fn masses_of_any_ratio_take_the_fast_path() {
             }
         }
     }
-    // One star and light bodies: the star's own gradient is theirs.
+    // One star and light bodies: the gradient at the star comes from the light bodies alone.
     let masses: Vec<f32> = (0..600).map(|k| if k == 0 { 2e38 } else { 1e-3 }).collect();
     let kernel = Kernel::<f32, 2>::newtonian(1.0, Mollifier::None, 0.0).unwrap();
     let got = sums_of(&kernel, (&positions, &masses, &positions[..1]), ALL, &Options::default(), Level::best());

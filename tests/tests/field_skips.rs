@@ -1,4 +1,4 @@
-//! Moments, sorted sums and neighbour sums against all pairs, by values and by counters.
+//! Moments, sorted sums and neighbour sums against all pairs, by values and by statistics.
 
 use mollis_core::Error;
 use mollis_core::exec::{Executor, Serial};
@@ -11,7 +11,7 @@ use mollis_core::simd::Level;
 const ALL: Wanted = Wanted { potential: true, gradient: true, laplacian: true };
 const COMPACT: Mollifier = Mollifier::Compact { order: 4, exponent: 4 };
 
-/// Numbers in [0, 1), the same ones every time (splitmix).
+/// Numbers in [0, 1), the same sequence every time (splitmix).
 struct Numbers(u64);
 
 impl Numbers {
@@ -69,7 +69,7 @@ struct Case<'a, const D: usize> {
 }
 
 impl<const D: usize> Case<'_, D> {
-    /// With a workspace of exactly the stated size, dirty and ringed by canaries.
+    /// Uses a workspace of exactly the stated size with arbitrary contents, between canaries.
     fn run(&self, wanted: Wanted, options: &Options, executor: &dyn Executor) -> (Method, Reason, Sums<D>, Statistics) {
         let bytes = Kernel::<f64, D>::workspace_bytes(self.terms, self.mollifier).unwrap();
         let mut block = vec![0xA5_u8; bytes + 64];
@@ -102,8 +102,8 @@ impl<const D: usize> Case<'_, D> {
         (plan.method(), plan.reason(), sums, counters)
     }
 
-    /// sum |m| |K|, sum |m| |K'|, sum |m| |Laplacian| at each target: what errors are measured against. Under a mollifier the kernel's scale, and that
-    /// of K' / r, is at least that at distance zero and at delta: a table's error, as a polynomial's, is relative to these.
+    /// sum |m| |K|, sum |m| |K'|, sum |m| |Laplacian| at each target: errors are measured against these. Under a mollifier the scale of the
+    /// kernel, and that of K' / r, is at least that at distance zero and at delta: errors of tables and polynomials are relative to these values.
     fn sizes(&self) -> Vec<[f64; 3]> {
         let bytes = Kernel::<f64, D>::workspace_bytes(self.terms, self.mollifier).unwrap();
         let mut block = vec![0xA5_u8; bytes + 64];
@@ -148,7 +148,7 @@ impl<const D: usize> Case<'_, D> {
                 *w = w.max(if e == 0.0 { 0.0 } else { e / s });
             }
             if let Mollifier::Gaussian { .. } = self.mollifier {
-                // beyond its reach a Gaussian counts as nothing: e^{-6.6^2} = 1.2e-19 of its largest value
+                // beyond its reach a Gaussian is cut off: e^{-6.6^2} = 1.2e-19 of its largest value
                 worst[2] = if errors[2] < 2e-19 * centre { before[2] } else { worst[2] };
             }
         }
@@ -156,8 +156,8 @@ impl<const D: usize> Case<'_, D> {
     }
 }
 
-/// Moments are double-word sums of about 6-rounding terms; the expansion of degree 4 in two variables has weights up to
-/// 4^2 times sum |m| |K| and 15 terms, and all pairs (the reference here, plain sums in blocks) lose up to sqrt(n) u: 1e-14
+/// Moments are double-word sums of terms with about 6 roundings. The expansion of degree 4 in two variables has weights up to
+/// 4^2 times sum |m| |K| and 15 terms. All pairs (here the reference, plain sums in blocks) lose up to sqrt(n) u: 1e-14
 /// is 45 u.
 #[test]
 fn quartic_moments_are_within_1e_14_of_all_pairs_for_1e4_particles() {
@@ -201,8 +201,8 @@ fn moments_of_every_even_power_dimension_and_mollifier() {
                     let (method, _, sums, counters) = case.run(wanted, &Options::default(), &Serial);
                     assert_eq!(method, Method::Moments);
                     assert_eq!((counters.pairs, counters.massless_sources), (0, u64::from(n > 5)));
-                    // the expansion's weights are at most 4^p/2 for degree p = 8: 256 roundings of sum |m| |K|; the
-                    // sixth- and eighth-power kernels of high-order mollifiers have sizes that cancel themselves
+                    // the weights of the expansion are at most 4^p/2 for degree p = 8: 256 roundings of sum |m| |K|; the
+                    // sixth- and eighth-power kernels of high-order mollifiers have sizes that cancel among themselves
                     let errors = case.errors(&sums, wanted);
                     assert!(
                         errors.iter().all(|&e| e < 1024.0 * f64::EPSILON),
@@ -217,7 +217,7 @@ fn moments_of_every_even_power_dimension_and_mollifier() {
     check::<3>(&[Mollifier::None, Mollifier::Compact { order: 2, exponent: 9 }]);
 }
 
-/// Sweep: each moment is a double-word sum; expansion of degree 3 loses 4^3 u at most against sum |m| |K|, the near pairs
+/// Sorted sums: each moment is a double-word sum. The expansion of degree 3 loses at most 4^3 u against sum |m| |K|, the near pairs
 /// and the reference sqrt(n) u. 1e4 particles: 100 + 64 roundings.
 #[test]
 fn sorted_sums_equal_all_pairs() {
@@ -228,7 +228,7 @@ fn sorted_sums_equal_all_pairs() {
         for n in [0, 1, 2, 63, 64, 65, 250] {
             let (mut positions, mut masses) = cloud::<1>(n, 5, 3.0, n % 2 == 1);
             if n > 60 {
-                // coincident particles, and one without mass
+                // some particles coincide, and one has no mass
                 positions[7] = positions[9];
                 positions[8] = positions[9];
                 masses[11] = 0.0;
@@ -250,7 +250,7 @@ fn sorted_sums_equal_all_pairs() {
             }
         }
     }
-    // ten thousand, as asked for
+    // ten thousand particles
     let (positions, masses) = cloud::<1>(10_000, 8, 0.0, false);
     let case = Case {
         terms: &[NEWTONIAN],
@@ -268,7 +268,7 @@ fn sorted_sums_equal_all_pairs() {
     assert!(errors[1] < 100.0 * f64::EPSILON, "{errors:?}");
 }
 
-/// The same terms in another order: sqrt(n) u at most of sum |m| |psi|, and 16 u for t from a rounded square.
+/// The same terms in another order: at most sqrt(n) u of sum |m| |psi|, and 16 u for t from a rounded square.
 #[test]
 fn neighbour_sums_equal_all_pairs_and_look_at_near_pairs_only() {
     fn check<const D: usize>(n: usize, delta: f64, at: f64) {
@@ -276,7 +276,7 @@ fn neighbour_sums_equal_all_pairs_and_look_at_near_pairs_only() {
         if n > 20 {
             positions[4] = positions[5];
             masses[6] = 0.0;
-            // far away: the grid's extent must cost nothing
+            // particles far away: the extent of the grid must not increase the cost
             positions[7] = [at + 1e4; D];
         }
         let (mut targets, _) = cloud::<D>(129, 10, at, false);
@@ -308,8 +308,9 @@ fn neighbour_sums_equal_all_pairs_and_look_at_near_pairs_only() {
     }
 }
 
-/// Even powers from moments and Newtonian terms over all pairs (others have a table, which takes the even powers in): each part within some 4^2 sqrt(n) u of its own sum |m| |K|
-/// (the expansion's weights for degree 4, and plain sums). The parts' sizes together are below 8 times the sum's here.
+/// Even powers from moments, and Newtonian terms over all pairs. (Other kernels have a table that includes the even powers.) Each part has an
+/// error of about 4^2 sqrt(n) u of its own sum |m| |K|: the weights of the expansion for degree 4, and plain sums. The sizes of the parts add up
+/// to less than 8 times the sum's here.
 #[test]
 fn mixed_sums_take_their_even_powers_from_moments() {
     fn check<const D: usize>(terms: &[Term], mollifier: Mollifier, wanted: Wanted) {
@@ -350,7 +351,7 @@ fn mixed_sums_take_their_even_powers_from_moments() {
         check::<1>(&[screened, power(2.0, 1.0)], mollifier, Wanted { laplacian: false, ..ALL });
     }
     check::<3>(&[NEWTONIAN, power(2.0, 1.0), power(3.0, 0.5)], COMPACT, ALL);
-    // without a mollifier coincident pairs have no part in the constant Laplacian of |x|^2: all pairs
+    // without a mollifier coincident pairs do not contribute to the constant Laplacian of |x|^2: all pairs
     let (positions, masses) = cloud::<2>(60, 14, 0.0, false);
     let terms = [power(2.0, 1.0), NEWTONIAN];
     let sources = (&positions[..], &masses[..]);
@@ -371,7 +372,7 @@ fn forced_methods_that_cannot_serve_are_refused_and_users_choices_kept() {
     let wanted = Wanted { laplacian: true, ..Wanted::default() };
     let options = Options { method: Some(Method::Neighbours), ..Options::default() };
     assert_eq!(plan(&kernel, 10, 10, wanted, &options).unwrap().reason(), Reason::Forced);
-    // a plan for one kernel does not run another
+    // a plan for one kernel is refused with another
     let plan = plan(&kernel, 0, 0, wanted, &Options::default()).unwrap();
     let other = Kernel::<f64, 2>::newtonian(1.0, Mollifier::Gaussian { order: 4 }, 0.1).unwrap();
     let none = Sources { positions: &[], masses: &[] };

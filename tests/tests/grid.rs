@@ -1,5 +1,5 @@
-//! Mesh fields through `mollis-core`: against the dense twin, against manufactured solutions for all sizes, for any order of
-//! the particles and any number of threads.
+//! Mesh fields through `mollis-core`: against the dense reference implementation and against manufactured solutions for all sizes. Results do
+//! not depend on the order of the particles or the number of threads.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -19,7 +19,7 @@ fn random(seed: u64) -> impl FnMut() -> f64 {
     }
 }
 
-/// Calls `body` with a grid in exactly as many bytes as it asked for, dirty, between canaries.
+/// Calls `body` with a grid in a block of exactly the stated size with arbitrary contents, between canaries.
 fn with_grid<T: Real, R>(
     mesh: Mesh<T>,
     equation: Equation<T>,
@@ -36,8 +36,8 @@ fn with_grid<T: Real, R>(
     result
 }
 
-/// Gives all tasks of a call to one worker, and those of the next call to the next: whatever a worker's scratch held from
-/// another phase, or from none, must not matter.
+/// Gives all tasks of a call to one worker, and those of the next call to the next worker. Results must not depend on what a worker's scratch
+/// contained before, from another phase or uninitialised.
 struct Turns(usize, AtomicUsize);
 
 impl Executor for Turns {
@@ -90,18 +90,18 @@ fn agrees_with_the_dense_twin() {
                     grid.potential(&mut u).unwrap();
                     let mut gradient = vec![[f64::NAN; 2]; targets.len()];
                     grid.interpolate(&targets, &mut gradient, &Serial).unwrap();
-                    // Masses: half a unit, 2^-50 of at most twice the total, for each share of 60 particles.
+                    // Masses: an error of half a unit, 2^-50 of at most twice the total, for each share of 60 particles.
                     let total: f64 = m.iter().sum();
                     for (a, b) in masses.iter().zip(&want.masses) {
                         assert!((a - b).abs() < 120.0 * 2.0_f64.powi(-50) * total);
                     }
-                    // The system's condition is at most 8 / (pi / 17)^2 = 234 for these sizes; both solvers lose a few
-                    // times that in u, and the outside particles' moments have units of 2^-40.
+                    // The condition number of the system is at most 8 / (pi / 17)^2 = 234 for these sizes. Both solvers lose a few
+                    // times that in u, and the moments of the outside particles have units of 2^-40.
                     let size = largest(want.potential.iter().copied()) + total;
                     for (a, b) in u.iter().zip(&want.potential) {
                         assert!((a - b).abs() < 1e-11 * size, "{case:?}: {a} {b}");
                     }
-                    // Divided by the mesh width, 1 / 17 at least.
+                    // The error is divided by the mesh width, at least 1 / 17.
                     let size = largest(want.gradient.iter().flatten().copied()) + 17.0 * size;
                     for ((a, b), x) in gradient.iter().zip(&want.gradient).zip(&targets) {
                         for (a, b) in a.iter().zip(b) {
@@ -114,14 +114,14 @@ fn agrees_with_the_dense_twin() {
     }
 }
 
-/// An error of the solve against a solution made first: integers u (zero on the border of free space), whose five-point
-/// Laplacian is an integer number of mass units exactly. Widths 1 and `ratio`.
+/// The error of the solve against a manufactured solution: integers u (zero on the border of free space) whose five-point
+/// Laplacian is exactly an integer number of mass units. Mesh widths 1 and `ratio`.
 fn manufactured_error(cells: [usize; 2], ratio: usize, walls: Walls) -> f64 {
     let [n, m] = cells;
     let mesh = Mesh::new([0.0, 0.0], [n as f64, (m * ratio) as f64], cells).unwrap();
     let at = |i: usize, j: usize| j * (n + 1) + i;
     let free = walls == Walls::Free;
-    // The lowest mode, which the solve amplifies most, and noise, in multiples of 4 ratio so that all shares are whole.
+    // The lowest mode, which the solve amplifies most, and noise, in multiples of 4 ratio so that all shares are integers.
     let mut next = random((n * 1000 + m) as u64);
     let step = (4 * ratio) as f64;
     let mut u = vec![0_i64; mesh.nodes()];
@@ -136,7 +136,7 @@ fn manufactured_error(cells: [usize; 2], ratio: usize, walls: Walls) -> f64 {
         }
     }
     with_grid(mesh, Equation { screening: 0.0, walls, ..Equation::POISSON }, 1, |grid| {
-        // A unit is 1.
+        // The mass unit is 1.
         grid.begin(MassScale::for_total(2.0_f64.powi(49)).unwrap());
         assert_eq!(grid.scale().exponent(), 0);
         let words = grid.words_mut();
@@ -169,7 +169,7 @@ fn manufactured_error(cells: [usize; 2], ratio: usize, walls: Walls) -> f64 {
             }
         }
         if free {
-            // No net mass, so no monopole: what is missing is counted outside.
+            // The net mass is zero, so the monopole is zero: the difference is counted as outside.
             words[mesh.nodes() + 1] = -total;
         } else {
             assert_eq!(total, 0);
@@ -194,7 +194,7 @@ fn manufactured_error(cells: [usize; 2], ratio: usize, walls: Walls) -> f64 {
 fn every_size_against_a_manufactured_solution() {
     let mut worst = 0.0_f64;
     for n in 3..=257 {
-        // With itself (primes are transformed along one axis), and with a partner that takes the transform or leaves it.
+        // A square (primes are transformed along one axis), and partners along which the transform runs, or does not.
         for (cells, ratio) in [([n, n], 1), ([n, 16], 2), ([16, n], 1), ([n, 59], 1)] {
             worst = worst.max(manufactured_error(cells, ratio, Walls::Free));
         }
@@ -242,7 +242,7 @@ fn any_order_any_number_of_threads_any_split_the_same_bits() {
     backwards.3.reverse();
     assert!(backwards == want);
 
-    // Ranks: each deposits a part with the common scale, the words are added up.
+    // Several ranks: each deposits a part with the common scale, and the integers are added.
     let scale = MassScale::of(&m).unwrap();
     let mut sum = vec![0_i64; want.0.len()];
     for (x, m) in x.chunks(12_345).zip(m.chunks(12_345)) {
@@ -262,7 +262,7 @@ fn any_order_any_number_of_threads_any_split_the_same_bits() {
         })
     };
     assert!(fourth(&Threads(3)) == fourth(&Serial));
-    // One at a time is the same as all together.
+    // A single target gives the same bits as all targets together.
     with_grid(mesh, Equation::POISSON, 1, |grid| {
         grid.deposit(&x, &m, &Serial).unwrap();
         grid.solve(&Serial).unwrap();
@@ -274,9 +274,9 @@ fn any_order_any_number_of_threads_any_split_the_same_bits() {
 
 #[test]
 fn a_lone_particle_is_hardly_moved_by_itself() {
-    // In free space without border a particle's own field vanishes at it by symmetry: deposit and interpolation are adjoint
-    // and the centred difference is antisymmetric. What is left is the error of the border data: the border takes the
-    // monopole's value instead of the lattice Green's function, O((h / distance)^2) relative, a harmless smooth field.
+    // In infinite free space a particle's own field vanishes at it by symmetry: deposit and interpolation are adjoint
+    // and the centred difference is antisymmetric. What remains is the error of the border data. The border has the value of
+    // the monopole instead of the lattice Green's function: O((h / distance)^2) relative, a small smooth field.
     let mesh = Mesh::new([-1.0, -1.0], [1.0, 1.0], [64, 64]).unwrap();
     for order in [Order::Second, Order::Fourth] {
         with_grid(mesh, Equation { order, ..Equation::POISSON }, 1, |grid| {
@@ -298,7 +298,7 @@ fn no_flux_mirrors_what_is_outside() {
     let mesh = Mesh::new([0.0, 0.0], [2.0, 1.0], [20, 14]).unwrap();
     let equation = Equation { screening: 2.0, walls: Walls::NoFlux, ..Equation::POISSON };
     let inside = [[0.3, 0.2], [1.9, 0.6], [0.25, 0.875]];
-    // The same places seen through one or several mirrors (exact in binary where the sums are).
+    // The same positions after one or several reflections (exact in binary where the sums are).
     let outside = [[-0.3, 0.2], [2.1, 1.4], [4.25, -0.875]];
     let m = [1.0, 2.0, 3.0];
     let run = |x: &[[f64; 2]]| {
@@ -344,7 +344,7 @@ fn single_precision_agrees_with_double() {
     });
     let size = largest(want.iter().flatten().copied());
     for (a, b) in got.iter().flatten().zip(want.iter().flatten()) {
-        // u of the potential, some 2e-7 times a few, over the width 1 / 20 of a difference.
+        // u of the potential, a few times 2e-7, over the width 1 / 20 of a difference.
         assert!((f64::from(*a) - b).abs() < 1e-4 * size, "{a} {b}");
     }
 }
@@ -380,7 +380,7 @@ fn refuses_what_it_must_and_leaves_the_rest() {
         assert_eq!(grid.masses(&mut [0.0; 3]), Err(Error::LengthMismatch));
         assert!(grid.words() == before);
         assert_eq!(grid.add(&[[f64::NAN, 0.5]], &[1.0], &Serial), Err(Error::NotFinite));
-        // No mass at all, and masses that cancel.
+        // Zero mass, and masses that cancel.
         grid.deposit(&[], &[], &Serial).unwrap();
         grid.solve(&Serial).unwrap();
         assert!(grid.gradient().iter().flatten().all(|&g| g == 0.0));
@@ -411,8 +411,8 @@ fn mass_far_outside_or_at_the_border_gives_finite_fields() {
     }
 }
 
-/// Two discs side by side, as in Section 5.3: what the monopole on the border leaves out is (0.5 / 1.5)^2 = 11% of the field there, what
-/// the second moments leave out (third moments vanish by symmetry) 1%.
+/// Two discs side by side, as in Section 5.3. The monopole on the border leaves out (0.5 / 1.5)^2 = 11% of the field there. The second moments
+/// leave out 1% (third moments vanish by symmetry).
 #[test]
 fn second_moments_on_the_border_bring_the_field_of_divided_mass() {
     let mesh = Mesh::new([-1.5; 2], [1.5; 2], [150; 2]).unwrap();
@@ -454,8 +454,8 @@ fn second_moments_on_the_border_bring_the_field_of_divided_mass() {
     assert!(monopole > 0.05 && quadrupole < 0.02 && quadrupole < monopole / 5.0, "{monopole} {quadrupole}");
 }
 
-/// (3 / pi R^2) (1 - r^2 / R^2)^2, of mass 1, on a lattice: the sum of m x . grad u over all of it is 1 / (4 pi), whatever the shape (it is half of
-/// the sum over pairs of m m x . x / (2 pi r^2)). What a mesh loses of it is what the second moment's rate is off by.
+/// (3 / pi R^2) (1 - r^2 / R^2)^2, of mass 1, on a lattice. The sum of m x . grad u over all of it is 1 / (4 pi) for any shape: it is half of
+/// the sum over pairs of m m x . x / (2 pi r^2). What a mesh loses of it is the error of the rate of the second moment.
 #[test]
 fn what_the_mesh_loses_of_the_attraction_falls_as_the_order_says() {
     let radius: f64 = 0.5;
@@ -482,7 +482,7 @@ fn what_the_mesh_loses_of_the_attraction_falls_as_the_order_says() {
             (1.0 - virial * 4.0 * std::f64::consts::PI).abs()
         })
     };
-    // The second with the transform along y.
+    // In the second case the transform runs along y.
     for coarse in [[32, 32], [36, 32]] {
         let fine = coarse.map(|n| 2 * n);
         let [a, b] = [coarse, fine].map(|cells| lost(Order::Second, cells));

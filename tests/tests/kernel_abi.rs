@@ -1,4 +1,4 @@
-//! Kernel sums through the C ABI: values, a host's own kernel, and bad kernels, each refused with its own code.
+//! Kernel sums through the C ABI: values, a kernel of the host, and invalid kernels, each refused with its own code.
 #![expect(unsafe_code, reason = "calls the C ABI as a C program does")]
 
 use std::ffi::c_void;
@@ -18,7 +18,7 @@ fn term(kind: i32, coefficient: f64, parameter: f64) -> mollis_kernel_term {
     mollis_kernel_term { kind, reserved: 0, coefficient, parameter: [parameter, f64::NAN] }
 }
 
-/// The codes of the size query and of preparing, in each dimension and scalar; nothing is written on a refusal.
+/// The codes of the size query and of preparing, in each dimension and scalar. A refused call writes nothing.
 fn codes(
     terms: &[mollis_kernel_term],
     own: *const mollis_radial_kernel,
@@ -84,7 +84,7 @@ fn bad_terms_are_refused() {
     refused(&[term(-1, 1.0, 1.0)], Error::UnknownValue);
     refused(&[], Error::KernelTerms);
     refused(&[good; 9], Error::KernelTerms);
-    // p > 1 - d: the limit itself is refused, but for log|x| in 1D, and a little above it is not
+    // p > 1 - d is required. The limit is refused, except log|x| in 1D; a value a little above is accepted
     for p in [-0.5, -2.0, -1.0, 0.0] {
         let got = codes(&[term(MOLLIS_KERNEL_POWER, 1.0, p)], null(), COMPACT, 0.1);
         for (k, pair) in got.into_iter().enumerate() {
@@ -109,7 +109,7 @@ fn bad_lengths_and_mollifiers_are_refused() {
     assert_eq!(codes(&good, null(), exponent, 0.1), [[Error::Exponent as i32; 2]; 6]);
 }
 
-/// What the callback is to do.
+/// The behaviour of the callback.
 struct Own {
     calls: usize,
     spoil: Option<(usize, f64)>,
@@ -118,7 +118,7 @@ struct Own {
 
 /// |x|^1.5/1.5 in two dimensions.
 unsafe extern "C" fn own(context: *mut c_void, r: f64, out: *mut f64) -> mollis_status {
-    // SAFETY: the tests pass an `Own`, and the library room for three.
+    // SAFETY: the tests pass an `Own`, and the library passes room for three numbers.
     unsafe {
         let own = &mut *context.cast::<Own>();
         own.calls += 1;
@@ -154,7 +154,7 @@ fn a_bad_kernel_of_the_host_is_refused() {
                 assert_eq!(mollis_kernel2_workspace_bytes(null(), 0, &raw const kernel, mollifier, &raw mut bytes), OK);
                 let code = mollis_kernel2_prepare(block.pointer(), bytes, null(), 0, &raw const kernel, mollifier, 0.1);
                 assert_eq!(code, Error::NotFinite as i32, "{spoil:?}");
-                // what it left is no kernel
+                // the block is not a valid kernel afterwards
                 let (r, mut value) = (1.0, 7.0);
                 let code = mollis_kernel2_eval(
                     block.pointer(),
@@ -168,7 +168,7 @@ fn a_bad_kernel_of_the_host_is_refused() {
                 assert_eq!((code, value), (Error::NotPrepared as i32, 7.0));
             }
         }
-        // its own status comes back, and it is not called again
+        // the status of the callback is returned, and the callback is not called again
         let mut context = Own { calls: 0, spoil: None, refuse_at: 25 };
         let kernel = radial(&mut context);
         let mut block = Aligned::new(1 << 20);
@@ -195,8 +195,8 @@ fn a_bad_kernel_of_the_host_is_refused() {
     }
 }
 
-/// A host's kernel is fitted to what the library's own |x|^1.5/1.5 is, with another term in the same sum: 1e-12 of the scale at
-/// delta, ten times the bound of known kernels, as the fits on octaves add up.
+/// The fit of a host's kernel agrees with the library's |x|^1.5/1.5, with another term in the same sum: within 1e-12 of the scale at
+/// delta, ten times the bound of known kernels, because errors of the fits on octaves add up.
 #[test]
 fn a_host_kernel_equals_the_known_one() {
     let delta = 0.2;
@@ -230,8 +230,8 @@ fn a_host_kernel_equals_the_known_one() {
     }
 }
 
-/// A value that becomes infinite stops a run, with the state of the last completed step: what a run of just those steps gives.
-/// Its status, and how many steps it completed.
+/// A value that becomes infinite stops a run. The state is that of the last completed step, equal to a run of just those steps.
+/// Returns the status and the number of completed steps.
 macro_rules! blow_up {
     ($t:ty; $size:ident $prepare:ident $scratch:ident $step:ident) => {{
         let terms = [term(MOLLIS_KERNEL_POWER, 1.0, 6.0)];

@@ -1,4 +1,4 @@
-//! Every row of the kernel tables (25 digits, from closed forms in ball arithmetic) through the public interface.
+//! Every row of the kernel tables (25 digits, from closed forms in ball arithmetic), computed through the public interface.
 
 use mollis_core::Real;
 use mollis_core::kernel::{Kernel, Law, Term};
@@ -36,7 +36,7 @@ fn mollifier(name: &str) -> Mollifier {
     }
 }
 
-/// Prepared in a buffer of exactly the stated size.
+/// A kernel in a buffer of exactly the stated size.
 fn with_kernel<const D: usize, R>(
     terms: &[Term],
     m: Mollifier,
@@ -64,24 +64,24 @@ struct Row {
     want: [f64; 3],
 }
 
-/// Closed forms are good to 8 ulp: |x|^4/4, |x|^3/3 in 1D under compact mollifiers, K0 outside the support.
+/// Closed forms have errors of at most 8 ulp: |x|^4/4, |x|^3/3 in 1D under compact mollifiers, K0 outside the support.
 fn is_closed(dimension: usize, kernel: &str, psi: &str, outside: bool) -> bool {
     kernel == "p4"
         || (dimension == 1 && kernel == "p3" && psi != "gauss4")
         || (kernel.starts_with("k0") && outside && psi != "gauss4")
 }
 
-/// The worst errors relative to the larger of |value| and the kernel's scale at delta, in units of the tolerance: 1e-13, a
+/// The largest errors relative to the larger of |value| and the kernel's scale at delta, in units of the tolerance. The tolerance is 1e-13, a
 /// hundred times what quadrature (sums of about 2000 terms of either sign) and Clenshaw's recurrence (30 steps) lose for one
-/// term, since a Morse potential at delta = 0.1 is 20 times smaller than its two terms' gradient factors; 8 ulp for closed
-/// forms.
+/// term, because a Morse potential at delta = 0.1 is 20 times smaller than the gradient factors of its two terms. For closed forms it
+/// is 8 ulp.
 fn check<const D: usize>(kernel: &str, psi: &str, delta: f64, rows: &[Row]) -> [f64; 3] {
     let bare: [f64; 3] = with_kernel::<D, _>(&terms(kernel), Mollifier::None, delta, |k| k.at(delta));
     with_kernel::<D, _>(&terms(kernel), mollifier(psi), delta, |k| {
         let mut worst = [0.0_f64; 3];
         for row in rows {
             for (n, (got, want)) in k.at(row.r).into_iter().zip(row.want).enumerate() {
-                // the kernel's own scale at delta; where its Laplacian vanishes, that of its gradient
+                // the kernel's own scale at delta; if its Laplacian vanishes there, that of its gradient
                 let scale = bare[n].abs().max(if n == 2 { bare[1].abs() } else { 0.0 });
                 let closed = is_closed(D, kernel, psi, row.r >= delta);
                 let tolerance = if closed { 8.0 * f64::EPSILON } else { 1e-13 };
@@ -141,9 +141,9 @@ fn every_row_of_the_tables() {
     assert_eq!(failed, 0);
 }
 
-/// Single precision against double precision at the same delta and r, numbers of single precision, for every row: 90 u of
-/// the larger of |value| and the sum over the terms of the larger of the bare term's size at delta and the mollified one's at 0:
-/// three roundings in each of some 30 steps of Clenshaw's recurrence, relative to the largest value of its function.
+/// Single precision against double precision for every row, at the same delta and r, which single precision holds exactly. The error is at
+/// most 90 u of the larger of |value| and the sum over the terms of the larger of the bare term's size at delta and the mollified one's at
+/// 0: three roundings in each of some 30 steps of Clenshaw's recurrence, relative to the largest value of its function.
 fn single<const D: usize>(kernel: &str, psi: &str, delta: f64, rows: &[Row]) -> [f64; 3] {
     let (terms, psi, delta) = (terms(kernel), mollifier(psi), delta as f32);
     let mut scale = [0.0; 3];

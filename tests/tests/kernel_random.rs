@@ -1,5 +1,5 @@
-//! Mollified kernels at random parameters against their definition, integrated with 60 digits by `data/kernels_random.py`, and kernels of
-//! one distance at the ends of the number range.
+//! Mollified kernels at random parameters against their definition, integrated with 60 digits by `data/kernels_random.py`. Also kernels at
+//! single distances at the limits of the number range.
 
 #![allow(clippy::excessive_precision, reason = "reference values keep the digits that they were computed with")]
 
@@ -66,7 +66,7 @@ fn is_closed(row: &Row) -> bool {
     p > 0.0 && (p % 2.0 == 0.0 || p % 1.0 == 0.0 && row.dimension != 2 && compact)
 }
 
-/// S of the module `kernel`: the bare kernel's magnitudes at delta, and where delta is more than 5 lengths the convolution's.
+/// S of the module `kernel`: the magnitudes of the bare kernel at delta, and for delta above 5 lengths those of the convolution.
 fn scale(row: &Row, bare: [f64; 3]) -> [f64; 3] {
     let [value, gradient, laplacian] = bare.map(f64::abs);
     let value = if row.law == (Law::Power { exponent: 0.0 }) { value.max(1.0) } else { value };
@@ -82,14 +82,14 @@ fn scale(row: &Row, bare: [f64; 3]) -> [f64; 3] {
     scale
 }
 
-/// The worst errors of a row over their bounds, in double and in single precision (none where that refuses the kernel).
+/// The largest errors of a row over their bounds, in double and in single precision (none if single precision refuses the kernel).
 ///
-/// Double: 1e-13 of the larger of |value| and the scale, the promise of `Kernel::at`. What is lost: some 300 positive terms of an integral,
-/// each good to a few roundings, and Clenshaw's recurrence of 30 steps, both relative to the largest size on a panel, which is at most 64
-/// times that at r: 64 * 1e-15 and a margin. Closed forms: 8 ulp of |value|: they round a series in two words once, a power of r and one of
-/// delta (an ulp each) and three products; where the series itself is zero, two words leave some 100 u^2 of its terms.
+/// Double: 1e-13 of the larger of |value| and the scale, as `Kernel::at` states. The losses are some 300 positive terms of an integral,
+/// each with a few roundings, and Clenshaw's recurrence of 30 steps, both relative to the largest size on a panel, which is at most 64
+/// times that at r: 64 * 1e-15 and a margin. Closed forms: 8 ulp of |value|. They round a double-word series once, a power of r and one of
+/// delta (an ulp each) and three products. Where the series itself is zero, some 100 u^2 of its terms remain.
 ///
-/// Single: that, and one rounding to nearest, u of |value|; results below the normal range have its step.
+/// Single: the same, and one rounding to nearest, u of |value|. Results below the normal range have the spacing there.
 fn check<const D: usize>(row: &Row) -> (f64, Option<f64>) {
     let terms = one(row.law);
     let scale = scale(row, with::<f64, D, _>(&terms, Mollifier::None, row.delta, |k| k.at(row.delta)).unwrap());
@@ -102,7 +102,7 @@ fn check<const D: usize>(row: &Row) -> (f64, Option<f64>) {
     let worst = |got: [f64; 3], more: &dyn Fn(f64) -> f64| {
         (0..3).fold(0.0_f64, |worst, n| {
             let (error, bound) = ((got[n] - row.want[n]).abs(), bounds[n] + more(row.want[n].abs()));
-            // equal zeros have no error, and a NaN an infinite one
+            // the error of equal zeros is zero, that of a NaN infinite
             let ratio = if error == 0.0 { 0.0 } else { error / bound };
             worst.max(if ratio.is_nan() { f64::INFINITY } else { ratio })
         })
@@ -116,7 +116,7 @@ fn check<const D: usize>(row: &Row) -> (f64, Option<f64>) {
     let u = f64::from(f32::EPSILON) / 2.0;
     let single = match with::<f32, D, _>(&terms, row.mollifier, delta, |k| k.at(r)) {
         Ok(got) => Some(worst(got.map(f64::from), &|size| u * size + u * f64::from(f32::MIN_POSITIVE))),
-        // the exterior factor, or a coefficient, is beyond its range
+        // the exterior factor, or a coefficient, exceeds its range
         Err(error) => {
             assert_eq!(error, Error::OutOfDomain);
             None
@@ -147,7 +147,7 @@ fn every_row_in_both_precisions() {
     assert_eq!(refused, 9);
 }
 
-/// The two values of which a report gave the right ones.
+/// Two values for which a report gave the correct results.
 #[test]
 fn exponentials_of_short_length() {
     let compact = Mollifier::Compact { order: 8, exponent: 9 };
@@ -165,7 +165,7 @@ fn exponentials_of_short_length() {
     assert!((laplacian + 38.635_873_283_316_286_492).abs() < 1e-13 * 51.7, "{laplacian}");
 }
 
-/// What cannot be as accurate is refused.
+/// Kernels that cannot be computed to this accuracy are refused.
 #[test]
 fn what_the_fits_cannot_hold_is_refused() {
     let compact = |exponent| Mollifier::Compact { order: 4, exponent };
@@ -191,7 +191,7 @@ fn what_the_fits_cannot_hold_is_refused() {
     }
 }
 
-/// A Morse potential's terms cancel twentyfold in the Laplacian near the centre; the sum's error is that of its terms.
+/// Near the centre the terms of a Morse potential cancel to a twentieth in the Laplacian. The error of the sum is that of its terms.
 #[test]
 fn a_morse_potential_near_the_centre() {
     let terms = [
@@ -217,7 +217,7 @@ fn a_morse_potential_near_the_centre() {
         };
         let (got, bare) = (got.unwrap(), bare.unwrap());
         for n in 0..3 {
-            // even relative to the scale of the sum, not of its terms
+            // relative to the scale of the sum, which is smaller than that of its terms
             let scale = want[n].abs().max(bare[n].abs()).max(if n == 2 { bare[1].abs() } else { 0.0 });
             let error = (got[n] - want[n]).abs() / scale;
             assert!(error < 1e-13, "{dimension} {r} {n}: {} {} {error:e}", got[n], want[n]);
@@ -225,7 +225,7 @@ fn a_morse_potential_near_the_centre() {
     }
 }
 
-/// Dimension, r, and value, gradient factor, Laplacian at delta = 0.1, integrated as the table's rows are.
+/// Dimension, r, and value, gradient factor, Laplacian at delta = 0.1, integrated in the same way as the rows of the table.
 const MORSE: [(usize, f64, [f64; 3]); 6] = [
     (1, 0.0, [-0.99999804099749620, 0.49154298392359131, 0.49154298392359131]),
     (1, 0.0048828125, [-0.99999218204837739, 0.49142564492481704, 0.49119144561087575]),
@@ -235,7 +235,7 @@ const MORSE: [(usize, f64, [f64; 3]); 6] = [
     (3, 0.0048828125, [-0.99998782935411048, 0.48942907920984946, 1.46808505255718378]),
 ];
 
-/// Powers without a mollifier: r^p/p, r^(p-2), (p + d - 2) r^(p-2) wherever these are in range. Infinite or zero where they are not.
+/// Powers without a mollifier: r^p/p, r^(p-2), (p + d - 2) r^(p-2) where these are in range, otherwise infinite or zero.
 #[test]
 fn powers_keep_their_range() {
     fn at<T: Real>(p: f64, r: f64) -> [f64; 3] {
@@ -252,7 +252,7 @@ fn powers_keep_their_range() {
         (0.0, 1e30, [1e30_f64.ln(), 0.0, 0.0]),
     ] {
         let r = f64::from(r as f32);
-        // the number that single precision holds moves r^p by p u
+        // rounding r to single precision changes r^p by p u
         for (got, want) in at::<f32>(p, r).into_iter().zip(want) {
             let close = got == want || (got - want).abs() <= 16.0 * f64::from(f32::EPSILON) * want.abs();
             assert!(close, "f32 {p} {r}: {got:e} {want:e}");
@@ -275,11 +275,11 @@ fn powers_keep_their_range() {
     }
 }
 
-/// Mollified kernels far outside and far inside, and gradients at points whose |x|^2 or K'/r leaves the range.
+/// Mollified kernels far outside and far inside the support, and gradients at points whose |x|^2 or K'/r is out of range.
 #[test]
 fn mollified_powers_and_gradients_at_points_keep_their_range() {
     let compact = Mollifier::Compact { order: 4, exponent: 4 };
-    // far outside, the mollifier is not felt
+    // far outside the mollifier has no effect
     for (p, delta, r) in [(2.0, 1e-250, 1e-200), (3.0, 1e-3, 1e150), (1.5, 1.0, 1e180), (8.0, 1e-45, 1e-40)] {
         let gradient = with::<f64, 2, _>(&one(Law::Power { exponent: p }), compact, delta, |k| k.gradient_factor(r));
         let want = r.powf(p - 2.0);
@@ -314,7 +314,7 @@ fn mollified_powers_and_gradients_at_points_keep_their_range() {
     assert!((x - 3.0 * factor).abs() < 1e-14 && y == 0.0 && (z - 4.0 * factor).abs() < 1e-14 * 13.0);
 }
 
-/// Laws whose lengths are at the ends of the range.
+/// Laws whose lengths are at the limits of the number range.
 #[test]
 fn exponentials_keep_their_range() {
     let at = |law, r| with::<f64, 3, _>(&one(law), Mollifier::None, 1.0, |k| k.at(r)).unwrap();

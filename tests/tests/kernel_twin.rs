@@ -1,4 +1,4 @@
-//! Kernels of arbitrary parameters, mollifiers and lengths against the convolution itself.
+//! Kernels with arbitrary parameters, mollifiers and lengths against the convolution itself.
 
 use mollis_core::kernel::{Kernel, Law, Term};
 use mollis_core::mollifier::Mollifier;
@@ -6,7 +6,7 @@ use mollis_reference::kernel::mollified;
 use mollis_reference::mollifier::Compact;
 use mollis_tests::Aligned;
 
-/// Numbers in [0, 1), the same ones every time (splitmix).
+/// Numbers in [0, 1), the same sequence every time (splitmix).
 fn numbers() -> impl FnMut() -> f64 {
     let mut state = 17_u64;
     move || {
@@ -30,7 +30,7 @@ fn bessel(z: f64) -> [f64; 2] {
     [sum(&|_| 1.0), sum(&f64::cosh)]
 }
 
-/// K and K' as the papers write them.
+/// K and K' in the form of the papers.
 fn bare(dimension: u32, law: Law, s: f64) -> [f64; 2] {
     use std::f64::consts::PI;
     match law {
@@ -75,7 +75,7 @@ fn check<const D: usize>(laws: &[Law], next: &mut impl FnMut() -> f64) {
             for (got, want, scale) in
                 [(kernel.value(r), value, scale[0]), (r * kernel.gradient_factor(r), slope, scale[1])]
             {
-                // The twin's quadrature: 600 nodes a smooth piece; what is rough is next to the pieces' ends.
+                // The quadrature of the reference implementation: 600 nodes on each smooth piece. Singularities are at the ends of the pieces.
                 let error = (got - want).abs() / want.abs().max(scale.abs());
                 assert!(error < 1e-7, "{D} {law:?} {mollifier:?} delta {delta} r {r}: {got} {want} {error:e}");
             }

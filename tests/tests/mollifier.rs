@@ -1,4 +1,4 @@
-//! Mollifiers against their definition, the facts that need no reference, and the extremes of the number range.
+//! Mollifiers against their definition, properties that need no reference, and the limits of the number range.
 
 use mollis_core::Real;
 use mollis_core::Scalar;
@@ -30,7 +30,7 @@ fn compact_mollifiers_are_what_the_definition_says() {
                 let largest = slow.density(0.0).abs();
                 for i in 1..=8 {
                     let r = f64::from(i) / 8.0;
-                    // Quadrature of degree 9 on 64 pieces is exact to rounding; the moment system's condition reaches 1e5.
+                    // Quadrature of degree 9 on 64 pieces is exact up to rounding. The condition number of the moment system reaches 1e5.
                     let close = |a: f64, b: f64, size: f64| {
                         assert!((a - b).abs() <= 1e-10 * size, "{D} {order} {exponent} {r}: {a} {b}")
                     };
@@ -56,10 +56,11 @@ fn fields_at_points_are_those_of_the_distance() {
             let blob = Blob::<T, D>::new(mollifier, delta).unwrap();
             for x in points {
                 let x = x.map(T::from_f64);
-                // Points on an axis have an exact distance.
+                // The distance of a point on an axis is exact.
                 let r = x.iter().fold(T::ZERO, |sum, c| sum + c.abs());
                 let (g, h) = (blob.gradient_factor(r), blob.hessian_factor(r));
-                // Gaussians at points are plain arithmetic, with bounds of their own; the rest is the same number.
+                // Gaussians at points use plain arithmetic, with bounds of their own. With other mollifiers the results at a point
+                // and at its distance are equal.
                 let plain = matches!(mollifier, Mollifier::Gaussian { .. });
                 let close = |got: T, want: T, size: f64| {
                     let allowed = if plain { size * u } else { 0.0 };
@@ -79,7 +80,7 @@ fn fields_at_points_are_those_of_the_distance() {
                 }
                 let hessian = blob.hessian_at(&x);
                 if g != T::ZERO && !(normal(g) && normal(h)) {
-                    // A factor leaves the range where the Hessian itself may not: nothing to compare with.
+                    // A factor may be out of range where the Hessian is not: there is no value to compare with.
                     assert!(hessian.iter().flatten().all(|c| !c.is_nan()));
                     continue;
                 }
@@ -125,7 +126,7 @@ fn points_off_the_axes_agree_with_their_rotation() {
     for mollifier in all::<2>() {
         let blob = Blob::<f64, 2>::new(mollifier, 0.7).unwrap();
         let (a, b) = ([0.375, 0.5], [0.625, 0.0]);
-        // The squared distance, 25/64, is exact either way.
+        // The squared distance, 25/64, is exact in both cases.
         assert_eq!(blob.potential_at(&a), blob.potential_at(&b));
         assert_eq!(blob.density_at(&a), blob.density_at(&b));
         let (ga, gb) = (blob.gradient_at(&a), blob.gradient_at(&b));
@@ -148,7 +149,7 @@ fn nothing_is_nan_and_only_the_true_value_overflows() {
                         let value = blob.evaluate(quantity, r);
                         assert!(!value.is_nan(), "{mollifier:?} {quantity:?} {delta} {r}");
                     }
-                    // The potential overflows at most in 3D, where it is about -1/(4 pi r).
+                    // Only the potential in 3D can overflow; there it is about -1/(4 pi r).
                     let potential = blob.potential(r);
                     let length = if mollifier == Mollifier::None { r } else { delta.max(r) }.to_f64();
                     assert!(
@@ -157,7 +158,7 @@ fn nothing_is_nan_and_only_the_true_value_overflows() {
                     );
                     let mass = blob.enclosed_mass(r).to_f64();
                     assert!((0.0..=2.0).contains(&mass), "{mollifier:?} {delta} {r} {mass}");
-                    // A point off the axes, a Hessian of sums.
+                    // A point off the axes: the elements of the Hessian are sums.
                     let x = [r; D];
                     assert!(blob.gradient_at(&x).iter().all(|c| !c.is_nan()));
                     assert!(!blob.potential_at(&x).is_nan());
@@ -252,14 +253,14 @@ fn heaviside_rises_from_zero_to_one() {
         assert!(blob.heaviside(-100.0).abs() < if mollifier.order() == 0 { 5e-324 } else { 1e-31 });
         for x in [0.01, 0.1, 0.3, 0.6, 0.69] {
             assert!((blob.heaviside(x) + blob.heaviside(-x) - 1.0).abs() <= 2.3e-16);
-            // Its slope is the density: central differences of step 1e-4 are good to 1e-8 of its third derivative.
+            // Its slope is the density: central differences of step 1e-4 have an error of 1e-8 of its third derivative.
             if mollifier != Mollifier::None {
                 let slope = (blob.heaviside(x + 1e-4) - blob.heaviside(x - 1e-4)) / 2e-4;
                 assert!((slope - blob.density(x)).abs() < 2e-4, "{mollifier:?} {x} {slope}");
             }
         }
     }
-    // M = 1: (2 + 3x - x^3)/4, with a tail of (1+x)^2 (2-x)/4 that keeps its digits.
+    // M = 1: (2 + 3x - x^3)/4. The tail (1+x)^2 (2-x)/4 keeps its relative accuracy.
     let blob = Blob::<f64, 1>::new(compact(2, 1), 1.0).unwrap();
     let e = 2_f64.powi(-10);
     let tail = e * e * (3.0 - e) / 4.0;
@@ -275,7 +276,7 @@ fn richardson_combinations_raise_the_order() {
                 let combined = Richardson::<f64, D>::new(base, 0.8, radii).unwrap();
                 assert!((combined.moment(0).unwrap() - 1.0).abs() < 1e-15);
                 for k in (2..order).step_by(2) {
-                    // Radii and lengths are rounded, which the weights (below 20) see.
+                    // Radii and lengths are rounded. The weights (below 20) amplify this.
                     assert!(combined.moment(k).unwrap().abs() < 20.0 * 8.0 * f64::EPSILON, "{D} {base:?} {k}");
                 }
                 assert!(combined.moment(order).unwrap().abs() > 1e-6);

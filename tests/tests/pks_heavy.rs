@@ -1,4 +1,5 @@
-//! Heavy particles beside a mesh: their pairs are exact, they conserve momentum, they are chosen by mass, and nothing changes where there are none.
+//! Heavy particles beside a mesh: their pairs are exact and conserve momentum, and they are chosen by mass. Without heavy particles results
+//! do not change.
 
 use mollis_core::exec::Run;
 use mollis_core::exec::{Executor, Serial};
@@ -18,7 +19,7 @@ const CELLS: usize = 32;
 const H: f64 = 2.0 / CELLS as f64;
 const CORE: f64 = H / 4.0;
 
-/// Numbers in 0..1 without a pattern that matters: multiples of the golden ratio and of the square root of two.
+/// Evenly spread numbers in 0..1: multiples of the golden ratio and of the square root of two.
 fn spread(k: usize) -> [f64; 2] {
     [0.618_033_988_749_894_9, 0.414_213_562_373_095_05].map(|step| (k as f64 * step).fract())
 }
@@ -37,7 +38,7 @@ struct Particles<T> {
     masses: Vec<T>,
 }
 
-/// So many steps on [-1, 1]^2.
+/// Makes this many steps on [-1, 1]^2.
 fn steps<T: Real>(
     particles: &mut Particles<T>,
     options: &Options<T>,
@@ -79,7 +80,7 @@ fn steps<T: Real>(
     Ok(())
 }
 
-/// Attraction alone: nothing is drawn, nothing merges.
+/// Attraction alone: no noise, no merging.
 fn quiet<T: Real>(chi: f64) -> Options<T> {
     Options { merging: Merging::Never, ..Options::new(T::from_f64(chi), T::ZERO) }
 }
@@ -97,7 +98,7 @@ fn a_heavy_particle_attracts_exactly_at_every_distance() {
             start.positions.push([at[0] + T::from_f64(r * cos), at[1] + T::from_f64(r * sin)]);
             start.masses.push(T::from_f64(1e-12));
         }
-        // So short that the field is that of the start, so strong that the way is not lost in the places' rounding.
+        // The step is so short that the field is that of the start, and long enough to keep the move above the rounding of positions.
         let (chi, dt) = (1.0, if T::EPSILON > T::from_f64(1e-10) { 2e-5 } else { 1e-8 });
         let mut end = start.clone();
         let options = Options { scheme, ..quiet(chi) };
@@ -116,7 +117,7 @@ fn a_heavy_particle_attracts_exactly_at_every_distance() {
         for scheme in [Scheme::EulerMaruyama, Scheme::StrangRk4] {
             let equation = Equation { order, ..equation() };
             let (with, without) = [true, false].map(|with| error::<f64>(&blob(), equation, scheme, with)).into();
-            // In the time both schemes follow a way of up to 3e-5 of the distance.
+            // In this time both schemes move by up to 3e-5 of the distance.
             assert!(with < 1e-4 && without > 0.5, "{order:?} {scheme:?}: {with:e}, on the mesh {without:e}");
         }
     }
@@ -154,7 +155,7 @@ fn pairs_of_heavy_and_light_conserve_momentum() {
             }
             sum[0].hypot(sum[1]) / size
         };
-        // What is left is the border's, whose field is prescribed, for the light particles' part.
+        // The remaining momentum comes from the border, whose field is prescribed, for the mass of the light particles.
         let (with, without) = (drift(Some(&heavy)), drift(None));
         assert!(with < 3e-5 && with < 0.02 * without, "{scheme:?}: {with:e}, on the mesh {without:e}");
     }
@@ -162,7 +163,7 @@ fn pairs_of_heavy_and_light_conserve_momentum() {
 
 #[test]
 fn what_falls_in_within_a_step_takes_the_heavy_one_along_by_its_own_mass() {
-    // Light particles on one side fall in at the first part of the step; with the force of the start the heavy one would go on.
+    // Light particles on one side fall in during the first part of the step. With the force of the start the heavy one would move too far.
     for (radius, dt) in [(0.5 * H, 1e-4), (0.5 * H, 1e-3), (2.0 * H, 1e-3), (2.0 * H, 4e-3)] {
         let mut start = Particles { positions: vec![[0.01, 0.02]], masses: vec![10.0] };
         for k in 0..1000 {
@@ -180,7 +181,7 @@ fn what_falls_in_within_a_step_takes_the_heavy_one_along_by_its_own_mass() {
         let light = (1..1001).map(way).fold([0.0; 2], |sum, w| [sum[0] + w[0], sum[1] + w[1]]);
         let own = way(0);
         let off = (own[0] + light[0]).hypot(own[1] + light[1]) / light[0].hypot(light[1]);
-        // Most where the fall just ends at the softening's edge.
+        // The error is largest where the fall just ends at the edge of the softening.
         assert!(off < if dt == 1e-4 { 0.12 } else { 0.05 }, "{radius} {dt}: {off}, {own:?}, {light:?}");
     }
 }
@@ -195,7 +196,7 @@ fn two_heavy_particles_meet_at_the_rate_of_the_theory() {
             (a[0] - b[0]).powi(2) + (a[1] - b[1]).powi(2)
         };
         let before = square(&pair);
-        // To a tenth of the distance, three widths to a third of one.
+        // The squared distance falls to 1%: from three mesh widths to a third of one.
         let time = 0.99 * before * std::f64::consts::PI / 10.0;
         steps(&mut pair, &quiet(1.0), equation(), heavy, time / 100.0, 100, &Serial).unwrap();
         (before - square(&pair)) / time * std::f64::consts::PI / 10.0
@@ -211,14 +212,14 @@ fn two_heavy_particles_meet_at_the_rate_of_the_theory() {
 
 #[test]
 fn the_heaviest_are_taken_and_none_where_there_is_none() {
-    // Ten more than there is room for; the first ten are the lightest of them.
+    // Ten more than the maximum. The first ten are the lightest.
     let mut start = Particles { positions: Vec::new(), masses: Vec::new() };
     let n = MAX_HEAVY + 10;
     for k in 0..n {
         start.positions.push([k % 9, k / 9].map(|i| 0.19 * i as f64 - 0.77));
         start.masses.push(if k < 10 { 1.0 } else { 1.5 + 1e-3 * k as f64 });
     }
-    // Beside each a light one, much nearer to it than a mesh width.
+    // One light particle beside each, much closer than a mesh width.
     for k in 0..n {
         let [x, y] = start.positions[k];
         start.positions.push([x + 0.3 * CORE, y]);
@@ -232,7 +233,7 @@ fn the_heaviest_are_taken_and_none_where_there_is_none() {
     let towards = |p: &Particles<f64>, k: usize| (start.positions[n + k][0] - p.positions[n + k][0]) / dt;
     for k in 0..n {
         let own = start.masses[k] * kernel.gradient_factor(0.3 * CORE) * 0.3 * CORE;
-        // What the others do is nearly the same by pairs and on the mesh, which hardly knows the one beside.
+        // The effect of the others is nearly the same by pairs and on the mesh, and on the mesh that of the adjacent one is small.
         let more = towards(&with, k) - towards(&without, k);
         assert!(if k < 10 { more.abs() < 0.1 * own } else { more > 0.7 * own }, "{k}: {more} of {own}");
     }
@@ -242,7 +243,7 @@ fn the_heaviest_are_taken_and_none_where_there_is_none() {
     assert!(nobody == without);
 }
 
-/// Of equal masses the first are taken: the others act through the mesh as if there were no room for more.
+/// Of equal masses the first are taken. The others act through the mesh.
 #[test]
 fn of_equal_masses_the_first_are_taken() {
     let n = MAX_HEAVY + 6;
@@ -257,7 +258,7 @@ fn of_equal_masses_the_first_are_taken() {
     let heavy = Heavy { kernel: &kernel, mass: 1.0, core: CORE };
     let dt = 1e-9;
     let own = kernel.gradient_factor(0.3 * CORE) * 0.3 * CORE;
-    // The speed of the light particle beside each, by pairs and by the mesh, which hardly knows the one beside.
+    // The speed of the light particle beside each: by pairs, and by the mesh, on which the effect of the adjacent one is small.
     let taken = |start: &Particles<f64>| -> Vec<bool> {
         let speeds = |heavy| {
             let mut moved = start.clone();
@@ -269,7 +270,7 @@ fn of_equal_masses_the_first_are_taken() {
     };
     let first: Vec<bool> = (0..n).map(|k| k < MAX_HEAVY).collect();
     assert_eq!(taken(&start), first);
-    // A heavier one at the end takes the place of the last of them.
+    // A heavier particle at the end replaces the last of those taken.
     start.masses[n - 1] = 1.5;
     let with_last: Vec<bool> = (0..n).map(|k| k < MAX_HEAVY - 1 || k == n - 1).collect();
     assert_eq!(taken(&start), with_last);

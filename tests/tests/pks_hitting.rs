@@ -1,4 +1,4 @@
-//! Two particles: the time of their collision against the exact law.
+//! Two particles: the distribution of their collision time against the exact law.
 
 use mollis_core::euler_maruyama::Control;
 use mollis_core::exec::Run;
@@ -52,7 +52,7 @@ fn times(nu: f64, law: CollisionLaw, n: usize, horizon: f64) -> Times {
         loop {
             let d = [positions[0][0] - positions[1][0], positions[0][1] - positions[1][1]];
             let moment = 0.25 * (d[0] * d[0] + d[1] * d[1]);
-            // Far apart a longer step changes nothing: P(hit) = Q(|nu|, 5) of it at most.
+            // Far apart a longer step changes little: P(hit) is at most Q(|nu|, 5) of it.
             let dt = (moment / 10.0).max(0.01);
             step(
                 State { positions: &mut positions, masses: &mut masses, labels: &mut labels, species: None },
@@ -88,7 +88,7 @@ fn times(nu: f64, law: CollisionLaw, n: usize, horizon: f64) -> Times {
     out
 }
 
-/// sqrt(n) times the largest distance of the sample's distribution function from the law's, over times below the horizon.
+/// sqrt(n) times the largest difference between the distribution functions of the sample and of the law, over times below the horizon.
 fn kolmogorov(nu: f64, times: &Times, horizon: f64) -> f64 {
     let mut tau: Vec<f64> = times.tau.iter().copied().filter(|&t| t <= horizon).collect();
     tau.sort_by(f64::total_cmp);
@@ -101,11 +101,11 @@ fn kolmogorov(nu: f64, times: &Times, horizon: f64) -> f64 {
 /// The 99.9% point of Kolmogorov's law: 2 exp(-2 1.95^2) = 0.001.
 const LIMIT: f64 = 1.95;
 
-/// The short form of `mollis pks-check hitting`.
+/// The short form of `cargo xtask evidence pks-check hitting`.
 #[test]
 fn collision_times_follow_the_law_and_the_printed_test_does_not() {
     for (nu, n) in [(-0.5, 500), (-1.5, 3000), (-4.0, 3000)] {
-        // Times beyond the 90% point count as later, for nu = -1/2 their mean is infinite.
+        // Times beyond the 90% point count as later, because for nu = -1/2 their mean is infinite.
         let horizon = 0.125 / incomplete_gamma::upper_inverse(-nu, 0.9);
         let exact = kolmogorov(nu, &times(nu, CollisionLaw::Exact, n, horizon), horizon);
         assert!(exact < LIMIT, "nu {nu}: {exact}");

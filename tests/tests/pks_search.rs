@@ -1,4 +1,4 @@
-//! The search for clusters by sorting against the descent through cells.
+//! The search for clusters by sorting, compared with the descent through cells.
 
 use mollis_core::exec::Serial;
 use mollis_core::memory::{ALIGN, Carve, Measure};
@@ -19,7 +19,7 @@ fn search(
 ) -> Vec<Vec<usize>> {
     let n = positions.len();
     let bytes = Measure::of(|space| Scratch::<f64>::layout(space, n).map(|_| ())).unwrap();
-    // Dirty, and ringed by canaries.
+    // Arbitrary contents, between canaries.
     let mut memory = vec![0xAB_u8; bytes + 3 * ALIGN];
     let start = memory.as_ptr().align_offset(ALIGN) + ALIGN;
     let mut carve = Carve::reopen(&mut memory[start..start + bytes]).unwrap();
@@ -37,7 +37,7 @@ fn search(
         let square = |i: usize| (positions[i][0] - centre[0]).powi(2) + (positions[i][1] - centre[1]).powi(2);
         let moment = members.iter().map(|&i| masses[i] * square(i)).sum::<f64>() / mass;
         let pairs = mass * mass - members.iter().map(|&i| masses[i] * masses[i]).sum::<f64>();
-        // The sums here cancel against coordinates of order one: n roundings of them.
+        // The sums here cancel against coordinates of order one, with n roundings.
         let rounding = 8.0 * n as f64 * f64::EPSILON;
         assert!((cluster.group.mass / mass - 1.0).abs() < rounding && cluster.group.count == members.len() as f64);
         assert!((cluster.moment - moment).abs() <= rounding * (moment + moment.sqrt()), "{} {moment}", cluster.moment);
@@ -61,7 +61,7 @@ fn clumps(random: &mut Split, n: usize) -> (Vec<[f64; 2]>, Vec<f64>) {
             centre = [random.uniform(), random.uniform()];
             size = 10_f64.powf(-7.0 * random.uniform());
         }
-        // Some coincide.
+        // Some particles coincide.
         let x = if random.uniform() < 0.05 && !positions.is_empty() {
             positions[positions.len() / 2]
         } else {
@@ -113,7 +113,7 @@ fn as_the_descent_through_cells() {
                     let got = search(&settings, &criterion, 7, &positions, &masses);
                     let mut want = Vec::new();
                     if mesh[0] == 3 {
-                        // Cells of side 1/3 are not on the lattice: only the shape of the answer is compared.
+                        // Cells of side 1/3 are not on the lattice: here the clusters are only checked to be disjoint.
                         let mut seen: Vec<usize> = got.concat();
                         seen.sort_unstable();
                         seen.dedup();
@@ -143,23 +143,23 @@ fn as_the_descent_through_cells() {
     assert!(found > 1000, "{found}");
 }
 
-/// Many particles go another way than few: through buckets, of which only what the keys can't exclude is looked at.
+/// Many particles take another path than few: they are distributed to buckets, and only what the keys cannot exclude is examined.
 #[test]
 fn many_particles_as_the_descent_through_cells() {
     let mut random = Split(9);
     let (mut pairs, mut groups, mut whole) = (0, 0, 0);
     for round in 0..37_usize {
-        // The last is of more than one block of 32,768.
+        // The last round has more than one block of 32,768 particles.
         let n = if round == 36 { 40_000 } else { [513, 700, 2000, 6000][round % 4] + round };
         let lattice = |v: f64| (v.clamp(0.0, 1.0 - 2.0_f64.powi(-30)) * 2.0_f64.powi(30)).floor() / 2.0_f64.powi(30);
         let (mut positions, mut masses) = clumps(&mut random, n);
-        // Everywhere, in one clump, or in clumps of any size.
+        // Uniform, in one clump, or in clumps of any size.
         match round % 3 {
             0 => positions.iter_mut().flatten().for_each(|x| *x = lattice(random.uniform())),
             1 => positions.iter_mut().flatten().for_each(|x| *x = lattice(0.3 + 0.01 * random.uniform())),
             _ => (),
         }
-        // Equal masses, one heavy particle among them, or any.
+        // Equal masses, one heavy particle among them, or random masses.
         if round % 5 < 3 {
             masses.fill(1.0);
         }
@@ -167,7 +167,7 @@ fn many_particles_as_the_descent_through_cells() {
             masses[n / 3] = 0.3 * n as f64;
         }
         let mass: f64 = masses.iter().sum();
-        // Critical: gamma chi M = 4 mu, mu~ = mu M / n; from far below to far above.
+        // The critical value is gamma chi M = 4 mu with mu~ = mu M / n. The excess ranges from far below to far above it.
         let excess = 10_f64.powf(5.0 * random.uniform() - 1.0);
         let noise = 1e-3 * mass / n as f64;
         let law = Law::new(excess * 8.0 * core::f64::consts::PI * 1e-3 / mass, noise);
@@ -202,7 +202,7 @@ fn many_particles_as_the_descent_through_cells() {
 
 #[test]
 fn a_shift_finds_what_lies_across_a_border() {
-    // Two particles on both sides of the middle of the domain, others far away: unshifted, only the whole box holds both.
+    // Two particles on both sides of the middle of the domain, others far away. Unshifted, only the whole domain holds both.
     let positions = [[0.5 - 1e-6, 0.5], [0.5 + 1e-6, 0.5], [0.9, 0.9], [0.1, 0.1], [0.1, 0.9], [0.9, 0.1]];
     let masses = [1.0; 6];
     let criterion = Criterion::new(Law::new(5.0, 1.0), CollisionLaw::Exact, Merging::All, 1e-4, 1e-6);

@@ -1,4 +1,4 @@
-//! Particles whose pairs collide and do not merge: the second moment follows the law of a squared Bessel process all the same.
+//! Particles whose pairs collide and do not merge: the second moment still follows the law of a squared Bessel process.
 
 use mollis_core::exec::Run;
 use mollis_core::field::{self, Sources};
@@ -12,7 +12,7 @@ use mollis_core::special::incomplete_gamma;
 use mollis_core::{Real, Result};
 use mollis_tests::Aligned;
 
-/// The Newtonian kernel with coefficient 1, mollified over delta, or not.
+/// The Newtonian kernel with coefficient 1, with a mollifier of length delta or without.
 fn kernel<T: Real>(delta: f64) -> Blob<T, 2> {
     let mollifier = if delta > 0.0 { Mollifier::Compact { order: 2, exponent: 4 } } else { Mollifier::None };
     Blob::new(mollifier, T::from_f64(delta)).unwrap()
@@ -85,7 +85,7 @@ impl<'k, T: Real> System<'k, T> {
     }
 }
 
-/// chi for which `masses` have this index, with mu~ = 1.
+/// The chi for which `masses` have this index, with mu~ = 1.
 fn chi(masses: &[f64], index: f64) -> f64 {
     let neutral = Law { chi: 1.0, noise: 1.0, gamma: 1.0 / std::f64::consts::TAU };
     // N - 2 - k chi
@@ -93,8 +93,8 @@ fn chi(masses: &[f64], index: f64) -> f64 {
     (free - index) / (free - neutral.index(&Group::of(masses)))
 }
 
-/// Five particles of mass 1 and index -1.8 on a circle of radius 1: pairs have the index -0.48, threes -0.44, fours -0.88, so all of them collide and only
-/// the five together merge. Returns the law's distribution function at the median of the times of `paths` paths.
+/// Five particles of mass 1 and index -1.8 on a circle of radius 1. Pairs have the index -0.48, threes -0.44, fours -0.88: all of them collide, and
+/// only the five together merge. Returns the law's distribution function at the median of the collapse times of `paths` paths.
 fn five<T: Real>(scheme: Scheme, delta: f64, dt: f64, paths: usize) -> f64 {
     let masses = [1.0; 5];
     let kernel = kernel(delta);
@@ -123,12 +123,12 @@ fn five<T: Real>(scheme: Scheme, delta: f64, dt: f64, paths: usize) -> f64 {
     incomplete_gamma::upper(1.8, 5.0 / (4.0 * median))
 }
 
-/// Steps without regard to close pairs have their medians far beyond: Euler-Maruyama's of 2e-3 at 0.81 of the law, Strang's of 1e-3 at 0.98.
+/// Steps without special treatment of close pairs have medians far too late: Euler-Maruyama's of 2e-3 at 0.81 of the law, Strang's of 1e-3 at 0.98.
 #[test]
 fn five_soft_particles_collapse_at_the_law_s_median() {
     const PATHS: usize = 400;
-    // The law's distribution function at the median of n samples has the mean 1/2 and the standard deviation 1 / (2 sqrt n): four of these, which chance
-    // exceeds once in 16,000 times, and 0.02 for the step, whose bias was measured with 10,000 paths (docs/pks.md).
+    // At the median of n samples the law's distribution function has the mean 1/2 and the standard deviation 1 / (2 sqrt n). Four of these are
+    // exceeded by chance once in 16,000 times. The 0.02 are for the step, whose bias was measured with 10,000 paths (docs/pks.md).
     let tolerance = 4.0 / (2.0 * (PATHS as f64).sqrt()) + 0.02;
     for scheme in [Scheme::EulerMaruyama, Scheme::StrangRk4] {
         for delta in [1e-6, 1e-2] {
@@ -140,7 +140,7 @@ fn five_soft_particles_collapse_at_the_law_s_median() {
     assert!((at - 0.5).abs() < tolerance, "f32: {at}");
 }
 
-/// What 20,000 single steps make of the second moment, in the mean, and its standard error.
+/// The mean change of the second moment over 20,000 single steps, and its standard error.
 fn mean_moment<T: Real>(options: Options<T>, delta: f64, start: &[[f64; 2]], masses: &[f64], dt: f64) -> [f64; 2] {
     const SAMPLES: u32 = 20_000;
     let kernel = kernel(delta);
@@ -160,7 +160,7 @@ fn mean_moment<T: Real>(options: Options<T>, delta: f64, start: &[[f64; 2]], mas
     [sum / n, ((squares / n - (sum / n).powi(2)) / n).sqrt()]
 }
 
-/// (2.3): the second moment has the drift alpha, however close its particles are, and whatever their masses.
+/// (2.3): the second moment has the drift alpha for any distances and masses of the particles.
 #[test]
 fn the_mean_second_moment_of_close_particles_is_exact() {
     let dt = 1e-3;
@@ -179,7 +179,7 @@ fn the_mean_second_moment_of_close_particles_is_exact() {
                 let before = System::new(&kernel, options, start.to_vec(), masses.to_vec()).moment();
                 let [mean, error] = mean_moment(options, 1e-9, &start, &masses, dt);
                 let want = before + law.alpha(&group) * dt;
-                // Four standard errors, and 1% of the attraction's work, for what is cut off where a distance would fall below zero.
+                // Four standard errors, and 1% of the work of the attraction for squared distances that are cut off at zero.
                 let cut = 0.01 * (law.gamma * strength * group.pairs / group.mass) * dt;
                 assert!(
                     (mean - want).abs() < 4.0 * error + cut,
@@ -190,7 +190,7 @@ fn the_mean_second_moment_of_close_particles_is_exact() {
     }
 }
 
-/// Pairs of an index below -1 collide and stay together where nothing merges; the share that has met is the law's.
+/// Pairs of an index below -1 collide and stay together if nothing merges. The share of pairs that have met follows the law.
 #[test]
 fn hard_pairs_that_never_merge_stay_together() {
     let (masses, dt, steps, paths) = ([1.0, 1.0], 2e-3, 250, 800);
@@ -209,11 +209,11 @@ fn hard_pairs_that_never_merge_stay_together() {
     let share = incomplete_gamma::upper(1.5, 0.125 / (dt * f64::from(steps)));
     let error = (share * (1.0 - share) / paths as f64).sqrt();
     let got = met as f64 / paths as f64;
-    // Four standard errors; a pair that is about to meet does so within a step or two, which is 1% of the time.
+    // Four standard errors. A pair that is about to meet does so within one or two steps, 1% of the time.
     assert!((got - share).abs() < 4.0 * error + 0.02, "{got} {share} {error}");
 }
 
-/// Where no pair is close, a step is Euler and Maruyama's to the bit, with as many fields.
+/// Without close pairs a step gives the same bits as Euler and Maruyama's, with the same number of fields.
 #[test]
 fn without_close_pairs_nothing_changes() {
     fn check<T: Real>(delta: f64, masses: &[f64], strength: f64, dt: f64, as_plain: bool) {
@@ -247,7 +247,7 @@ fn without_close_pairs_nothing_changes() {
             assert_eq!(same, as_plain, "{delta} {n} {merging:?}");
         }
     }
-    // Heavy ones, whose mollifier is long against the step; light ones without a mollifier; two far apart. Then what does have close pairs.
+    // Heavy particles whose mollifier is long against the step; light ones without a mollifier; two far apart. The last two cases have close pairs.
     for (delta, masses, strength, dt, as_plain) in [
         (0.3, vec![1.0; 40], 1.0, 1e-4, true),
         (0.0, vec![0.05; 600], 1.0, 1e-3, true),

@@ -1,4 +1,4 @@
-//! A step as a whole: what it conserves, reports, refuses, skips, and that a run may be interrupted anywhere.
+//! A whole step: what it conserves, reports, refuses and skips. A run may be interrupted anywhere.
 
 use mollis_core::euler_maruyama::Control;
 use mollis_core::exec::Run;
@@ -15,7 +15,7 @@ use mollis_core::real::DoubleWord;
 use mollis_core::{Error, Real, Result};
 use mollis_tests::{Split, Threads};
 
-/// V = log r / (2 pi), softened by Plummer's law: everything is finite.
+/// V = log r / (2 pi), softened by Plummer's law, so that everything is finite.
 struct Plummer;
 impl<T: Real> Interaction<T, 2> for Plummer {
     fn value(&self, r: T) -> T {
@@ -139,7 +139,7 @@ impl<T: Real> Rig<T> {
             _ => None,
         };
         let exactly = field::Options::default();
-        // Beyond Plummer's softening this is the mesh's potential.
+        // Beyond Plummer's softening this is the potential of the mesh.
         let heavy = Heavy { kernel: &Plummer, mass: T::from_f64(0.5), core: T::from_f64(0.01) };
         let attraction = match (&mut grid, self.force) {
             (Some(grid), Force::Heavy) => Attraction::Mesh(grid, Some(&heavy)),
@@ -175,7 +175,7 @@ impl<T: Real> Rig<T> {
         self.p.counters.count as usize
     }
 
-    /// The live part of everything, as bits.
+    /// The bits of all data of live particles.
     fn bits(&self) -> (Vec<[u64; 4]>, [u64; 3]) {
         let rows = (0..self.n()).map(|i| {
             let [x, y] = self.p.positions[i];
@@ -185,7 +185,7 @@ impl<T: Real> Rig<T> {
     }
 }
 
-/// A dense clump of supercritical mass, labels shuffled, and a thin cloud.
+/// A dense clump of supercritical mass with shuffled labels, and a thin cloud.
 fn collapsing<T: Real>(n: usize, seed: u64) -> (Particles<T>, Options<T>) {
     let mut random = Split(seed);
     let mass = 60.0;
@@ -208,7 +208,7 @@ fn collapsing<T: Real>(n: usize, seed: u64) -> (Particles<T>, Options<T>) {
     (particles, Options::new(T::ONE, T::from_f64(theory::noise(mass * 1.25, 1.0, n.max(1)))))
 }
 
-/// [`collapsing`], with three particles that are heavy from the start where heavy ones act by pairs.
+/// [`collapsing`], with three particles that are heavy from the start in cases with heavy pairs.
 fn collapsing_by<T: Real>(force: Force, n: usize, seed: u64) -> (Particles<T>, Options<T>) {
     let (mut particles, options) = collapsing::<T>(n, seed);
     if force == Force::Heavy {
@@ -251,7 +251,7 @@ fn the_event_log_replays_every_mass_bitwise_and_the_order_is_kept() {
         for i in 0..rig.n() {
             assert_eq!(masses[&rig.p.labels[i]].bits(), rig.p.masses[i].bits());
         }
-        // Compaction is stable: what is left stands in the order it came, with its species.
+        // Compaction is stable: the remaining particles keep their order and their species.
         let place = |label: u64| start.labels.iter().position(|&l| l == label).unwrap();
         let places: Vec<usize> = rig.p.labels[..rig.n()].iter().map(|&l| place(l)).collect();
         assert!(places.windows(2).all(|w| w[0] < w[1]));
@@ -263,20 +263,20 @@ fn the_event_log_replays_every_mass_bitwise_and_the_order_is_kept() {
     }
 }
 
-/// A million particles that merge at once: their mass is the sum rounded once, and their index that of the exact masses.
+/// A million particles merge at once. Their mass is the sum rounded once, and their index is that of the exact masses.
 #[test]
 fn a_million_particles_merge_without_losing_mass() {
     fn check<T: Real>() {
         const N: usize = 1 << 20;
         let mut random = Split(31);
-        // Multiples of 2^-20 between 1 and 2: their sum is exact in whole numbers.
+        // Multiples of 2^-20 between 1 and 2: their sum is exact as an integer.
         let whole: Vec<u64> = (0..N).map(|_| 1 << 20 | random.next() >> 44).collect();
         let unit = 2_f64.powi(-20);
         let (sum, squares) = whole.iter().fold((0_u128, 0_u128), |(sum, squares), &m| {
             (sum + u128::from(m), squares + u128::from(m) * u128::from(m))
         });
         let p = Particles {
-            // So near to one another that they collide.
+            // They are so close together that they collide.
             positions: (0..N).map(|_| [0.5, 0.25].map(|c| T::from_f64(c + 2e-6 * random.uniform()))).collect(),
             masses: whole.iter().map(|&m| T::from_f64(m as f64 * unit)).collect(),
             labels: (0..N as u64).collect(),
@@ -294,7 +294,7 @@ fn a_million_particles_merge_without_losing_mass() {
         // u for the last rounding and 2 n u^2 for the sum of two numbers: n u is 1/16 in f32.
         assert!((mass - exact).abs() <= u * (1.0 + 2.0 * N as f64 * u) * exact, "{mass} {exact}");
         assert_eq!(mass, event.mass);
-        // nu: `pairs` adds up over blocks of 64 particles, then twenty levels of halves or cells, three roundings each.
+        // nu: `pairs` adds over blocks of 64 particles, then over twenty levels of halves or cells, with three roundings each.
         let pull = (sum * sum - squares) as f64 * unit * unit * chi * theory::GAMMA / 4.0;
         let index = N as f64 - 2.0 - pull;
         assert!((event.index - index).abs() <= 3.0 * (64.0 + 20.0 + 4.0) * u * pull, "{} {index}", event.index);
@@ -305,7 +305,7 @@ fn a_million_particles_merge_without_losing_mass() {
 
 #[test]
 fn merging_keeps_the_centre_of_mass() {
-    // Without noise and attraction's motion: chi is there for the index alone, so a step merges and nothing else moves them far.
+    // No noise and almost no motion by attraction: chi only determines the index, so a step merges particles and moves them little.
     let (start, options) = collapsing::<f64>(700, 2);
     let mut rig = Rig::new(start, options, Force::Mesh(Walls::Free), (1000, 1000), 1);
     for _ in 0..10 {
@@ -336,7 +336,7 @@ fn a_run_continues_bit_for_bit_from_copies() {
                 let mut stream = Split(9);
                 for k in 0..12 {
                     if cut == Some(k) {
-                        // Only state, counters and generator survive.
+                        // Only state, counters and generator are kept.
                         rig = Rig::new(rig.p.clone(), options, force, (1000, 1000), 1);
                         stream = Split(stream.0);
                     }
@@ -380,7 +380,7 @@ fn a_full_event_buffer_stops_before_the_merge_and_goes_on() {
         let all: Vec<_> =
             whole.events[..whole.written[0]].iter().map(|e| (e.label, e.mass, e.time, e.index, e.absorbed)).collect();
         assert_eq!(all, log);
-        // Without the workspace that holds them, pending merges are refused, not forgotten.
+        // Without the workspace that holds them, pending merges are refused instead of lost.
         let (start, options) = collapsing_by::<f64>(force, 700, 4);
         let mut none = Rig::new(start, options, force, (0, 0), 1);
         let mut k = 0;
@@ -413,7 +413,7 @@ fn any_number_of_threads_gives_the_same_bits() {
         assert!(one == run(2) && one == run(5));
         bits.push(one);
     }
-    // Each attraction is another, pairs with heavy particles among them.
+    // Each attraction is a different one; pairs with heavy particles are included.
     assert!((1..bits.len()).all(|k| !bits[..k].contains(&bits[k])));
 }
 
@@ -427,7 +427,7 @@ fn what_a_scene_does_not_need_is_skipped() {
         }
         rig.report
     };
-    /// Fails if it is asked.
+    /// A generator that fails if it is called.
     struct Refuses;
     impl Generator for Refuses {
         fn fill(&mut self, _: u64, _: u32, _: u32, _: &mut [u64]) -> Result<()> {
@@ -438,27 +438,27 @@ fn what_a_scene_does_not_need_is_skipped() {
         for scheme in [Scheme::EulerMaruyama, Scheme::StrangRk4] {
             let options = Options { scheme, ..options };
             let full = count(options, force, &mut Philox::new(1));
-            // Everything runs.
+            // Everything is used.
             let attracted = force != Force::None;
             assert_eq!((full.normals > 0, full.fields > 0, full.searches > 0), (true, attracted, attracted));
-            // No noise: no random number.
+            // No noise: no random numbers.
             let quiet = count(Options { noise: 0.0, ..options }, force, &mut Refuses);
             assert_eq!((quiet.normals, quiet.fields), (0, full.fields));
-            // No attraction: no field, no search.
+            // No attraction: no field and no search.
             let free = count(Options { chi: 0.0, ..options }, force, &mut Philox::new(1));
             assert_eq!(
                 (free.fields, free.searches, free.normals),
                 (0, 0, if scheme == Scheme::StrangRk4 { 2400 } else { 1200 })
             );
-            // Repulsion: a field, but nothing can collide.
+            // Repulsion: a field, but no collisions.
             let repelled = count(Options { chi: -1.0, ..options }, force, &mut Philox::new(1));
             assert_eq!((repelled.fields > 0, repelled.searches), (attracted, 0));
-            // Hard collisions below the critical mass: impossible by a bound.
+            // Hard collisions below the critical mass are impossible by a bound.
             let hard = Options { merging: Merging::Hard, chi: 0.1, ..options };
             assert_eq!(count(hard, force, &mut Philox::new(1)).searches, 0);
         }
     }
-    // Light particles take one sub-step, those near a heavy one more.
+    // Light particles take one sub-step, particles near a heavy one more.
     let mut positions = vec![[0.06, 0.0]];
     positions.extend((0..400).map(|i| [-0.9 + 0.002 * f64::from(i), 0.9]));
     let mut masses = vec![1e-3; 401];
@@ -533,7 +533,7 @@ fn refused_calls_change_nothing() {
 
 #[test]
 fn without_noise_the_fixed_scheme_is_the_classical_step() {
-    // Against RK4 written out, on the same field: the same bits, chi = 1.
+    // Compared with RK4 written out on the same field: the same bits, chi = 1.
     let (start, mut options) = collapsing::<f64>(40, 11);
     options.noise = 0.0;
     options.merging = Merging::Never;
@@ -580,7 +580,7 @@ fn without_noise_the_fixed_scheme_is_the_classical_step() {
     }
 }
 
-/// The stream as other crates take it.
+/// The stream with the trait of other crates.
 struct Words(Split);
 
 impl rand_core::TryRng for Words {

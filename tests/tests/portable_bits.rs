@@ -1,4 +1,4 @@
-//! The bits that a result has on every machine: sums at level `portable`, and everything that has no level (kernels' fits, normals,
+//! The bits of results that are the same on every machine: sums at level `portable`, and functions without a level (fits of kernels, normals,
 //! mesh fields, coalescing particles).
 //!
 //! The numbers were printed by this test on x86-64. `cargo xtask neon` runs it on aarch64.
@@ -15,7 +15,7 @@ use mollis_core::random::Philox;
 use mollis_core::simd::Level;
 use mollis_tests::Aligned;
 
-/// The bits, mixed in order as by FNV-1a, a word at a time.
+/// A hash of the bits in order (FNV-1a, one word at a time).
 struct Hash(u64);
 impl Hash {
     fn add<T: Real>(&mut self, numbers: &[T]) {
@@ -68,7 +68,7 @@ fn fitted<T: Real, const D: usize>() -> u64 {
     sums(&Kernel::<T, D>::prepare(memory.bytes(), &terms, mollifier, T::from_f64(0.3)).unwrap())
 }
 
-/// Fifty steps of particles that coalesce; also how many are left.
+/// Fifty steps of coalescing particles. Also returns the number that is left.
 fn coalescing<T: Real>(order: Order) -> (u64, u64) {
     let (n, mass) = (1500, T::from_f64(60.0));
     let mut positions: Vec<[T; 2]> = cloud(n, 4);

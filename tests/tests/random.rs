@@ -1,4 +1,4 @@
-//! The built-in generator and the normals against their twins.
+//! The built-in generator and the normals against their reference implementations.
 
 use mollis_core::random::{Generator, Philox, normals, normals_of_labels};
 use mollis_reference::random as twin;

@@ -1,4 +1,4 @@
-//! Results that are finite are found, whatever lies between; through the C ABI.
+//! Finite results are computed even if intermediate values leave the range; through the C ABI.
 #![expect(unsafe_code, reason = "calls the C ABI as a C program does")]
 #![allow(
     clippy::undocumented_unsafe_blocks,
@@ -52,7 +52,7 @@ fn gaussian_fields_far_outside() {
         }
         let (x, far) = (x[0].map(f64::from), f64::from(r));
         let square = x[0] * x[0] + x[1] * x[1];
-        // Ten roundings, and what is below the normal range is rounded to its units.
+        // Ten roundings. Values below the normal range are rounded to the spacing there.
         let close = |got: f32, want: f64| {
             let bound = 12.0 * f64::from(f32::EPSILON) * want.abs() + 1.5e-45;
             assert!((f64::from(got) - want).abs() <= bound, "{delta} {r}: {got:e} {want:e}");
@@ -84,7 +84,7 @@ macro_rules! field {
             assert_eq!(mollis_grid2_options_init(options.as_mut_ptr(), size_of::<mollis_grid2_options>()), 0);
             mollis_grid2_options { walls: MOLLIS_WALLS_FREE_QUADRUPOLE, ..options.assume_init() }
         };
-        // Two masses, seen from within the mesh and from outside.
+        // Two masses, with targets inside the mesh and outside.
         let at = |x: f64, y: f64| [(side * x) as $t, (side * y) as $t];
         let (x, m) = ([at(0.25, 0.0), at(-0.25, 0.0)], [$mass as $t; 2]);
         let targets = [at(0.0, 0.7), at(3.0, 4.0)];
@@ -113,14 +113,15 @@ macro_rules! field {
             );
             assert_eq!(status, 0);
         }
-        // Inside sum m / (2 pi r) by the two masses, to the square of the mesh width over the distance; outside the first terms of the expansion.
+        // Inside: sum m / (2 pi r) of the two masses, up to the square of the mesh width over the distance. Outside: the first terms
+        // of the expansion.
         let per = $mass / (2.0 * PI * side);
         let want = 2.0 * per * 0.7 / (0.7 * 0.7 + 0.25 * 0.25);
         let [inside, outside] = gradient.map(|g| g.map(|g| g as f64));
         assert!((inside[1] / want - 1.0).abs() < 5e-3 && inside[0].abs() < 1e-3 * want, "{side} {inside:?} {want}");
         let seen = [3.0, 4.0].map(|x: f64| 2.0 * per * x / 25.0);
         for k in 0..2 {
-            // The quadrupole, (0.25 / 5)^2 of the whole.
+            // The quadrupole is (0.25 / 5)^2 of the whole.
             assert!((outside[k] / seen[k] - 1.0).abs() < 1e-2, "{side} {outside:?} {seen:?}");
         }
         // At a corner of the mesh.
@@ -134,7 +135,7 @@ fn meshes_of_any_size() {
     for (side, mass) in [(1.0, 1.0), (1e160, 1.0), (1e-160, 1.0), (1e300, 1e280), (1e-300, 1e-290), (1e200, 1e-100)] {
         field!(f64, side, mass, mollis_grid2_workspace_bytes() mollis_grid2_eval());
     }
-    // Protons, and stars in metres.
+    // Protons in metres, and stars in metres.
     for (side, mass) in [(1.0, 1.0), (1e-3, 1.67e-27), (1e-12, 1.67e-27), (1e20, 2e30), (1e33, 2e36), (1e-30, 1e-30)] {
         field!(f32, side, mass, mollis_grid2_workspace_bytes_f32() mollis_grid2_eval_f32());
     }

@@ -1,4 +1,4 @@
-//! Stable steps of singular kernels through the C ABI: behaviour and documentation agree.
+//! Stable steps of singular kernels through the C ABI: they behave as documented.
 #![expect(unsafe_code, reason = "calls the C ABI as a C program does")]
 #![allow(
     clippy::undocumented_unsafe_blocks,
@@ -15,14 +15,14 @@ use mollis_tests::Aligned;
 
 const NONE: mollis_mollifier = mollis_mollifier { kind: MOLLIS_MOLLIFIER_NONE, order: 0, exponent: 0 };
 const REFUSED: i32 = Error::NotFinite as i32;
-/// The end of the interval of stability.
+/// The end of the stability interval.
 const END: f64 = 2.785_293_563;
 
 fn term(kind: i32, coefficient: f64, parameter: f64) -> mollis_kernel_term {
     mollis_kernel_term { kind, reserved: 0, coefficient, parameter: [parameter, 0.0] }
 }
 
-/// A smooth kernel of the host's, of which the library cannot know that it is.
+/// A smooth kernel of the host. The library cannot know that it is smooth.
 unsafe extern "C" fn smooth(_: *mut c_void, r: f64, out: *mut f64) -> mollis_status {
     unsafe { out.cast::<[f64; 3]>().write([0.5 * r * r, 1.0, 2.0]) };
     0
@@ -43,7 +43,7 @@ macro_rules! check {
             };
             let point = |x: f64| -> [$t; $d] { std::array::from_fn(|k| if k == 0 { x as $t } else { 0.0 }) };
             let (far, same) = ([point(0.0), point(2.0)], [point(1.0), point(1.0)]);
-            // Three, so that what is refused is one pair among others.
+            // Three particles, so that the refused pair is one among others.
             let close = [point(5.0), point(0.0), point($close)];
             let step = |(block, bytes): &mut (Aligned, usize), x: &[[$t; $d]]| {
                 let (m, mut step) = ([0.5 as $t; 3], -7.0 as $t);
@@ -75,13 +75,13 @@ macro_rules! check {
                     assert_eq!(step(&mut kernel, &far).0, 0, "{terms:?}");
                 }
             }
-            // Second derivatives at the close pair beyond the range; in one dimension |x|'s vanish away from 0.
+            // Second derivatives at the close pair are out of range. In one dimension those of |x| vanish away from 0.
             if $d > 1 {
                 assert_eq!(step(&mut prepared(&[newtonian], null()), &close).0, REFUSED);
             }
             assert_eq!(step(&mut prepared(&[power(0.5)], null()), &close).0, REFUSED);
             assert_eq!(anywhere(&mut prepared(&[], &raw const host)).0, REFUSED);
-            // Powers with p >= 2 have a step: the Hessian of |x|^2/2 is the identity, at 0 too. The bound is 2 |m| for
+            // Powers with p >= 2 have a stable step: the Hessian of |x|^2/2 is the identity, also at 0. The bound is 2 |m| for
             // velocities and d (|m| + |m|) for densities.
             let mut kernel = prepared(&[power(2.0)], null());
             let per_density = |mass: f64| END / (mass * f64::max(2.0, $d as f64));
@@ -91,7 +91,7 @@ macro_rules! check {
             }
             let (status, got) = anywhere(&mut kernel);
             assert!(status == 0 && (f64::from(got) / per_density(1.0) - 1.0).abs() < 1e-6, "{got}");
-            // Of |x|^4/4, 3 r^2 along and r^2 across: at the diameter 3 the norm 27; the trace, (d + 2) 9, is no larger than twice that.
+            // |x|^4/4: the Hessian is 3 r^2 along and r^2 across. At the diameter 3 its norm is 27; the trace (d + 2) 9 is at most twice that.
             let (status, got) = anywhere(&mut prepared(&[power(4.0)], null()));
             assert!(status == 0 && (f64::from(got) / (END / 54.0) - 1.0).abs() < 1e-6, "{got}");
         }
@@ -111,7 +111,7 @@ check!(plane_f32, f32, 2, 1e-40; mollis_kernel2_workspace_bytes_f32() mollis_ker
 check!(space_f32, f32, 3, 1e-40; mollis_kernel3_workspace_bytes_f32() mollis_kernel3_prepare_f32()
     mollis_stable_step3_eval_f32() mollis_stable_step_anywhere3_eval_f32());
 
-/// The pair of the plane's logarithm at 1e-180: 1 / (2 pi r^2) is beyond the range, 1 / r is not.
+/// A pair at distance 1e-180 under the logarithm in the plane: 1 / (2 pi r^2) is out of range, 1 / r is not.
 #[test]
 fn a_pair_so_close_that_its_square_is_zero() {
     let mut bytes = 0;
@@ -130,7 +130,7 @@ fn a_pair_so_close_that_its_square_is_zero() {
     }
 }
 
-/// A mollifier much shorter than the diameter: the bound is that of all distances, sampled finely here.
+/// A mollifier much shorter than the diameter: the bound is the maximum over all distances, here sampled finely.
 #[test]
 fn the_maximum_is_found_inside_a_short_mollifier() {
     let newtonian = term(MOLLIS_KERNEL_NEWTONIAN, 1.0, 0.0);
@@ -153,7 +153,7 @@ fn the_maximum_is_found_inside_a_short_mollifier() {
             let largest = g.iter().zip(&l).fold(0.0, |most, (g, l): (&f64, &f64)| {
                 f64::max(most, f64::max((l - 2.0 * g).abs().max(g.abs()), 0.5 * l.abs()))
             });
-            // A maximum between samples a 500th of delta apart is higher by some (pi order / 1000)^2.
+            // Between samples a 500th of delta apart a maximum is higher by about (pi order / 1000)^2.
             assert!((step * 2.0 * largest / END - 1.0).abs() < 1e-3, "{order} {delta}: {step} {largest}");
         }
     }

@@ -1,5 +1,5 @@
-//! Field sums and what is made of them (steps of the blob method, coalescing particles that are summed) raise none of invalid, divide-by-zero and
-//! overflow over ordinary input. A row a function of the header and kind of input.
+//! Field sums and their applications (steps of the blob method, coalescing particles with summed attraction) raise none of invalid, divide-by-zero
+//! and overflow on ordinary input. One row for each function of the header and kind of input.
 #![expect(unsafe_code, reason = "calls the C ABI as a C program does")]
 #![allow(
     clippy::undocumented_unsafe_blocks,
@@ -47,7 +47,7 @@ fn sums() -> Vec<Vec<mollis_kernel_term>> {
     ]
 }
 
-/// Points on a skew lattice, the origin and two equal ones among them.
+/// Points on a skew lattice, with the origin and two equal points among them.
 macro_rules! points {
     ($n:expr, $t:ty, $d:literal) => {{
         let at = |k: usize, d: usize| ((k * 7 + d * 3) as f64 * 0.31 % 1.7 - 0.85) as $t;
@@ -63,7 +63,7 @@ macro_rules! check {
      $blob_size:ident() $blob:ident()) => {
         #[test]
         fn $name() {
-            // More than a block of lanes, and a rest.
+            // More than a block of lanes, and a remainder.
             const N: usize = 41;
             let mut rows = Rows::default();
             let mut run = std::mem::MaybeUninit::<mollis_run>::uninit();
@@ -131,7 +131,7 @@ macro_rules! check {
                             }
                         }
                     }
-                    // Steps, with everything that they can compute.
+                    // Steps with all optional outputs.
                     let wanted = MOLLIS_BLOB_DENSITY | MOLLIS_BLOB_VELOCITY | MOLLIS_BLOB_DIVERGENCE;
                     for (kind, tracers) in [("particles", 0), ("tracers", 5)] {
                         rows.row(what(stringify!($blob_size), kind), || unsafe {

@@ -1,7 +1,8 @@
 /*
- * Mends the approximate reciprocal square root of Debian's Bochs 2.7: for a power of two with an odd exponent its table answers 1/sqrt(2 x). Loaded
- * before the emulator (LD_PRELOAD), this replaces the two functions by ones that set the argument's last bit in that case, which moves the look-up to
- * the right entry and changes the answer by less than the instruction's error. Another build of Bochs, whose functions begin otherwise, is refused.
+ * Corrects the approximate reciprocal square root of Debian's Bochs 2.7, whose table returns 1/sqrt(2 x) for a power of two with an odd exponent.
+ * The library is loaded before the emulator (LD_PRELOAD) and replaces the two functions. In that case the replacements set the last bit of the
+ * argument. This selects the right entry of the table and changes the result by less than the error of the instruction. Other builds of Bochs,
+ * whose functions begin with other bytes, are refused.
  */
 #define _GNU_SOURCE
 #include <dlfcn.h>
@@ -44,7 +45,8 @@ static void write_jump(unsigned char *at, const void *to) {
     memcpy(at + 6, &to, sizeof to);
 }
 
-/* Makes `name` go to `after`, and returns the function as it was: its first instructions, which hold no relative address, then a jump to the rest. */
+/* Redirects `name` to `after`. Returns the original function: a copy of its first instructions, which hold no relative address,
+ * and a jump to the rest. */
 static void *replace(const char *name, const char *beginning, size_t length, const void *after) {
     unsigned char *function = dlsym(RTLD_DEFAULT, name);
     if (function == NULL || length < JUMP || memcmp(function, beginning, length) != 0) {
@@ -65,7 +67,7 @@ static void *replace(const char *name, const char *beginning, size_t length, con
 }
 
 __attribute__((constructor)) static void start(void) {
-    /* Programs on the way to the emulator (a shell) are left alone. */
+    /* Other programs that load this library (a shell) are not changed. */
     if (dlsym(RTLD_DEFAULT, "_Z13float32_classj") == NULL) {
         return;
     }

@@ -1,13 +1,13 @@
-//! The tests of `core/tests/levels` at level `avx512`: on this processor where it has the instructions, else in an emulator.
+//! The tests of `core/tests/levels` at level `avx512`, on this processor if it has the instructions, otherwise in an emulator.
 //!
-//! The emulator is Debian's Bochs, which runs a whole machine: a Linux kernel from Debian, whose first program is the test program, linked
-//! statically. What it gets wrong, and what is done about it:
+//! The emulator is Debian's Bochs, which emulates a whole machine. It boots a Linux kernel from Debian, whose first program is the statically
+//! linked test program. Bochs has these faults:
 //!
-//! * The size of the saved registers: Linux then turns AVX off, unless it is told to forget the compact form (`clearcpuid`).
-//! * The approximate reciprocal square root of some powers of two: `xtask/avx512/rsqrt14.c`.
-//! * Gathers and scatters with a high register: the compiler is asked not to make any.
+//! * It reports a wrong size of the saved registers, and Linux then disables AVX. Linux is told to ignore the compact form (`clearcpuid`).
+//! * The approximate reciprocal square root of some powers of two is wrong: `xtask/avx512/rsqrt14.c` corrects it.
+//! * Gathers and scatters with a high register fail: the compiler is told to emit none.
 //!
-//! Its exit status says nothing, so what counts is the text of the serial port.
+//! Its exit status carries no information. The result is the text of the serial port.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -60,7 +60,7 @@ fn emulated() -> Result<String> {
     boot(&folder, &image)
 }
 
-/// The test program, for a machine without shared libraries.
+/// Builds the test program for a machine without shared libraries.
 fn build() -> Result<PathBuf> {
     shell::run(shell::program("rustup").args(["target", "add", TARGET]))?;
     let mut cargo = shell::cargo();
@@ -96,7 +96,7 @@ fn kernel(folder: &Path) -> Result<PathBuf> {
     };
     let packages = folder.join("packages");
     fs::create_dir_all(&packages)?;
-    // Without the sandbox's user, who may not write here.
+    // Without the user of apt's sandbox, which may not write to this folder.
     let mut apt = shell::program("apt-get");
     apt.args(["download", "-q", "-o", "APT::Sandbox::User=root", &package]).current_dir(&packages);
     shell::run(&mut apt)?;
@@ -110,7 +110,7 @@ fn image(folder: &Path, program: &Path) -> Result<PathBuf> {
     let kernel = kernel(folder)?;
     let (root, disk) = (folder.join("root"), folder.join("disk"));
     for path in [&root, &disk] {
-        // From an earlier run.
+        // Remove files of an earlier run.
         if path.exists() {
             fs::remove_dir_all(path)?;
         }
@@ -190,7 +190,7 @@ fn boot(folder: &Path, image: &Path) -> Result<String> {
     bochs.args(["1500", "bochs-bin", "-q", "-f"]).arg(&settings).arg("-rc").arg(&commands);
     bochs.env("LD_PRELOAD", &patch).stdin(std::process::Stdio::null());
     bochs.stdout(std::process::Stdio::null()).stderr(std::process::Stdio::null());
-    // The status is 1 after the machine has turned itself off, too.
+    // The status is also 1 after the machine has turned itself off.
     bochs.status().context("cannot start bochs-bin")?;
     let text = String::from_utf8_lossy(&fs::read(&serial)?).replace('\r', "");
     print!("{text}");
@@ -202,7 +202,7 @@ fn boot(folder: &Path, image: &Path) -> Result<String> {
     }
 }
 
-/// A path without what a shell or Bochs would take apart.
+/// Refuses a path with characters that a shell or Bochs would interpret.
 fn quoted(path: &Path) -> Result<&str> {
     let text = path.to_str().context("a path that is no text")?;
     let plain = |c: char| c.is_ascii_alphanumeric() || "/._-+".contains(c);

@@ -6,10 +6,10 @@ use anyhow::{Result, bail, ensure};
 
 use crate::{header, shell, text};
 
-/// Where calls are looked for.
+/// Folders that are searched for calls.
 const CALLERS: [&str; 4] = ["tests", "examples_c", "ffi/abi/src", "cli"];
 
-/// Fails with the list of functions that nothing calls.
+/// Fails with the list of functions that are never called.
 pub fn run() -> Result<()> {
     let mut called = BTreeSet::new();
     for folder in CALLERS {
@@ -17,7 +17,7 @@ pub fn run() -> Result<()> {
             let code = text::code_only(&shell::read(&path)?);
             let mut last = "";
             for (at, word) in text::identifiers(&code) {
-                // In Rust's tests a name may also be handed to a macro, which calls it.
+                // Rust tests may also pass a name to a macro, which calls it.
                 let named = folder == "tests" && !code[at + word.len()..].trim_start().starts_with("::");
                 let call = code[at + word.len()..].trim_start().starts_with('(');
                 if word.starts_with("mollis_") && (call || named) && last != "fn" {

@@ -1,4 +1,4 @@
-//! The programs of `examples_c/` and the header itself, compiled as strictly as a user may compile them, and run.
+//! Compiles the programs of `examples_c/` and the header itself with strict warnings, and runs the programs.
 
 use std::path::{Path, PathBuf};
 
@@ -6,14 +6,14 @@ use anyhow::{Context, Result, ensure};
 
 use crate::{shell, symbols, tools};
 
-/// What C programs are compiled with.
+/// Compiler flags for C programs.
 const C: &[&str] = &["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-O2", "-g"];
-/// What C++ programs are compiled with.
+/// Compiler flags for C++ programs.
 const CPP: &[&str] = &["-std=c++11", "-pedantic", "-Wall", "-Wextra", "-Werror", "-O2", "-g"];
-/// What Fortran programs are compiled with.
+/// Compiler flags for Fortran programs.
 const FORTRAN: &[&str] = &["-std=f2018", "-Wall", "-Wextra", "-Werror", "-O2", "-g"];
 
-/// Standards and compilers under which the header alone must be clean.
+/// Standards and compilers with which the header alone must compile without warnings.
 const HEADER: &[(&str, &str, &str)] =
     &[("gcc", "c", "-std=c99"), ("gcc", "c", "-std=c11"), ("g++", "c++", "-std=c++11"), ("g++", "c++", "-std=c++20")];
 
@@ -26,7 +26,7 @@ pub fn run(name: &str, arguments: &[String]) -> Result<()> {
     shell::run(shell::program(image).args(arguments))
 }
 
-/// The header by itself, as C and C++, and the README's program.
+/// Compiles the header alone, as C and C++, and the README's program.
 pub fn header() -> Result<usize> {
     tools::need(&[("gcc", "gcc"), ("g++", "g++")])?;
     let file = shell::scratch("examples")?.join("header.c");
@@ -53,7 +53,7 @@ pub fn header() -> Result<usize> {
     Ok(HEADER.len() + 1)
 }
 
-/// The README's program in C.
+/// Compiles the README's program in C.
 fn readme() -> Result<()> {
     let text = shell::read(&shell::root().join("README.md"))?;
     let (_, after) = text.split_once("```c\n").context("README.md holds no program in C")?;
@@ -65,7 +65,7 @@ fn readme() -> Result<()> {
     shell::run(gcc.arg(&file))
 }
 
-/// Every program, compiled and run with what `examples_c/NAME.test` holds as arguments; with valgrind if asked.
+/// Compiles every program and runs it with the arguments in `examples_c/NAME.test`, under valgrind on request.
 pub fn all(valgrind: bool) -> Result<usize> {
     tools::need(&[("gcc", "gcc")])?;
     if valgrind {
@@ -88,7 +88,7 @@ pub fn all(valgrind: bool) -> Result<usize> {
         } else {
             shell::program(image)
         };
-        // What AVX-512 can do, valgrind cannot run.
+        // valgrind does not support AVX-512.
         let arguments = file.with_extension("test");
         if arguments.exists() {
             command.args(shell::read(&arguments)?.split_whitespace());
@@ -105,7 +105,7 @@ fn compile(file: &Path, folder: &Path) -> Result<PathBuf> {
         Some("cpp") => ("g++", "g++", CPP),
         _ => ("gfortran", "gfortran", FORTRAN),
     };
-    // Whoever has only `cc` has a C compiler.
+    // `cc` replaces a missing gcc.
     let compiler = if compiler == "gcc" && !tools::found("gcc") && tools::found("cc") { "cc" } else { compiler };
     tools::need(&[(compiler, package)])?;
     let scratch = shell::scratch("examples")?;

@@ -11,7 +11,7 @@ pub fn run() -> Result<()> {
         for chosen in &combinations {
             let mut cargo = shell::cargo();
             cargo.args(["check", "--quiet", "--package", package, "--no-default-features", "--features", chosen]);
-            // A helper that only some combinations use is no fault; an import that they don't use is.
+            // A helper that only some combinations use is accepted. An unused import is not.
             cargo.env("RUSTFLAGS", "-Dwarnings -Adead_code").arg("--target-dir").arg(shell::target().join("features"));
             shell::run(&mut cargo).with_context(|| format!("{package} with features [{chosen}]"))?;
         }
@@ -22,7 +22,7 @@ pub fn run() -> Result<()> {
     shell::run(&mut cargo)
 }
 
-/// The names in a manifest's `[features]`, but `default`.
+/// The names in a manifest's `[features]` except `default`.
 fn features(manifest: &str) -> Vec<String> {
     let inside = manifest.lines().skip_while(|line| line.trim() != "[features]").skip(1);
     let rows = inside.take_while(|line| !line.starts_with('['));
@@ -30,7 +30,7 @@ fn features(manifest: &str) -> Vec<String> {
     names.filter(|name| name != "default" && !name.starts_with('#')).collect()
 }
 
-/// All subsets, as cargo takes them.
+/// All subsets, in cargo's format.
 fn combinations(names: &[String]) -> Vec<String> {
     let subset = |mask: usize| {
         let chosen = names.iter().enumerate().filter(|(k, _)| mask >> k & 1 == 1).map(|(_, name)| name.as_str());

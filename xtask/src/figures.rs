@@ -1,7 +1,7 @@
-//! Runs every scene and writes a gallery: each picture beside the numbers that the paper states and ours.
+//! Runs every scene and writes a gallery: each picture beside the paper's numbers and the measured ones.
 //!
-//! The page is static HTML in `target/figures/` (`target/figures-quick/` with `--quick`); a scene whose expectations are
-//! not met fails the command, after all scenes have run.
+//! The page is static HTML in `target/figures/` (`target/figures-quick/` with `--quick`). A scene that misses an expectation fails the
+//! command after all scenes have run.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -12,7 +12,7 @@ use serde_json::Value;
 
 use crate::shell;
 
-/// What one scene left.
+/// The results of one scene.
 struct Entry {
     name: String,
     folder: PathBuf,
@@ -32,7 +32,7 @@ pub fn run(quick: bool, threads: usize, names: &[String]) -> Result<()> {
     for scene in &scenes {
         let name = scene.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
         let folder = gallery.join(&name);
-        // What a former run left must not be taken for this one's.
+        // Results of an earlier run must not be taken for those of this run.
         let _ = std::fs::remove_file(folder.join("summary.json"));
         let mut command = shell::program(&program);
         command.arg("run").arg(scene).arg("--out").arg(&folder).args(["--threads", &threads.to_string(), "--quiet"]);
@@ -204,7 +204,7 @@ fn list_of<'a>(value: &'a Value, key: &str) -> &'a [Value] {
     value.get(key).and_then(Value::as_array).map_or(&[], Vec::as_slice)
 }
 
-/// A number as short as it is readable.
+/// A number in its shorter readable form.
 fn short(value: f64) -> String {
     if value != 0.0 && (value.abs() < 1e-3 || value.abs() >= 1e6) {
         format!("{value:.3e}")

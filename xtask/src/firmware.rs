@@ -1,4 +1,4 @@
-//! The programs of `tests/firmware/` on bare machines in QEMU: the same bits as on the host, and what they cost.
+//! Runs the programs of `tests/firmware/` on bare machines in QEMU. They must give the same bits as on the host; their size and stack are measured.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -16,7 +16,7 @@ struct Machine {
     flags: &'static [&'static str],
     qemu: &'static [&'static str],
     needs: &'static [(&'static str, &'static str)],
-    /// Whether the limits of flash and stack are for this machine.
+    /// Whether the limits of flash and stack apply to this machine.
     limited: bool,
 }
 
@@ -41,19 +41,19 @@ const MACHINES: [Machine; 2] = [
     },
 ];
 
-/// A program, and the flash in bytes it may take on the Cortex-M4F, startup included. The last gives bad input to the functions of
-/// all others, which no firmware holds at once.
+/// A program and its limit of flash in bytes on the Cortex-M4F, startup included. `refusals` has no limit: it links the functions of all
+/// other programs, as no firmware does.
 const PROGRAMS: &[(&str, u64)] =
     &[("mollifier", 8 * 1024), ("blob", 16 * 1024), ("pks", 32 * 1024), ("refusals", u64::MAX)];
-/// The deepest stack any may use there, in bytes.
+/// The deepest stack that a program may use there, in bytes.
 const STACK: u64 = 3072;
-/// What firmware takes of the library.
+/// The features of the library for firmware.
 const FEATURES: &str = "small";
 
-/// The compiler's own measure of what is worth a call, for size, is too strict for iterators: each of their steps becomes a function.
+/// When it optimises for size, the compiler inlines too few short functions: each step of an iterator becomes a call.
 const INLINING: &str = "-Cllvm-args=--inline-threshold=55";
 
-/// Builds, runs, compares and measures all programs on all machines, and compares sizes; returns how many checks.
+/// Builds, runs, compares and measures all programs on all machines, and compares sizes. Returns the number of checks.
 pub fn run() -> Result<usize> {
     tools::need(&[("gcc", "gcc")])?;
     let host = symbols::build()?.join("libmollis.a");
@@ -113,7 +113,7 @@ pub fn run() -> Result<usize> {
     Ok(rows.len() + 1)
 }
 
-/// An instruction is a nanosecond of virtual time, so the machines' own clocks count instructions.
+/// With these options an instruction takes one nanosecond of virtual time, so the clocks of the machines count instructions.
 const QEMU: &[&str] = &[
     "-icount",
     "shift=0",
@@ -128,8 +128,8 @@ const QEMU: &[&str] = &[
     "-kernel",
 ];
 
-/// The static library for a bare target: by rustup if it has the target, else by Debian's compiler, which brings the
-/// source of `core` with it.
+/// Builds the static library for a bare target. Uses rustup if it has the target, otherwise Debian's compiler with the source
+/// of `core`.
 fn library(target: &str) -> Result<PathBuf> {
     let folder = shell::target().join("firmware");
     let sysroot = shell::output(shell::program("rustc").args(["--print", "sysroot"]))?;
@@ -143,13 +143,13 @@ fn library(target: &str) -> Result<PathBuf> {
             ("/usr/lib/rustlib/src/rust/library/core/Cargo.toml", "rust-web-src"),
         ])?;
         let mut cargo = shell::program("/usr/bin/cargo");
-        // Building `core` is not yet stable; the compiler that is told so is the one that built its source.
+        // Building `core` needs unstable options. This variable enables them, for the compiler that built this source.
         cargo.env("RUSTC_BOOTSTRAP", "1").env("RUSTC", "/usr/bin/rustc").env_remove("RUSTUP_TOOLCHAIN");
         cargo
     };
     cargo.args(["rustc", "--quiet", "--package", "mollis", "--crate-type", "staticlib", "--profile", "embedded"]);
     cargo.args(["--no-default-features", "--features", FEATURES, "--target", target, "--target-dir"]).arg(&folder);
-    // What only other features use is not dead.
+    // Code that only other features use would be reported as dead.
     cargo.env("RUSTFLAGS", "-Adead_code");
     if !by_rustup {
         cargo.args(["-Z", "build-std=core"]);
@@ -159,7 +159,7 @@ fn library(target: &str) -> Result<PathBuf> {
     Ok(folder.join(target).join("embedded/libmollis.a"))
 }
 
-/// The header's macros for static buffers against the size queries.
+/// Compares the header's macros for static buffers with the size queries.
 fn sizes_agree(library: &Path) -> Result<()> {
     let image = shell::scratch("firmware")?.join("sizes");
     let mut gcc = shell::program("gcc");
@@ -169,7 +169,7 @@ fn sizes_agree(library: &Path) -> Result<()> {
     Ok(())
 }
 
-/// What the program prints on this machine.
+/// The output of the program on this machine.
 fn host_output(program: &str, library: &Path) -> Result<String> {
     let image = shell::scratch("firmware")?.join(format!("{program}_host"));
     let mut gcc = shell::program("gcc");
@@ -197,7 +197,7 @@ fn link(machine: &Machine, program: &str, library: &Path) -> Result<PathBuf> {
     Ok(image)
 }
 
-/// Standard output and error together: QEMU writes a program's console to the latter.
+/// Standard output and standard error together: QEMU writes the console of a program to the latter.
 fn output(command: &mut Command) -> Result<String> {
     let output = command.output().with_context(|| format!("cannot start {:?}", command.get_program()))?;
     let text = [output.stdout, output.stderr].concat();
@@ -206,7 +206,7 @@ fn output(command: &mut Command) -> Result<String> {
     Ok(text)
 }
 
-/// Values, which must be the same everywhere, and measurements: lines `#name number`.
+/// Separates values, which must be equal on all machines, from measurements, which are lines `#name number`.
 fn split(text: &str) -> (String, Vec<(String, u64)>) {
     let (mut values, mut measures) = (String::new(), Vec::new());
     for line in text.lines() {

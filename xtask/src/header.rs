@@ -1,4 +1,4 @@
-//! `include/mollis.h`, made by cbindgen from `ffi/abi` and compared with what is committed.
+//! Makes `include/mollis.h` from `ffi/abi` with cbindgen, or compares it with the committed file.
 
 use std::fmt::Write as _;
 
@@ -11,7 +11,7 @@ use crate::{shell, text};
 
 const HEADER: &str = "include/mollis.h";
 
-/// Writes the header, or checks that it is what would be written.
+/// Writes the header, or checks that the file is up to date.
 pub fn run(check: bool) -> Result<()> {
     let fresh = generate()?;
     complete(&fresh)?;
@@ -29,11 +29,11 @@ pub fn run(check: bool) -> Result<()> {
     Ok(())
 }
 
-/// Every function of the header, in its order.
+/// All functions of the header, in order.
 pub fn functions() -> Result<Vec<String>> {
     let header = shell::read(&shell::root().join(HEADER))?;
     let code = text::code_only(&header);
-    // A pointer to a function, `mollis_status (*evaluate)(...)`, is none.
+    // A pointer to a function, `mollis_status (*evaluate)(...)`, does not count.
     let called = |end: usize| code[end..].trim_start().strip_prefix('(').is_some_and(|rest| !rest.starts_with('*'));
     let names = text::identifiers(&code)
         .filter(|&(at, word)| word.starts_with("mollis_") && called(at + word.len()))
@@ -92,7 +92,7 @@ const HEAD: &str = "/*
  * Made from the library's source by `cargo xtask header`: do not edit.
  */";
 
-/// The status codes, from the one table of errors, and the other numbers a C program needs at compile time.
+/// The status codes from the table of errors, and the other numbers that a C program needs at compile time.
 fn constants() -> Result<String> {
     let mut out = String::from("\n/** Success. */\n#define MOLLIS_OK 0\n");
     for &error in Error::ALL {
@@ -147,7 +147,7 @@ fn screaming(name: &str) -> String {
     out
 }
 
-/// cbindgen passes over what it cannot read, such as functions made by a macro: each one in the source must be here.
+/// cbindgen silently skips what it cannot read, such as functions made by a macro. This checks that each function of the source is in the header.
 fn complete(header: &str) -> Result<()> {
     let header = text::code_only(header);
     for path in shell::files("ffi/abi/src", &["rs"])? {

@@ -1,4 +1,4 @@
-//! The libraries, their headers and pkg-config files below a prefix.
+//! Installs the libraries, their headers and pkg-config files below a prefix.
 
 use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
@@ -7,12 +7,12 @@ use anyhow::{Context, Result, ensure};
 
 use crate::{header, shell, symbols, text, tools};
 
-/// A library as it is shipped.
+/// A library to install.
 struct Library {
     package: &'static str,
     name: &'static str,
     about: &'static str,
-    /// What a program needs that links the archive (`rustc --print native-static-libs`).
+    /// Libraries that a program must link with the archive (`rustc --print native-static-libs`).
     private: &'static str,
 }
 
@@ -31,7 +31,7 @@ const LIBRARIES: [Library; 2] = [
     },
 ];
 
-/// Builds for release and copies.
+/// Builds for release and copies the files.
 pub fn run(prefix: &Path) -> Result<()> {
     tools::need(&[("readelf", "binutils")])?;
     std::fs::create_dir_all(prefix).with_context(|| format!("cannot make {}", prefix.display()))?;
@@ -44,7 +44,7 @@ pub fn run(prefix: &Path) -> Result<()> {
     for Library { package, name, about, private } in &LIBRARIES {
         let built = symbols::package(package)?;
         copy(&built.join(format!("lib{name}.a")), &folder, &format!("lib{name}.a"))?;
-        // The file has the full version; programs ask for the name inside it, linkers for the name without a version.
+        // The file name has the full version. Programs load the library by its SONAME, linkers find it by the name without a version.
         let (shared, file) = (format!("lib{name}.so"), format!("lib{name}.so.{version}"));
         copy(&built.join(&shared), &folder, &file)?;
         let asked = soname(&folder.join(&file))?;
@@ -72,7 +72,7 @@ fn name_of(file: &Path) -> Result<&str> {
 fn copy(file: &Path, folder: &Path, name: &str) -> Result<()> {
     std::fs::create_dir_all(folder)?;
     let to = folder.join(name);
-    // A link of an earlier installation would be followed.
+    // A link from an earlier installation must not be followed.
     remove(&to)?;
     std::fs::copy(file, &to).with_context(|| format!("cannot copy to {}", to.display()))?;
     Ok(())
@@ -92,25 +92,25 @@ fn remove(file: &Path) -> Result<()> {
     }
 }
 
-/// The names of this kind, `SONAME` or `NEEDED`, in an ELF file's dynamic section.
+/// The entries of this kind, `SONAME` or `NEEDED`, in the dynamic section of an ELF file.
 fn dynamic(file: &Path, kind: &str) -> Result<Vec<String>> {
     let listed = shell::output(shell::program("readelf").args(["--dynamic", "--wide"]).arg(file).env("LC_ALL", "C"))?;
     let names = listed.lines().filter(|line| line.contains(&format!("({kind})")));
     Ok(names.filter_map(|line| Some(line.split_once('[')?.1.split_once(']')?.0.to_owned())).collect())
 }
 
-/// The name by which programs ask for a shared library.
+/// The name by which programs load a shared library.
 fn soname(library: &Path) -> Result<String> {
     let names = dynamic(library, "SONAME")?;
     names.into_iter().next().with_context(|| format!("{} has no SONAME", library.display()))
 }
 
-/// Installs below a scratch folder, and builds and runs programs that know nothing but what `pkg-config` says of it.
+/// Installs below a scratch folder, then builds and runs programs with only the information that `pkg-config` gives.
 pub fn check() -> Result<usize> {
     tools::need(&[("pkg-config", "pkg-config"), ("gcc", "gcc"), ("nm", "binutils")])?;
     let prefix = shell::scratch("install")?;
     run(&prefix)?;
-    // Over an installation, too.
+    // Also over an existing installation.
     run(&prefix)?;
     let folder = prefix.join("lib").canonicalize()?;
     let functions = header::functions()?;
@@ -143,7 +143,7 @@ pub fn check() -> Result<usize> {
     Ok(checks)
 }
 
-/// `libNAME.so.MAJOR`, before 1.0 with the minor number.
+/// The expected SONAME: `libNAME.so.MAJOR`, before 1.0 with the minor number.
 fn expected_soname(name: &str, version: &str) -> String {
     let mut numbers = version.split('.');
     match (numbers.next(), numbers.next()) {
@@ -168,7 +168,7 @@ fn program(prefix: &Path, folder: &Path, name: &str, linked_statically: bool) ->
     }
     gcc.arg(&file);
     if linked_statically {
-        // The archive by its name, as the shared library lies beside it; then what it needs.
+        // The archive is named by its file, because the shared library is in the same folder. The libraries that it needs follow.
         let archive = folder.join(format!("lib{name}.a"));
         let rest = asked(&["--libs", "--static"])?.into_iter().filter(|word| *word != format!("-l{name}"));
         gcc.arg(archive).args(rest);
@@ -179,7 +179,7 @@ fn program(prefix: &Path, folder: &Path, name: &str, linked_statically: bool) ->
     Ok(image)
 }
 
-/// Total mass and centre of 5000 equal points on a line, through the mesh and by the pool if there is one: 1250, and the middle.
+/// Total mass and centre of 5000 equal points on a line, through the mesh and with the pool if there is one. Expected: 1250 and the middle.
 const PROGRAM: &str = "#ifdef POOL
 #include \"mollis_mt.h\"
 #else

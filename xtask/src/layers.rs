@@ -1,8 +1,8 @@
-//! The architecture of `core`, checked: a module uses only its own layer and those below, no two modules beside each other use each other, and
-//! `unsafe` stands only in the modules that exist for it.
+//! Checks the architecture of `core`: a module uses only its own layer and those below, sibling modules do not use each other in a circle, and
+//! `unsafe` occurs only in the modules that are listed here.
 //!
 //! The layers are read from the numbered list of `core/src/lib.rs`, the uses from every path that begins with `crate`, `super` or `self`.
-//! Re-exports are followed to the file that holds the item. Tests may use anything: they ship nothing.
+//! Re-exports are followed to the file that defines the item. Tests may use any module.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -15,7 +15,7 @@ use crate::{shell, text};
 /// The modules of `core` that may hold `unsafe`.
 const UNSAFE_MODULES: [&str; 4] = ["exec", "memory", "simd", "scalar::root"];
 
-/// A module's path below the crate.
+/// The path of a module below the crate.
 type Module = Vec<String>;
 
 /// Checks every file of `core/src`.
@@ -35,7 +35,7 @@ pub fn run() -> Result<()> {
     Ok(())
 }
 
-/// The module that a file holds.
+/// The module in a file.
 fn module(path: &Path) -> Module {
     let mut names: Module = path.with_extension("").iter().map(|part| part.to_string_lossy().into_owned()).collect();
     if names.last().is_some_and(|last| last == "mod" || last == "lib") {
@@ -44,7 +44,7 @@ fn module(path: &Path) -> Module {
     names
 }
 
-/// Module to layer, from the numbered list of the crate's page.
+/// The layer of each module, from the numbered list on the crate's page.
 fn layers(lib: &str) -> Result<BTreeMap<String, u32>> {
     let mut layers = BTreeMap::new();
     let mut layer = 0;
@@ -64,7 +64,7 @@ fn layers(lib: &str) -> Result<BTreeMap<String, u32>> {
     Ok(layers)
 }
 
-/// What the files of a crate hold and use.
+/// The contents of the files of a crate.
 #[derive(Default)]
 struct Tree {
     /// Paths that each module names.
@@ -82,7 +82,7 @@ impl Tree {
         if !allowed && text::identifiers(&code).any(|(_, word)| word == "unsafe") {
             self.faults.push(format!("{name}: `unsafe` outside {UNSAFE_MODULES:?}"));
         }
-        // A file of tests ships nothing.
+        // Test files are not part of the library.
         if module.last().is_some_and(|last| last == "tests" || last == "testing") {
             return Ok(());
         }
@@ -96,10 +96,10 @@ impl Tree {
         Ok(())
     }
 
-    /// The module that holds what a path names.
+    /// The module that defines what a path names.
     fn holder(&self, path: &Module) -> Module {
         let mut path = path.clone();
-        // As many re-exports as can follow one another.
+        // Upper limit for a chain of re-exports.
         for _ in 0..16 {
             let long = (0..=path.len()).rev().find(|&n| self.files.contains_key(&path[..n])).unwrap_or(0);
             let next = path.get(long).and_then(|name| self.exports.get(&(path[..long].to_vec(), name.clone())));
@@ -117,7 +117,7 @@ impl Tree {
     fn faults(&self, layers: &BTreeMap<String, u32>) -> Vec<String> {
         let mut faults = self.faults.clone();
         let layer_of = |module: &Module| module.first().map(|top| (top.clone(), layers.get(top).copied()));
-        // Uses between modules that stand beside each other, below the same parent.
+        // Uses between sibling modules, below the same parent.
         let mut beside: BTreeMap<Module, BTreeMap<Module, String>> = BTreeMap::new();
         for (user, paths) in &self.files {
             if let Some((top, None)) = layer_of(user) {
@@ -146,11 +146,11 @@ impl Tree {
     }
 }
 
-/// One circle through each module that is on one, as the uses that close it.
+/// For each module on a circle one such circle, as the uses that form it.
 fn circles(uses: &BTreeMap<Module, BTreeMap<Module, String>>) -> Vec<Vec<String>> {
     let mut found: BTreeMap<BTreeSet<&Module>, Vec<String>> = BTreeMap::new();
     for start in uses.keys() {
-        // The shortest way back.
+        // The shortest path back to the start.
         let mut ways: Vec<(&Module, Vec<&Module>)> = vec![(start, vec![start])];
         let mut seen = BTreeSet::new();
         let mut at = 0;
@@ -179,7 +179,7 @@ struct Names<'a> {
 }
 
 impl Names<'_> {
-    /// A path as one below the crate; none if it is relative or another crate's.
+    /// A path relative to the root of the crate. None for a path without prefix and for another crate's.
     fn absolute(&self, names: &[String]) -> Option<Module> {
         let mut path = self.module.clone();
         let mut rest = names;
@@ -193,7 +193,7 @@ impl Names<'_> {
                 }
                 return Some(path.into_iter().chain(rest.iter().cloned()).collect());
             }
-            // A child's name, in the file that declares it.
+            // The name of a child, in the file that declares it.
             _ => return None,
         }
         Some(path.into_iter().chain(rest[1..].iter().cloned()).collect())
@@ -225,7 +225,7 @@ impl Names<'_> {
         let known = rename.unwrap_or_else(|| names.last().cloned().unwrap_or_default());
         // `use child::Item` in the file that declares the child.
         let path = self.absolute(&names).unwrap_or_else(|| self.module.iter().cloned().chain(names).collect());
-        // Private ones too: a child sees them.
+        // Private re-exports count too: child modules can use them.
         self.exports.push((known, path.clone()));
         if !public {
             self.found.insert(path);
@@ -262,7 +262,7 @@ impl<'ast> Visit<'ast> for Names<'_> {
     }
 }
 
-/// `#[cfg(test)]`, alone or among others.
+/// Whether an attribute is `#[cfg(test)]`, alone or among other conditions.
 fn is_test(attributes: &[syn::Attribute]) -> bool {
     attributes.iter().any(|attribute| {
         attribute.path().is_ident("cfg")

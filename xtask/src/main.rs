@@ -1,7 +1,7 @@
-//! What a developer types: `cargo xtask ...`.
+//! The commands for developers: `cargo xtask ...`.
 //!
-//! `shell` runs programs, `tools` finds or installs them, `text` reads sources; each other file is one command or one
-//! check, and `suites` runs them all and counts.
+//! `shell` runs programs, `tools` finds or installs them, `text` reads sources. Each other file is one command or one check. `suites` runs
+//! all of them and counts.
 
 mod avx512;
 mod coverage;
@@ -24,7 +24,7 @@ use std::process::ExitCode;
 use anyhow::Result;
 use clap::{Parser, Subcommand};
 
-/// What a developer of mollis types.
+/// Commands for developers of mollis.
 #[derive(Parser)]
 #[command(name = "cargo xtask", bin_name = "cargo xtask")]
 struct Arguments {
@@ -34,62 +34,62 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Runs every suite (or those named), prints a table of minutes and `N passed, N failed`.
+    /// Runs all suites, or those named, and prints a table of minutes and `N passed, N failed`.
     #[command(visible_alias = "ci")]
     Test {
-        /// Suites to run; all without a name.
+        /// Suites to run; all if none is named.
         suites: Vec<String>,
     },
-    /// Builds the library and a program of `examples_c/`, and runs it.
+    /// Builds the library and a program of `examples_c/`, and runs the program.
     Example {
-        /// The file's name without its ending.
+        /// The file name of the program without its extension.
         name: String,
-        /// Handed to the program.
+        /// Arguments of the program.
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         arguments: Vec<String>,
     },
-    /// Writes `include/mollis.h` from the C ABI's source.
+    /// Writes `include/mollis.h` from the source of the C ABI.
     Header {
-        /// Writes nothing; fails if the file differs from what would be written.
+        /// Writes nothing, and fails if the file is not up to date.
         #[arg(long)]
         check: bool,
     },
-    /// Proves on the linked library that it allocates, panics and prints nothing.
+    /// Checks that the linked library contains no allocation, panic or output.
     Symbols,
-    /// Refuses a `use` in `core` that points up between layers or closes a circle, and `unsafe` outside its modules.
+    /// Refuses a `use` in `core` that points to a higher layer or closes a circle, and `unsafe` outside the listed modules.
     Layers,
     /// Builds each combination of Cargo features without std.
     Features,
-    /// Refuses a function of the header that no test or example calls.
+    /// Refuses a function of the header that is not called by a test or an example.
     Coverage,
-    /// Runs the programs of `tests/firmware/` on bare machines in QEMU and measures them.
+    /// Runs the programs of `tests/firmware/` on bare machines in QEMU and measures their size, stack and instructions.
     Firmware,
-    /// Runs the tests of the instruction levels at AVX-512: on this processor, or in an emulator where it lacks the instructions.
+    /// Runs the tests of the AVX-512 level on this processor, or in an emulator if it lacks the instructions.
     Avx512 {
-        /// In the emulator in any case.
+        /// Uses the emulator in any case.
         #[arg(long)]
         emulate: bool,
     },
     /// Runs the tests of core and of `tests/` on aarch64, in QEMU.
     Neon {
-        /// Handed to `cargo test`.
+        /// Arguments of `cargo test`.
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         filter: Vec<String>,
     },
-    /// Runs every scene (or those named) and writes a gallery of pictures beside the papers' numbers and ours.
+    /// Runs all scenes, or those named, and writes a gallery of pictures with the papers' numbers and the measured ones.
     Figures {
-        /// The scenes' quick sizes.
+        /// Uses the quick sizes of the scenes.
         #[arg(long)]
         quick: bool,
-        /// Threads; 0 takes as many as the machine has.
+        /// Threads; 0 uses all processors of the machine.
         #[arg(long, default_value_t = 0)]
         threads: usize,
-        /// Scenes to run, by file name without ending.
+        /// Scenes to run, by file name without extension.
         scenes: Vec<String>,
     },
-    /// Builds for release and copies both libraries, shared and static, headers and pkg-config files below a prefix.
+    /// Builds for release and installs both libraries, shared and static, headers and pkg-config files below a prefix.
     Install {
-        /// Where to; made if missing.
+        /// The prefix; created if missing.
         prefix: std::path::PathBuf,
     },
 }

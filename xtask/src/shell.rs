@@ -1,4 +1,4 @@
-//! Running programs, and where things are.
+//! Runs programs and gives the paths of the repository.
 
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
@@ -11,31 +11,31 @@ pub fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("xtask lies in the root").to_path_buf()
 }
 
-/// Where builds go.
+/// The folder for build results.
 pub fn target() -> PathBuf {
     std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root().join("target"), PathBuf::from)
 }
 
-/// A directory under `target/` for what xtask makes, created.
+/// A folder for xtask below `target/`; created if missing.
 pub fn scratch(name: &str) -> Result<PathBuf> {
     let path = target().join("xtask").join(name);
     std::fs::create_dir_all(&path).with_context(|| format!("cannot make {}", path.display()))?;
     Ok(path)
 }
 
-/// A program to run in the repository's root.
+/// A program to be run in the root of the repository.
 pub fn program(name: impl AsRef<std::ffi::OsStr>) -> Command {
     let mut command = Command::new(name);
     command.current_dir(root());
     command
 }
 
-/// The cargo that runs us.
+/// The cargo that runs this program.
 pub fn cargo() -> Command {
     program(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
 }
 
-/// Runs a program; its failure is an error that names it.
+/// Runs a program. On failure the error names it.
 pub fn run(command: &mut Command) -> Result<()> {
     let status = command.status().with_context(|| format!("cannot start {}", line(command)))?;
     ensure!(status.success(), "failed ({status}): {}", line(command));
@@ -51,7 +51,7 @@ pub fn output(command: &mut Command) -> Result<String> {
     Ok(text)
 }
 
-/// Runs a program, passes its standard output on line by line, and returns it with whether it succeeded.
+/// Runs a program and prints its standard output line by line. Returns that output and whether the program succeeded.
 pub fn tee(command: &mut Command) -> Result<(bool, String)> {
     let mut child =
         command.stdout(Stdio::piped()).spawn().with_context(|| format!("cannot start {}", line(command)))?;
@@ -66,13 +66,13 @@ pub fn tee(command: &mut Command) -> Result<(bool, String)> {
     Ok((child.wait()?.success(), text))
 }
 
-/// A command as one would type it.
+/// A command as it would be typed.
 fn line(command: &Command) -> String {
     let words = std::iter::once(command.get_program()).chain(command.get_args());
     words.map(|w| w.to_string_lossy().into_owned()).collect::<Vec<_>>().join(" ")
 }
 
-/// Every file below `folder` (relative to the root) with one of the endings, sorted.
+/// Every file below `folder` (relative to the root) with one of the extensions, sorted.
 pub fn files(folder: &str, endings: &[&str]) -> Result<Vec<PathBuf>> {
     let mut found = Vec::new();
     let mut folders = vec![root().join(folder)];
@@ -93,12 +93,12 @@ pub fn files(folder: &str, endings: &[&str]) -> Result<Vec<PathBuf>> {
     Ok(found)
 }
 
-/// A path for people: relative to the root.
+/// A path for messages, relative to the root.
 pub fn short(path: &Path) -> String {
     path.strip_prefix(root()).unwrap_or(path).display().to_string()
 }
 
-/// A file's text; the error names it.
+/// The text of a file. On failure the error names it.
 pub fn read(path: &Path) -> Result<String> {
     std::fs::read_to_string(path).with_context(|| format!("cannot read {}", short(path)))
 }

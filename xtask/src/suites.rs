@@ -1,4 +1,4 @@
-//! All suites, in the order in which a fault is cheapest to find; a table of minutes; one line that sums them.
+//! Runs all suites, the cheapest first, and prints a table of minutes and one line with the sums.
 
 use std::time::Instant;
 
@@ -6,7 +6,7 @@ use anyhow::{Context, Result, bail};
 
 use crate::{avx512, coverage, examples, features, firmware, header, install, layers, shell, symbols};
 
-/// Passed and failed.
+/// Numbers of passed and failed tests.
 #[derive(Clone, Copy, Default)]
 struct Count {
     passed: usize,
@@ -15,7 +15,7 @@ struct Count {
 
 type Suite = (&'static str, &'static str, fn() -> Result<Count>);
 
-/// Name, what it shows, how it runs.
+/// Name, description, function.
 const SUITES: &[Suite] = &[
     ("format", "the source is as rustfmt leaves it", || {
         checked(shell::run(shell::cargo().args(["fmt", "--all", "--check"])))
@@ -84,14 +84,14 @@ fn lints() -> Result<()> {
     shell::run(shell::cargo().args(["clippy", "--quiet", "--workspace", "--all-targets", "--", "-Dwarnings"]))
 }
 
-/// Without `ffi`, whose library has the command's name and no item of its own.
+/// Excludes `ffi`: its library has the same name as the command, and no items of its own.
 fn docs() -> Result<()> {
     let mut cargo = shell::cargo();
     cargo.args(["doc", "--quiet", "--workspace", "--exclude", "mollis", "--no-deps"]);
     shell::run(cargo.env("RUSTDOCFLAGS", "-Dwarnings"))
 }
 
-/// `cargo test`, its results added up.
+/// Runs `cargo test` and adds up its results.
 fn cargo_test() -> Result<Count> {
     let (succeeded, text) = shell::tee(shell::cargo().args(["test", "--no-fail-fast"]))?;
     let mut count = Count::default();
@@ -103,7 +103,7 @@ fn cargo_test() -> Result<Count> {
         count.passed += number("passed")?;
         count.failed += number("failed")?;
     }
-    // A test program that crashes or doesn't compile prints no summary.
+    // A test program that crashes or does not compile prints no summary.
     if !succeeded && count.failed == 0 {
         count.failed = 1;
     }

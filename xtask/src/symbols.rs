@@ -1,6 +1,6 @@
-//! What is linked: the shared library, and a C program that reaches every function of the static one.
+//! Checks the symbols of the shared library, and of a C program that refers to every function of the static one.
 //!
-//! Both are linked with the sections nothing refers to thrown away, so a symbol that is still there can be reached.
+//! Both are linked without unreferenced sections, so a symbol that remains can be reached.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -9,9 +9,9 @@ use anyhow::{Context, Result, bail, ensure};
 
 use crate::{header, shell, tools};
 
-/// What a C library must offer: compilers turn loops into these.
+/// Functions that every C library must offer: compilers replace loops by calls of these.
 const MEMORY: [&str; 5] = ["memcpy", "memmove", "memset", "memcmp", "bcmp"];
-/// What the linker's own start files ask for, weakly.
+/// Weak symbols that the linker's own start files need.
 const LINKER: [&str; 5] = [
     "_ITM_deregisterTMCloneTable",
     "_ITM_registerTMCloneTable",
@@ -19,7 +19,7 @@ const LINKER: [&str; 5] = [
     "__gmon_start__",
     "__libc_start_main",
 ];
-/// Parts of names that belong to a panic, to unwinding, to formatting or to an allocator.
+/// Parts of names that belong to panics, unwinding, formatting or an allocator.
 const FORBIDDEN_PARTS: [&str; 14] = [
     "panic",
     "unwind",
@@ -36,7 +36,7 @@ const FORBIDDEN_PARTS: [&str; 14] = [
     "5alloc",
     "printf",
 ];
-/// Functions of C that allocate, end the program, or read and write.
+/// C functions that allocate, end the program, read or write.
 const FORBIDDEN: [&str; 18] = [
     "malloc",
     "calloc",
@@ -58,12 +58,12 @@ const FORBIDDEN: [&str; 18] = [
     "signal",
 ];
 
-/// Builds the library and returns the folder it lies in.
+/// Builds the library and returns its folder.
 pub fn build() -> Result<PathBuf> {
     package("mollis")
 }
 
-/// Builds one of the libraries as it is shipped and returns the folder it lies in.
+/// Builds one of the libraries for release and returns its folder.
 pub fn package(name: &str) -> Result<PathBuf> {
     shell::run(shell::cargo().args(["build", "--quiet", "--profile", "library", "--package", name]))?;
     Ok(shell::target().join("library"))
@@ -91,7 +91,7 @@ pub fn run() -> Result<()> {
     Ok(())
 }
 
-/// Exported names: those of the header, no more and no fewer.
+/// Checks that the exported names are exactly those of the header.
 pub fn exports(library: &Path, functions: &[String]) -> Result<Vec<String>> {
     let mut faults = Vec::new();
     let listed = shell::output(shell::program("nm").args(["-D", "--defined-only", "--format=posix"]).arg(library))?;
@@ -107,13 +107,13 @@ pub fn exports(library: &Path, functions: &[String]) -> Result<Vec<String>> {
     Ok(faults)
 }
 
-/// What a linked image needs that it must not, and holds that it must not.
+/// Lists the forbidden symbols that a linked image needs or holds.
 fn check(image: &Path) -> Result<Vec<String>> {
     let listed = shell::output(shell::program("nm").args(["--demangle", "--format=bsd"]).arg(image))?;
     let mut faults = Vec::new();
     let mut symbols = 0;
     for line in listed.lines() {
-        // "address type name", the address blank where there is none.
+        // The format is "address type name"; the address is blank for an undefined symbol.
         let Some((kind, name)) = line.get(17..).and_then(|tail| tail.split_once(' ')) else { continue };
         symbols += 1;
         let plain = name.split('@').next().unwrap_or(name);
@@ -121,7 +121,7 @@ fn check(image: &Path) -> Result<Vec<String>> {
         if undefined && !MEMORY.contains(&plain) && !LINKER.contains(&plain) {
             faults.push(format!("{} needs {name}", shell::short(image)));
         }
-        // A name at address 0 holds nothing: `ffi` has one, for the linker's peace.
+        // A name at address 0 is only defined to satisfy the linker (see `ffi`).
         let nothing = line.starts_with("0000000000000000 ") && !undefined;
         if forbidden(name) && !nothing {
             faults.push(format!("{} holds {name}", shell::short(image)));
@@ -131,13 +131,13 @@ fn check(image: &Path) -> Result<Vec<String>> {
     Ok(faults)
 }
 
-/// Whether a symbol belongs to what must not be linked.
+/// Whether a symbol must not be linked.
 pub fn forbidden(name: &str) -> bool {
     let plain = name.split('@').next().unwrap_or(name);
     FORBIDDEN.contains(&plain) || FORBIDDEN_PARTS.iter().any(|part| name.contains(part))
 }
 
-/// A C program that takes the address of every function, linked with the static library.
+/// Builds a C program that takes the address of every function, linked with the static library.
 fn program(folder: &Path, functions: &[String]) -> Result<PathBuf> {
     let scratch = shell::scratch("symbols")?;
     let mut source =
@@ -155,7 +155,7 @@ fn program(folder: &Path, functions: &[String]) -> Result<PathBuf> {
     Ok(image)
 }
 
-/// A library with a planted panic must be refused, else this check proves nothing.
+/// A library with a deliberate panic must be refused. This shows that the check can fail.
 fn the_check_can_fail() -> Result<()> {
     let scratch = shell::scratch("symbols")?;
     let (file, image) = (scratch.join("planted.rs"), scratch.join("libplanted.so"));

@@ -1,6 +1,6 @@
-//! Just enough reading of Rust and C to check the rules of this repository: comments and literals out, identifiers counted.
+//! Reads Rust and C well enough for the checks of this repository: blanks comments and literals, lists identifiers.
 
-/// The source with every comment, string and character literal blanked; line breaks stay.
+/// The source with every comment, string and character literal blanked. Line breaks are kept.
 pub fn code_only(source: &str) -> String {
     let bytes = source.as_bytes();
     let mut out = String::with_capacity(source.len());
@@ -16,7 +16,7 @@ pub fn code_only(source: &str) -> String {
         } else if let Some(n) = raw_string(rest, &out) {
             n
         } else if rest.starts_with('\'') {
-            // A character, or a lifetime: those have no closing quote where a character has it.
+            // A character literal or a lifetime: only the former has a closing quote.
             let mut inside = rest.chars().skip(1);
             match (inside.next(), inside.next()) {
                 (Some('\\'), _) => literal(rest, '\''),
@@ -69,7 +69,7 @@ fn literal(rest: &str, quote: char) -> usize {
     rest.len()
 }
 
-/// The length of a raw string that starts here, if one does.
+/// The length of the raw string that starts here, if there is one.
 fn raw_string(rest: &str, before: &str) -> Option<usize> {
     if before.ends_with(|c: char| c.is_alphanumeric() || c == '_') && !before.ends_with(['b', 'c']) {
         return None;
@@ -83,7 +83,7 @@ fn raw_string(rest: &str, before: &str) -> Option<usize> {
     Some(rest[start..].find(&end).map_or(rest.len(), |k| start + k + end.len()))
 }
 
-/// Every identifier with the offset at which it starts.
+/// Every identifier with its offset.
 pub fn identifiers(code: &str) -> impl Iterator<Item = (usize, &str)> {
     let mut at = 0;
     std::iter::from_fn(move || {

@@ -1,4 +1,4 @@
-//! Programs that a suite needs: found, or installed on Debian by package name as root, or named in one line.
+//! Finds the programs that a suite needs. Missing ones are installed on Debian as root, otherwise an error names them.
 
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -16,7 +16,7 @@ pub fn found(name: &str) -> bool {
     std::env::split_paths(&paths).any(|folder| folder.join(name).is_file())
 }
 
-/// Makes sure that each program (or file) is there, from the Debian package beside it.
+/// Makes sure that each program (or file) is present. Installs the Debian package named with it if necessary.
 pub fn need(pairs: &[(&str, &str)]) -> Result<()> {
     let missing: Vec<_> = pairs.iter().filter(|(name, _)| !found(name)).collect();
     if missing.is_empty() {

@@ -33,7 +33,7 @@ pub unsafe extern "C" fn mollis_pool_init(threads: usize, pool: *mut *mut mollis
     }
 }
 
-/// Sets `*executor` to run tasks on the pool: put its address into `mollis_run`. Valid as long as the pool.
+/// Sets `*executor` to run tasks on the pool: put its address into `mollis_run`. It is valid as long as the pool.
 ///
 /// # Safety
 /// `pool` comes from `mollis_pool_init`; `executor` is writable. Either may be null, which is refused.
@@ -57,16 +57,16 @@ pub unsafe extern "C" fn mollis_pool_executor(
 /// Ends the pool's threads. Null is ignored.
 ///
 /// # Safety
-/// `pool` comes from `mollis_pool_init`, is not used by a running call and never again.
+/// `pool` comes from `mollis_pool_init`, is not used by a running call and is not used again.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_pool_free(pool: *mut mollis_pool) {
     if !pool.is_null() {
-        // SAFETY: made by `Box::into_raw`, given back once.
+        // SAFETY: made by `Box::into_raw`, and freed once.
         drop(unsafe { Box::from_raw(pool) });
     }
 }
 
-/// What `task` needs, to be shared by threads.
+/// The data of `task`, shared by threads.
 struct Tasks {
     task: unsafe extern "C" fn(*mut c_void, usize, usize) -> i32,
     data: *mut c_void,
@@ -77,13 +77,13 @@ unsafe impl Sync for Tasks {}
 
 impl Tasks {
     fn run(&self, index: usize, worker: usize) -> i32 {
-        // SAFETY: as the executor's contract asks.
+        // SAFETY: the contract of the executor.
         unsafe { (self.task)(self.data, index, worker) }
     }
 }
 
 unsafe extern "C" fn parallel_for(context: *mut c_void, tasks: usize, task: mollis_task, data: *mut c_void) -> i32 {
-    // SAFETY: the context that `mollis_pool_executor` set.
+    // SAFETY: the context was set by `mollis_pool_executor`.
     let pool = unsafe { context.cast::<mollis_pool>().as_ref() };
     let (Some(mollis_pool(pool)), Some(task)) = (pool, task) else { return Error::NullPointer as i32 };
     let (all, first) = (Tasks { task, data }, AtomicI32::new(0));

@@ -1,8 +1,8 @@
 //! mollis with a ready thread pool: everything in `mollis-abi`, and an executor over rayon.
 //!
-//! A library of its own (`libmollis_mt`, header `mollis_mt.h`), because it needs std and an allocator, which the C library
-//! `libmollis` must not gain by being built together with it. The mathematics has no knowledge of it: a C program asks for a
-//! pool, puts its executor into a `mollis_run` and makes the same calls; a Rust program passes a [`Pool`] as the executor.
+//! This is a separate library (`libmollis_mt`, header `mollis_mt.h`), because it needs std and an allocator, which the C library
+//! `libmollis` must not contain. A C program makes a pool, puts the pool's executor into a `mollis_run` and makes the same calls as
+//! without it. A Rust program passes a [`Pool`] as the executor.
 
 mod c;
 mod pool;

@@ -1,8 +1,8 @@
-//! The blob method the plain way: all pairs, closed forms in s, a vector for everything.
+//! Reference implementation of the blob method: all pairs, closed forms in s, a vector for each array.
 
 use std::f64::consts::PI;
 
-/// Gauss' rule with five points on [-1, 1], exact for polynomials of degree 9: as high as the forces below go.
+/// Gauss' rule with five points on [-1, 1], exact for polynomials of degree 9, the highest degree of the forces below.
 const GAUSS: [(f64, f64); 5] = [
     (0.0, 128.0 / 225.0),
     (0.538_469_310_105_683_1, 0.478_628_670_499_366_47),
@@ -43,7 +43,7 @@ pub fn newtonian(dimension: usize, coefficient: f64, delta: f64) -> Box<Radial> 
         } else {
             let (middle, half) = ((delta + r) / 2.0, (delta - r) / 2.0);
             let inward: f64 = half * GAUSS.iter().map(|(x, w)| w * force(middle + half * x)).sum::<f64>();
-            // At the centre g is a limit that no pair needs: it multiplies x = 0.
+            // At the centre g is not needed: it multiplies x = 0.
             let factor = if r == 0.0 { 0.0 } else { mass(r / delta) / (sphere * r.powi(d)) };
             [bare(delta) - inward, factor, psi(r / delta)]
         };
@@ -51,7 +51,7 @@ pub fn newtonian(dimension: usize, coefficient: f64, delta: f64) -> Box<Radial> 
     })
 }
 
-/// A set of points in any dimension with what moves along.
+/// Points in any dimension, with the quantities that move along.
 #[derive(Clone, Debug)]
 pub struct Points {
     /// Coordinates, one vector a point.

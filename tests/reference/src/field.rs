@@ -1,8 +1,8 @@
 //! Sums over sources of the Newtonian kernel with a compact mollifier, pair by pair in double-double arithmetic.
 //!
-//! Distances are scaled by a power of two before they are squared, so 1e-300 and 1e+150 are as good as 1. The inside of the
-//! support comes from its defining law: G is the Taylor series of (1-t)^(-N/2), cut after t^M, plus for order 4 the term
-//! (M + 2 + N/2) a_(M+1) t^(M+1); the potential is that of the edge plus the integral of the gradient.
+//! Distances are scaled by a power of two before they are squared, so 1e-300 and 1e+150 are computed as accurately as 1. Inside the
+//! support the formulas follow from the definition: G is the Taylor series of (1-t)^(-N/2), cut after t^M, plus for order 4 the
+//! term (M + 2 + N/2) a_(M+1) t^(M+1). The potential is that of the edge plus the integral of the gradient.
 
 /// A sum of two numbers, the second below half an ulp of the first.
 #[derive(Clone, Copy, Debug, Default)]
@@ -101,7 +101,7 @@ pub struct Soft {
     pub delta: f64,
 }
 
-/// What sums are at one target, and the same with every term's magnitude: what errors are measured against.
+/// The sums at one target, and the same sums of magnitudes, which errors are measured against.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Sums {
     /// sum m K.
@@ -140,7 +140,7 @@ pub fn newtonian<const D: usize>(
         if (largest == 0.0 && soft.is_none()) || m == 0.0 {
             continue;
         }
-        // Units of 2^e: every coordinate below 2, the largest at least 1/2, or delta so.
+        // In units of 2^e every coordinate is below 2, and the largest coordinate, or delta, is at least 1/2.
         let unit = soft.map_or(largest, |s| largest.max(s.delta));
         let e = exponent(unit);
         let d = d.map(|d| d.scale(-e));
@@ -215,7 +215,7 @@ fn inside(n: i32, soft: Soft, s: Dd, delta: Dd) -> (Dd, Dd, Dd, f64) {
     let k = edge - length(2 - n) * integral * number(0.5);
     // Laplacian: n g + r g' with g' = dG/dt dt/dr: b = n G - 2 s G'.
     let b = (g * number(f64::from(n)) - s * slope * number(2.0)) * length(-n);
-    // |b| <= n G(1) + 2 G'(1), a crude maximum that rounding errors are measured against.
+    // |b| <= n G(1) + 2 G'(1): a rough maximum for measuring rounding errors.
     let size: f64 = coefficients.iter().enumerate().map(|(k, c)| c.0 * (f64::from(n) + 2.0 * k as f64)).sum();
     (k, g * length(-n), b, size * length(-n).0)
 }
@@ -233,7 +233,7 @@ fn exponent(x: f64) -> i32 {
 mod tests {
     use super::*;
 
-    /// log 2 and log 10 to 30 digits; the two formulas meet at the edge of the support.
+    /// log 2 and log 10 to 30 digits. The two formulas agree at the edge of the support.
     #[test]
     fn the_twin_itself() {
         let ln_10 = Dd(10.0, 0.0).ln();

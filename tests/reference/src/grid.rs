@@ -1,6 +1,6 @@
-//! The mesh field by plain loops and dense elimination: deposit in floating point, the five-point matrix, interpolation.
+//! Reference implementation of the mesh field: deposit in floating point, the five-point matrix, dense elimination, interpolation.
 
-/// A mesh of `cells` on `[lower, upper]`, screening k, and walls without flux instead of free space.
+/// A mesh of `cells` on `[lower, upper]` with screening k. Free space, or walls without flux.
 #[derive(Clone, Copy, Debug)]
 pub struct Case {
     /// The lower left corner.
@@ -11,18 +11,18 @@ pub struct Case {
     pub cells: [usize; 2],
     /// k of Laplacian(u) - k^2 u.
     pub screening: f64,
-    /// A box instead of free space.
+    /// Walls without flux instead of free space.
     pub no_flux: bool,
 }
 
-/// What the particles make: masses at the nodes, the potential there, and the gradient at the targets.
+/// Results: masses and potential at the nodes, and the gradient at the targets.
 #[derive(Clone, Debug)]
 pub struct Field {
     /// Node (i, j) at j (nx + 1) + i.
     pub masses: Vec<f64>,
-    /// As `masses`.
+    /// In the order of `masses`.
     pub potential: Vec<f64>,
-    /// For each target.
+    /// One for each target.
     pub gradient: Vec<[f64; 2]>,
 }
 
@@ -55,7 +55,7 @@ fn monopole(case: &Case, mass: f64, centre: [f64; 2], x: [f64; 2]) -> (f64, [f64
     (mass * v / two_pi, d.map(|d| mass * slope / two_pi * d / r))
 }
 
-/// The whole pipeline. Sources outside a free mesh count in the monopole only; in a box positions must lie inside.
+/// The whole computation. Sources outside a free mesh count in the monopole only; with walls positions must lie inside.
 #[must_use]
 pub fn field(case: &Case, sources: &[[f64; 2]], masses: &[f64], targets: &[[f64; 2]]) -> Field {
     let [nx, ny] = case.cells;
@@ -87,7 +87,7 @@ pub fn field(case: &Case, sources: &[[f64; 2]], masses: &[f64], targets: &[[f64;
     }
     let centre = centre.map(|c| c / total);
 
-    // The dense system, one equation a node.
+    // The dense system, one equation for each node.
     let mut a = vec![vec![0.0; nodes + 1]; nodes];
     let singular = case.no_flux && case.screening == 0.0;
     let mean = total / ((case.upper[0] - case.lower[0]) * (case.upper[1] - case.lower[1]));
@@ -119,7 +119,7 @@ pub fn field(case: &Case, sources: &[[f64; 2]], masses: &[f64], targets: &[[f64;
         }
     }
     if singular {
-        // One equation follows from the others: the mean is zero instead.
+        // One equation follows from the others. It is replaced by: the mean is zero.
         a[0].fill(0.0);
         for j in 0..=ny {
             for i in 0..=nx {
@@ -130,7 +130,7 @@ pub fn field(case: &Case, sources: &[[f64; 2]], masses: &[f64], targets: &[[f64;
     }
     let u = eliminate(a);
 
-    // Centred differences, bilinear.
+    // Centred differences, interpolated bilinearly.
     let value = |i: i64, j: i64| {
         let (n, m) = (nx as i64, ny as i64);
         if case.no_flux {

@@ -1,11 +1,11 @@
-//! K * psi_delta from its definition, by quadrature in polar coordinates about the target: slow, and good to about 1e-9.
+//! K * psi_delta from its definition, by quadrature in polar coordinates about the target. Slow; accurate to about 1e-9.
 //!
-//! `u(r) = int K(|y|) psi(x - y) dy` with |x| = r. About the target the kernel's singularity stands at the lower end of the
-//! integral over s = |y|, where the substitution s = b q^4 makes it harmless.
+//! `u(r) = int K(|y|) psi(x - y) dy` with |x| = r. About the target the singularity of the kernel is at the lower end of the
+//! integral over s = |y|. The substitution s = b q^4 removes it.
 
 use crate::mollifier::Compact;
 
-/// Nodes of each integral: Gauss-Legendre of 3 points on so many pieces.
+/// Pieces of each integral, each with Gauss-Legendre's rule of 3 points.
 const PIECES: usize = 200;
 
 fn integral(a: f64, b: f64, pieces: usize, f: impl Fn(f64) -> f64) -> f64 {
@@ -29,7 +29,7 @@ pub fn mollified(dimension: u32, psi: &Compact, delta: f64, kernel: impl Fn(f64)
             let (near, far) = (density(apart(s, 1.0)), density(apart(s, -1.0)));
             return [near + far, near - far];
         }
-        // only angles with |x - y| < delta
+        // only angles with |x - y| < delta contribute
         let least = (r * r + s * s - delta * delta) / (2.0 * r * s);
         let widest = least.clamp(-1.0, 1.0).acos();
         let term = |angle: f64, power: i32| {
@@ -38,7 +38,7 @@ pub fn mollified(dimension: u32, psi: &Compact, delta: f64, kernel: impl Fn(f64)
         };
         [0, 1].map(|power| integral(0.0, widest, 40, |angle| term(angle, power)))
     };
-    // where the far side leaves the support, s = delta - r, the integrand has a kink
+    // the integrand has a kink at s = delta - r, where the far side leaves the support
     let (from, to) = ((r - delta).abs(), r + delta);
     // s = from + (to - from) q^4
     let radial = |which: usize| {

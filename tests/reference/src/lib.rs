@@ -1,5 +1,5 @@
-//! Slow, obvious twins of what `mollis-core` computes. Nothing here is shared with it: a mistake would have to be made
-//! twice to pass unseen.
+//! Slow and simple reference implementations of what `mollis-core` computes. They share no code with it, so a mistake passes the tests
+//! only if it is made in both.
 pub mod blob;
 pub mod field;
 pub mod grid;

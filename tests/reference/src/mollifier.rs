@@ -1,5 +1,5 @@
-//! Compact mollifiers from their definition: (1 - s)^M times a polynomial whose coefficients solve the moment conditions, and
-//! fields by quadrature. Good to about 1e-11.
+//! Compact mollifiers from their definition: (1 - s)^M times a polynomial whose coefficients solve the moment conditions; fields
+//! by quadrature. Accurate to about 1e-11.
 
 /// Composite Gauss-Legendre of 5 points: the integral of f over [a, b].
 fn integral(a: f64, b: f64, f: impl Fn(f64) -> f64) -> f64 {
@@ -46,7 +46,7 @@ impl Compact {
             }
             row[k] = if i == 0 { 1.0 } else { 0.0 };
         }
-        // Gauss elimination with the largest pivot.
+        // Gauss elimination with partial pivoting.
         for c in 0..k {
             let pivot = (c..k).max_by(|&a, &b| matrix[a][c].abs().total_cmp(&matrix[b][c].abs())).unwrap();
             matrix.swap(c, pivot);
@@ -83,7 +83,7 @@ impl Compact {
         self.mass(r) / (sphere(self.dimension) * r.powi(self.dimension as i32))
     }
 
-    /// phi(r), from its value at the edge.
+    /// phi(r), by integration from its value at the edge.
     pub fn potential(&self, r: f64) -> f64 {
         let edge = match self.dimension {
             1 => 0.5,

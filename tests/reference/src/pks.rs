@@ -1,11 +1,11 @@
-//! The descent of Zhelezov & Fatkullin, Section 3.3, word for word: cells of a mesh, refined into four.
+//! The search of Zhelezov & Fatkullin, Section 3.3, as described there: cells of a mesh, refined into four.
 
-/// What a cell's particles are, for the test whether they may collide: number, total mass, `M^2 - sum m^2`, second moment.
+/// The numbers of a cell for the test whether its particles may collide: count, total mass, `M^2 - sum m^2`, second moment.
 pub type Collidable<'a> = &'a dyn Fn(f64, f64, f64, f64) -> bool;
 
-/// The clusters (lists of particles, each in ascending order) of a square from `origin` with this side, refined at most `depth` times.
+/// The clusters of a square with corner `origin` and this side, refined at most `depth` times: lists of particles in ascending order.
 ///
-/// A cell is kept if `Y / s^2 < eta` (s its diagonal) and it is collidable; else it is refined, if it holds more than one particle.
+/// A cell is kept if `Y / s^2 < eta` (s is its diagonal) and it is collidable. Otherwise it is refined if it holds more than one particle.
 pub fn clusters(
     positions: &[[f64; 2]],
     masses: &[f64],

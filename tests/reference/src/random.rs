@@ -1,6 +1,6 @@
-//! Philox4x32-10 word by word, and Box & Muller's formula with the standard library's functions.
+//! Philox4x32-10 one word at a time, and Box & Muller's formula with the functions of the standard library.
 
-/// Four 32-bit words of a counter under a key (Salmon et al. 2011, Section 3.3).
+/// Four 32-bit words from a counter and a key (Salmon et al. 2011, Section 3.3).
 #[must_use]
 pub fn philox(counter: [u32; 4], key: [u32; 2]) -> [u32; 4] {
     let ([mut a, mut b, mut c, mut d], [mut k, mut l]) = (counter, key);
@@ -36,7 +36,7 @@ pub fn words(seed: u64, label: u64, step: u32, substep: u32, n: usize) -> Vec<u6
 pub fn normals(words: [u64; 2]) -> ([f64; 2], f64) {
     let u = ((words[0] >> 12) as f64 + 0.5) / 2.0_f64.powi(52);
     let radius = (-2.0 * u.ln()).sqrt();
-    // Quarter turns from the high two bits, the rest from the middle of the quarter.
+    // The two high bits give the quarter of the circle. The remaining bits give the angle from the middle of the quarter.
     let x = ((words[1] << 2 >> 12) as f64 + 0.5) / 2.0_f64.powi(52) - 0.5;
     let (s, c) = (x * std::f64::consts::FRAC_PI_2).sin_cos();
     let [c, s] = [[c, s], [-s, c], [-c, -s], [s, -c]][(words[1] >> 62) as usize];

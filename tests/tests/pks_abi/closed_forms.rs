@@ -1,4 +1,4 @@
-//! What is known in closed form.
+//! Quantities that are known in closed form.
 
 use super::*;
 
@@ -37,7 +37,7 @@ fn the_theory_is_that_of_rust() {
 
     let (mut index, mut prediction) = ([5.0; 3], empty);
     let (code, nan) = (|e: Error| e as i32, f64::NAN);
-    // SAFETY: live arrays of these lengths, but for what is refused.
+    // SAFETY: live arrays of these lengths, except invalid arguments, which are refused.
     unsafe {
         let out = index.as_mut_ptr();
         assert_eq!(mollis_pks_index_eval(4, null(), chi, noise, gamma, out), code(Error::NullPointer));

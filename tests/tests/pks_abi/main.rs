@@ -1,4 +1,4 @@
-//! Coalescing particles through the C ABI: the same bits as in Rust for every choice, and refusals that write nothing.
+//! Coalescing particles through the C ABI: the same bits as in Rust for every choice of options. Refused calls write nothing.
 #![expect(unsafe_code, reason = "calls the C ABI as a C program does")]
 #![allow(
     clippy::undocumented_unsafe_blocks,
@@ -27,7 +27,7 @@ use mollis_core::random::{Generator, Philox};
 use mollis_core::{Error, Real};
 use mollis_tests::{Aligned, Split};
 
-/// [`Split`] as a host's stream in C.
+/// [`Split`] as a random stream of a C host.
 unsafe extern "C" fn split(state: *mut c_void, out: *mut u64, n: usize) -> i32 {
     // SAFETY: the state is a live Split, and `out` has room for n words.
     let (state, out) = unsafe { (&mut *state.cast::<Split>(), std::slice::from_raw_parts_mut(out, n)) };
@@ -45,7 +45,7 @@ enum Force {
     Heavy,
 }
 
-/// One scene in both languages' words.
+/// One scene, to be run in both languages.
 #[derive(Clone)]
 struct Scene {
     force: Force,
@@ -74,7 +74,7 @@ fn options() -> mollis_pks_options {
     options
 }
 
-/// What the C options mean.
+/// The Rust options that correspond to the C options.
 fn rust<T: Real>(o: &mollis_pks_options, force: Force) -> Options<T> {
     let c = T::from_f64;
     let [a, b, d, e] = o.domain.map(c);
@@ -98,7 +98,7 @@ fn rust<T: Real>(o: &mollis_pks_options, force: Force) -> Options<T> {
     }
 }
 
-/// All that a step writes, as words.
+/// All outputs of a step as integers.
 #[derive(Debug, PartialEq)]
 struct Outcome {
     status: i32,
@@ -379,7 +379,7 @@ fn every_choice_gives_the_bits_of_rust() {
     }
     assert!(differ[0].report[5] > 0 && merges > 10, "too few merges to compare: {merges}");
     assert_eq!(differ[14].status, Error::TooManySubsteps as i32);
-    // Each choice makes a difference: none is lost on the way.
+    // Each choice changes the result, so every option reaches the library.
     for (i, a) in differ.iter().enumerate() {
         assert!(differ[..i].iter().all(|b| a != b), "scene {i} is that of another: {a:?}");
     }

@@ -1,8 +1,8 @@
-//! Each argument of a step spoilt in turn.
+//! Each argument of a step made invalid in turn.
 
 use super::*;
 
-/// Arguments of a step in double precision, each spoilt in turn.
+/// Arguments of a step in double precision. Each case makes one invalid.
 struct Call {
     options: *const mollis_pks_options,
     attraction: *const mollis_pks_attraction,
@@ -176,14 +176,14 @@ fn refused_calls_have_their_codes_and_write_nothing() {
             run: null(),
         };
         spoil(&mut call);
-        // After spoiling: what a refused call must leave.
+        // The expected contents after a refused call.
         let bits = |x: &[[f64; 2]], m: &[f64]| -> Vec<u64> {
             x.iter().flatten().chain(m).map(|v| v.to_bits()).collect::<Vec<u64>>()
         };
         let before = (bits(&x, &m), names.clone(), kinds.clone(), absorbed.clone());
         let counted = (counters.time, counters.step, counters.count, counters.pending);
         let written = (events.written, events.labels_written);
-        // SAFETY: live arrays of these lengths, but for what the case spoils, which is refused.
+        // SAFETY: live arrays of these lengths, except the invalid argument, which is refused.
         let status = unsafe {
             mollis_pks_step(
                 call.options,
@@ -213,7 +213,7 @@ fn refused_calls_have_their_codes_and_write_nothing() {
         assert_eq!((counts, report.clusters, report.merges, report.absorbed), ([1, 2, 3, 4], 5, 6, 7), "case {k}");
         assert!(log.iter().all(|e| e.label == 9 && e.absorbed == 9 && e.time == 9.0), "case {k}");
     }
-    // The size query refuses the same, and leaves its output.
+    // The size query refuses the same arguments and leaves its output unchanged.
     for (options, error) in &bad_options {
         let mut bytes = 77;
         // SAFETY: live structures.
@@ -230,7 +230,7 @@ fn refused_calls_have_their_codes_and_write_nothing() {
         unsafe { mollis_pks_workspace_bytes(N, &raw const good_options, &raw const attraction, null(), null_mut()) };
     assert_eq!(nowhere, Error::NullPointer as i32);
     let mut options = good_options;
-    // SAFETY: a live structure; a size too small for its first member is refused, and null.
+    // SAFETY: a live structure. A size smaller than the first member is refused, and so is null.
     unsafe {
         assert_eq!(mollis_pks_options_init(null_mut(), size_of::<mollis_pks_options>()), Error::NullPointer as i32);
         assert_eq!(mollis_pks_options_init(&raw mut options, 2), Error::OptionsSize as i32);

@@ -1,4 +1,4 @@
-//! Moments, stable steps, overlaps, norms: also of nothing, of total mass 0, of zeros.
+//! Moments, stable steps, overlaps and norms, also without particles, with total mass 0, and of zeros.
 
 use std::ptr::null;
 
@@ -57,7 +57,7 @@ macro_rules! check {
                                 parameter: [2.0, 0.0],
                             },
                         ];
-                        // Without a mollifier only powers have a step anywhere, and at one place.
+                        // Without a mollifier only powers have a stable step for all states and for coincident particles.
                         let terms = if mollifier.kind == MOLLIS_MOLLIFIER_NONE { &terms[1..] } else { &terms[..] };
                         let mut bytes = 0;
                         unsafe {

@@ -1,4 +1,4 @@
-//! Kernels: preparing them, and their values at distances, r = 0 among them.
+//! Kernels: preparing them, and their values at distances including r = 0.
 
 use std::ptr::null;
 
@@ -7,7 +7,7 @@ use mollis_tests::exceptions::Rows;
 
 use super::*;
 
-/// |x|^1.5 / 1.5 in any dimension: the Laplacian is that of the plane, which the flags don't mind.
+/// |x|^1.5 / 1.5 in any dimension. The Laplacian is that of the plane; this does not affect the flags.
 unsafe extern "C" fn own(_: *mut c_void, r: f64, out: *mut f64) -> mollis_status {
     let root = r.sqrt();
     unsafe { out.cast::<[f64; 3]>().write([r * root / 1.5, 1.0 / root, 1.5 / root]) };
@@ -18,7 +18,7 @@ fn term(kind: i32, coefficient: f64, parameter: f64) -> mollis_kernel_term {
     mollis_kernel_term { kind, reserved: 0, coefficient, parameter: [parameter, 0.0] }
 }
 
-/// Sums of terms that exist in this dimension; fewer in single precision, as preparing is done in double anyway.
+/// Sums of terms that exist in this dimension. Fewer in single precision, because preparing uses double precision in any case.
 fn sums(dimension: usize, few: bool) -> Vec<Vec<mollis_kernel_term>> {
     let newtonian = term(MOLLIS_KERNEL_NEWTONIAN, -1.0, 0.0);
     let power = |p: f64| term(MOLLIS_KERNEL_POWER, 1.0, p);

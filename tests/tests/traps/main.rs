@@ -1,5 +1,5 @@
-//! Ordinary input raises none of the floating-point exceptions that hosts trap: invalid, divide-by-zero and overflow. A row a function of the header
-//! and kind of input; of field sums and what is made of them see `traps_field`.
+//! Ordinary input raises none of the floating-point exceptions that hosts trap: invalid, divide-by-zero and overflow. One row for each function of
+//! the header and kind of input. Field sums and their applications are in `traps_field`.
 #![expect(unsafe_code, reason = "calls the C ABI as a C program does")]
 #![allow(
     clippy::undocumented_unsafe_blocks,
@@ -27,7 +27,7 @@ const fn gaussian(order: i32) -> mollis_mollifier {
     mollis_mollifier { kind: MOLLIS_MOLLIFIER_GAUSSIAN, order, exponent: 0 }
 }
 
-/// Those that exist in this dimension, of each kind.
+/// Mollifiers of each kind that exist in this dimension.
 fn mollifiers_in(dimension: usize) -> Vec<mollis_mollifier> {
     let mut all = vec![NONE, compact(2, 1), compact(2, 4), compact(4, 4), compact(6, 9), compact(8, 2)];
     all.extend([gaussian(4)].into_iter().filter(|_| dimension < 3));
@@ -40,7 +40,7 @@ fn name(mollifier: mollis_mollifier) -> String {
     format!("{} {order} {exponent}", ["none", "compact", "Gaussian"][kind as usize])
 }
 
-/// Points on a skew lattice, the origin and two equal ones among them.
+/// Points on a skew lattice, with the origin and two equal points among them.
 macro_rules! points {
     ($n:expr, $t:ty, $d:literal) => {{
         let at = |k: usize, d: usize| ((k * 7 + d * 3) as f64 * 0.31 % 1.7 - 0.85) as $t;
@@ -52,7 +52,7 @@ macro_rules! points {
 }
 use points;
 
-/// Bytes as C takes them.
+/// The pointer to the bytes, for C.
 fn pointer(memory: &mut mollis_tests::Aligned) -> *mut c_void {
     memory.pointer()
 }

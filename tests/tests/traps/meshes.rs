@@ -1,4 +1,4 @@
-//! Mesh fields: all walls, both orders, with and without screening, of particles inside, on the border and outside, of masses that add up to 0.
+//! Mesh fields: all walls, both orders, with and without screening, particles inside, on the border and outside, masses that add up to 0.
 
 use std::ptr::null;
 
@@ -7,7 +7,7 @@ use mollis_tests::exceptions::Rows;
 
 use super::*;
 
-/// Every choice of options that is offered.
+/// Every combination of options.
 pub fn options() -> Vec<mollis_grid2_options> {
     let mut defaults = std::mem::MaybeUninit::<mollis_grid2_options>::uninit();
     let defaults = unsafe {
@@ -41,7 +41,7 @@ macro_rules! check {
             let same: Vec<$t> = vec![0.25; N];
             let opposite: Vec<$t> = (0..N).map(|k| if k % 2 == 0 { 0.25 } else { -0.25 }).collect();
             let zeros = vec![0.0 as $t; N];
-            // By powers of two, by a radix of its own, by Bluestein's way.
+            // Transforms by powers of two, by another radix, and by Bluestein's algorithm.
             for cells in [[2, 2], [16, 16], [15, 14], [37, 41]] {
                 let mesh = mollis_mesh2 { lower: [-1.0; 2], upper: [1.0; 2], cells };
                 let nodes = (cells[0] + 1) * (cells[1] + 1);
@@ -50,7 +50,7 @@ macro_rules! check {
                         let mollis_grid2_options { walls, screening, order, .. } = options;
                         format!("{function}, {cells:?}, walls {walls}, screening {screening}, order {order}, {kind}")
                     };
-                    // Cells that are coarse for the screening are refused.
+                    // Cells that are too coarse for the screening are refused.
                     if options.order == 4 && cells[0] == 2 {
                         continue;
                     }

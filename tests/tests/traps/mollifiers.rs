@@ -17,7 +17,7 @@ macro_rules! check {
             for mollifier in mollifiers_in($d) {
                 for delta in [0.3 as $t, 2.0, 1e-3] {
                     let what = |function: &str| format!("{function}, {}, delta {delta}", name(mollifier));
-                    // Without a mollifier the field itself is beyond the range so close to zero.
+                    // Without a mollifier the field is out of range so close to zero.
                     let least = if mollifier.kind == MOLLIS_MOLLIFIER_NONE { 1e-3 } else { 0.0 };
                     let r = RADII.map(|r| if r < least { r.min(0.0) as $t } else { r as $t * delta });
                     let n = r.len();

@@ -9,7 +9,7 @@ fn random_numbers_options_and_texts() {
     let mut rows = Rows::default();
     const N: usize = 1000;
     let labels: Vec<u64> = (0..N as u64).collect();
-    // Uniform words, and those at both ends.
+    // Uniform words, and the words at both ends of the range.
     let mut words = vec![0_u64; N];
     rows.row("mollis_philox_eval", || unsafe { mollis_philox_eval(3, 4, 5, 6, N, words.as_mut_ptr()) });
     (words[0], words[1], words[2], words[3]) = (0, 0, u64::MAX, u64::MAX);

@@ -1,5 +1,5 @@
-//! Coalescing particles without a sum over pairs: steps without attraction, on meshes, with heavy particles, with and without noise; what is known in
-//! closed form.
+//! Coalescing particles without a sum over pairs: steps without attraction, on meshes, with heavy particles, with and without noise. Also
+//! the functions in closed form.
 
 use std::ptr::{null, null_mut};
 
@@ -20,7 +20,7 @@ fn options() -> mollis_pks_options {
     options
 }
 
-/// Constants, laws and schemes that differ in their formulas.
+/// Constants, laws and schemes with different formulas.
 fn choices() -> Vec<(&'static str, mollis_pks_options)> {
     let with = |name, change: &dyn Fn(&mut mollis_pks_options)| {
         let mut options = options();
