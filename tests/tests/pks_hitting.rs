@@ -101,7 +101,7 @@ fn kolmogorov(nu: f64, times: &Times, horizon: f64) -> f64 {
 /// The 99.9% point of Kolmogorov's law: 2 exp(-2 1.95^2) = 0.001.
 const LIMIT: f64 = 1.95;
 
-/// The short form of `mollis pks-check hitting`.
+/// The short form of `cargo xtask evidence pks-check hitting`.
 #[test]
 fn collision_times_follow_the_law_and_the_printed_test_does_not() {
     for (nu, n) in [(-0.5, 500), (-1.5, 3000), (-4.0, 3000)] {

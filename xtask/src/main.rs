@@ -4,6 +4,7 @@
 //! check, and `suites` runs them all and counts.
 
 mod coverage;
+mod evidence;
 mod examples;
 mod features;
 mod figures;
@@ -61,6 +62,13 @@ enum Command {
     Features,
     /// Refuses a function of the header that no test or example calls.
     Coverage,
+    /// Compares what mollis computes with what is known of it: `cargo xtask evidence --help` lists the comparisons.
+    #[command(disable_help_flag = true)]
+    Evidence {
+        /// The comparison's name, and what it takes.
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+        arguments: Vec<String>,
+    },
     /// Runs the programs of `tests/firmware/` on bare machines in QEMU and measures them.
     Firmware,
     /// Runs the tests of core and of `tests/` on aarch64, in QEMU.
@@ -106,6 +114,7 @@ fn run(command: Command) -> Result<()> {
         Command::Layers => layers::run(),
         Command::Features => features::run(),
         Command::Coverage => coverage::run(),
+        Command::Evidence { arguments } => evidence::run(&arguments),
         Command::Figures { quick, threads, scenes } => figures::run(quick, threads, &scenes),
         Command::Firmware => firmware::run().map(|_| ()),
         Command::Neon { filter } => neon::run(&filter),

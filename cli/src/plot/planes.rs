@@ -4,11 +4,11 @@ use anyhow::{Context, Result, ensure};
 use mollis_core::exec::Executor;
 use mollis_core::field::Sources;
 use mollis_core::grid::{Equation, Grid};
+use mollis_host::memory::Memory;
 
 use super::axis::Axis;
 use super::canvas::Canvas;
 use super::chart::{COLORS, Chart, Curve, Map, sheet};
-use crate::memory::Memory;
 use crate::run::CaseResult;
 use crate::run::blob_density;
 use crate::run::history::Snapshot;

@@ -6,13 +6,14 @@ use mollis_core::diagnostics;
 use mollis_core::exec::Run;
 use mollis_core::field::{self, Interaction, Options, Outputs, Sources};
 use mollis_core::simd::Level;
+use mollis_host::memory::Memory;
+use mollis_host::pool::Pool;
 
-use super::host::{Pool, stopped};
+use super::host::stopped;
 use super::kernel;
 use super::simulation::{Simulation, choose};
 use super::store::{Reader, Writer};
 use crate::initial::{Particles, exact::Exact};
-use crate::memory::Memory;
 use crate::scene::{Model, Scene};
 
 /// A run of the blob or the particle method.

@@ -6,8 +6,8 @@ use mollis_core::exec::Run;
 use mollis_core::field::{self, Interaction, Options, Outputs, Sources, Wanted};
 use mollis_core::kernel::{Kernel, Law as CoreLaw, Term as CoreTerm};
 use mollis_core::mollifier::Mollifier;
+use mollis_host::memory::Memory;
 
-use crate::memory::Memory;
 use crate::scene::{Law, Scene, Softening};
 
 /// The mollifier of a scene.

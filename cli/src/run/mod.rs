@@ -9,8 +9,9 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail, ensure};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use mollis_host::pool::Pool;
+use mollis_host::{complain, console, say};
 
-use crate::console::{self, complain, say};
 use crate::initial::{self, Particles};
 use crate::scene::{self, Model, Sampling, Scene, SceneFile};
 use crate::{output, plot};
@@ -31,7 +32,6 @@ pub use kernel::density as blob_density;
 pub use plan::{Args as PlanArgs, main as plan_main};
 
 use history::History;
-use host::Pool;
 use simulation::{Ending, Simulation, Watch, drive};
 use store::{Reader, Writer};
 
@@ -44,7 +44,7 @@ pub struct Args {
     #[arg(long)]
     out: Option<PathBuf>,
     /// Threads, at most 256; 0 takes as many as the machine has. Results don't depend on it.
-    #[arg(long, default_value_t = 0, value_parser = |text: &str| crate::threads(text, 0))]
+    #[arg(long, default_value_t = 0, value_parser = |text: &str| mollis_host::command::threads(text, 0))]
     threads: usize,
     /// In place of the scene's own seed.
     #[arg(long)]
@@ -149,7 +149,7 @@ pub fn main(args: Args) -> Result<ExitCode> {
     let out = args.out.clone().unwrap_or_else(|| Path::new("out").join(&stem));
     let folder = |scene: &Scene| if file.cases.len() == 1 { out.clone() } else { out.join(&scene.folder) };
     prepare(&out, &file, &folder)?;
-    let pool = Pool::new(args.threads)?;
+    let pool = Pool::new(args.threads).context("--threads")?;
     host::listen()?;
 
     let jobs = jobs(&file);

@@ -11,13 +11,14 @@ use mollis_core::pks::{
 };
 use mollis_core::random::Philox;
 use mollis_core::simd::Level;
+use mollis_host::memory::Memory;
+use mollis_host::pool::Pool;
 
 use super::history::Event;
-use super::host::{Pool, stopped};
+use super::host::stopped;
 use super::simulation::{Simulation, choose};
 use super::store::{Reader, Writer};
 use crate::initial::{Particles, diffusion};
-use crate::memory::Memory;
 use crate::scene::Scene;
 
 /// Events that one call has room for; a step with more is gone on with.

@@ -7,6 +7,8 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use mollis_host::{complain, console, say};
+
 mod build;
 mod check;
 mod folders;
@@ -20,7 +22,6 @@ pub use folders::{CHECKPOINT, SUMMARY};
 pub use records::SLACK;
 pub use types::*;
 
-use crate::console::{self, complain, say};
 use crate::initial;
 use build::Probe;
 use tree::{Node, Value};

@@ -8,11 +8,10 @@ use mollis_abi as c;
 use mollis_core::kernel::{Kernel, Law, Term};
 use mollis_core::mollifier::{Blob, Mollifier, Quantity};
 use mollis_core::{Error, Real};
+use mollis_host::memory::Memory;
 
 use super::decimal::Scalar;
 use super::reference::Row;
-
-use crate::memory::Memory;
 
 /// Which interface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]

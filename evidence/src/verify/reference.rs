@@ -7,11 +7,18 @@ use anyhow::{Context, Result, bail};
 use mollis_core::mollifier::Mollifier;
 
 use super::decimal::Decimal;
-use super::tolerance::Family;
 
 /// The columns that may hold a value to compare.
 pub const QUANTITIES: [&str; 10] =
     ["B", "psi", "phi", "value", "grad_factor", "hess_factor", "laplacian", "Bprime_over_r", "psiprime_over_r", "mass"];
+
+/// What a row of a reference file is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Family {
+    Compact,
+    Gaussian,
+    Kernel,
+}
 
 /// One place.
 #[derive(Clone, Debug)]

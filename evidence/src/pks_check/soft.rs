@@ -10,9 +10,9 @@ use mollis_core::pks::{
 };
 use mollis_core::random::Philox;
 use mollis_core::special::incomplete_gamma;
+use mollis_host::memory::Memory;
 
 use super::Args;
-use crate::memory::Memory;
 
 /// Later than 97% of the law, and no later time is told from another.
 const HORIZON: f64 = 8.0;

@@ -69,7 +69,7 @@ impl Summary {
             "max_ulp": self.max_ulp,
             "max_ulp_of_max": self.max_judged,
             "max_rel_scale": self.max_relative,
-            "unit": self.limit.map(|t| t.unit),
+            "unit": self.limit.map(|t| t.unit.name()),
             "limit": self.limit.map(|t| t.limit),
             "reason": self.limit.map(|t| t.reason),
             "non_finite": self.non_finite,

@@ -8,8 +8,7 @@ use mollis_core::field::{self, Options, Outputs, Sources};
 use mollis_core::kernel::{Kernel, Law, Term};
 use mollis_core::mollifier::Mollifier;
 use mollis_core::{Error, Real};
-
-use crate::memory::Memory;
+use mollis_host::memory::Memory;
 
 /// Memory for a kernel sum.
 pub fn kernel_memory<T: Real, const D: usize>(terms: &[Term], mollifier: Mollifier) -> Result<Memory> {

@@ -1,4 +1,4 @@
-//! `mollis pks-check NAME`: the numerical experiments of Zhelezov & Fatkullin, Section 5, and the laws behind them, with numbers
+//! `cargo xtask evidence pks-check NAME`: the numerical experiments of Zhelezov & Fatkullin, Section 5, and the laws behind them, with numbers
 //! to compare. Exit status 1 if a number misses.
 
 mod experiments;
@@ -12,8 +12,7 @@ use std::process::ExitCode;
 use clap::{Args as Arguments, ValueEnum};
 use mollis_core::grid::{Equation, Order, Walls};
 use mollis_core::pks::theory;
-
-use crate::console::say;
+use mollis_host::say;
 
 /// Which experiment.
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -38,7 +37,7 @@ enum Name {
     Soft,
 }
 
-/// Arguments of `mollis pks-check`.
+/// Arguments of `cargo xtask evidence pks-check`.
 #[derive(Arguments, Clone, Debug)]
 pub struct Args {
     /// The experiment.
@@ -53,7 +52,7 @@ pub struct Args {
     #[arg(long, default_value_t = 0)]
     particles: usize,
     /// Threads, at most 256.
-    #[arg(long, default_value_t = 1, value_parser = |text: &str| crate::threads(text, 1))]
+    #[arg(long, default_value_t = 1, value_parser = |text: &str| mollis_host::command::threads(text, 1))]
     threads: usize,
     /// Decide collisions by the printed increment test.
     #[arg(long)]

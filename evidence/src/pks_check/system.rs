@@ -7,8 +7,7 @@ use mollis_core::pks::theory::{Group, Law};
 use mollis_core::pks::{self, Attraction, Counters, Event, Events, Heavy, Options, Report, Setting, State};
 use mollis_core::random::{Generator, Philox};
 use mollis_core::{Error, Result};
-
-use crate::memory::Memory;
+use mollis_host::memory::Memory;
 
 /// Runs tasks on scoped threads.
 pub struct Threads(pub usize);

@@ -8,11 +8,13 @@ pub struct Memory(Vec<u8>);
 
 impl Memory {
     /// This many bytes, zeros.
+    #[must_use]
     pub fn new(bytes: usize) -> Self {
         Self(vec![0; bytes + ALIGN])
     }
 
     /// This many bytes, not zeros: for checks that nothing depends on what a buffer held.
+    #[must_use]
     pub fn dirty(bytes: usize) -> Self {
         Self(vec![0xA5; bytes + ALIGN])
     }
@@ -29,6 +31,7 @@ impl Memory {
     }
 
     /// The bytes, to read.
+    #[must_use]
     pub fn read(&self) -> &[u8] {
         &self.0[self.range()]
     }

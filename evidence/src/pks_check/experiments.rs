@@ -9,10 +9,10 @@ use mollis_core::grid::{Mesh, Walls};
 use mollis_core::pks::{CollisionLaw, Merging, Options, theory};
 use mollis_core::random::Philox;
 use mollis_core::real::DoubleWord;
+use mollis_host::say;
 
 use super::system::{Bump, Opposite, System};
 use super::{Args, interval, slope};
-use crate::console::say;
 
 /// The options that the arguments choose.
 fn options(args: &Args, chi: f64, noise: f64) -> Options<f64> {

@@ -6,9 +6,9 @@ use mollis_core::exact::{radial, steady};
 use mollis_core::kernel::{Kernel, Law};
 use mollis_core::mollifier::Mollifier;
 use mollis_core::{Error, Real};
+use mollis_host::say;
 
 use super::run::{Cloud, kernel_memory, power, term};
-use crate::console::say;
 
 const PSI4: Mollifier = Mollifier::Gaussian { order: 4 };
 

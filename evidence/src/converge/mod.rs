@@ -1,4 +1,4 @@
-//! `mollis converge`, `mollis steady`, `mollis conserve`: the blob method's convergence and long-time studies, as numbers.
+//! `cargo xtask evidence converge`, `cargo xtask evidence steady`, `cargo xtask evidence conserve`: the blob method's convergence and long-time studies, as numbers.
 //!
 //! Each study prints a table and compares it with what is known: exact solutions, rates of the theory, closed forms of steady
 //! states. Where an independent implementation's numbers are known, a deviation above 5 per cent makes the command fail.
@@ -12,8 +12,7 @@ mod tables;
 use std::process::ExitCode;
 
 use anyhow::{Result, bail};
-
-use crate::console::say;
+use mollis_host::say;
 
 /// Arguments of these commands.
 #[derive(clap::Args)]
@@ -48,17 +47,17 @@ const STEADY: &[Study] = &[
 const CONSERVATION: &[Study] =
     &[("conservation", "1e5 steps: drift of the centre of mass, energy monotone, f32 and f64", long::conservation)];
 
-/// Runs `mollis converge`: convergence against exact solutions.
+/// Runs `cargo xtask evidence converge`: convergence against exact solutions.
 pub fn main(args: Args) -> Result<ExitCode> {
     run(&args, STUDIES)
 }
 
-/// Runs `mollis steady`: steady states.
+/// Runs `cargo xtask evidence steady`: steady states.
 pub fn steady(args: Args) -> Result<ExitCode> {
     run(&args, STEADY)
 }
 
-/// Runs `mollis conserve`: what a long run keeps.
+/// Runs `cargo xtask evidence conserve`: what a long run keeps.
 pub fn conserve(args: Args) -> Result<ExitCode> {
     run(&args, CONSERVATION)
 }

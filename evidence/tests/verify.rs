@@ -1,4 +1,4 @@
-//! `mollis verify` on every reference file, through both interfaces; and that it can fail.
+//! `evidence verify` on every reference file, through both interfaces; and that it can fail.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -11,7 +11,7 @@ fn data(name: &str) -> PathBuf {
 }
 
 fn verify(arguments: &[&str], file: &Path) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_mollis")).arg("verify").args(arguments).arg(file).output().unwrap()
+    Command::new(env!("CARGO_BIN_EXE_mollis-evidence")).arg("verify").args(arguments).arg(file).output().unwrap()
 }
 
 fn objects(output: &Output) -> Vec<Value> {

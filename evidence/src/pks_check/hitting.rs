@@ -1,8 +1,6 @@
 //! Two particles: the time of their collision against the exact law `tau = M Y_0 / (4 mu~ U)`, U ~ Gamma(|nu|, 1).
 
 use super::Args;
-use crate::console::say;
-use crate::memory::Memory;
 use mollis_core::euler_maruyama::Control;
 use mollis_core::exec::Run;
 use mollis_core::field::{self, Interaction};
@@ -11,6 +9,8 @@ use mollis_core::pks::{
 };
 use mollis_core::random::Philox;
 use mollis_core::special::incomplete_gamma;
+use mollis_host::memory::Memory;
+use mollis_host::say;
 
 /// V = log r / (2 pi), unmollified.
 struct Log;

@@ -1,4 +1,4 @@
-//! `mollis verify`: compares what the library returns with reference values of 25 digits.
+//! `cargo xtask evidence verify`: compares what the library returns with reference values of 25 digits.
 //!
 //! A reference file is CSV with comment lines and named columns; `tests/data` holds some. Its rows are evaluated through a
 //! public interface and compared with the decimals in double-word arithmetic, so errors are those of the results alone.
@@ -13,8 +13,8 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::Result;
+use mollis_host::say;
 
-use crate::console::say;
 use api::Api;
 use decimal::Scalar;
 

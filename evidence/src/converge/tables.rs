@@ -6,11 +6,11 @@ use mollis_core::diagnostics::{distance, norm, smallest_overlap};
 use mollis_core::exact::radial;
 use mollis_core::kernel::{Kernel, Law};
 use mollis_core::mollifier::Mollifier;
+use mollis_host::memory::Memory;
+use mollis_host::say;
 
 use super::cubic;
 use super::run::{Cloud, kernel_memory, power, term};
-use crate::console::say;
-use crate::memory::Memory;
 
 /// Deviation from an independent implementation's numbers above which a study is not as expected.
 const ALLOWED: f64 = 0.05;

@@ -1,4 +1,4 @@
-//! An executor over a rayon pool.
+//! Threads as an executor.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -6,7 +6,7 @@ use mollis_core::exec::Executor;
 use mollis_core::exec::MAX_WORKERS;
 use mollis_core::{Error, Result};
 
-/// Threads that run the tasks of a call.
+/// Threads that run the tasks of a call. Any number of threads may use one pool at a time.
 #[derive(Debug)]
 pub struct Pool {
     threads: rayon::ThreadPool,
@@ -26,8 +26,13 @@ impl Pool {
         Ok(Self { threads: builder.build().map_err(|_| Error::Executor)? })
     }
 
-    /// Calls `task(index, worker)` once for every index below `tasks`; each thread takes the next one when it is free.
+    /// Calls `task(index, worker)` once for every index below `tasks`; each thread takes the next one when it is free. The
+    /// calling thread runs a single task itself, and all of them where the pool has one thread.
     pub fn each(&self, tasks: usize, task: &(dyn Fn(usize, usize) + Sync)) {
+        if tasks <= 1 || self.workers() == 1 {
+            (0..tasks).for_each(|index| task(index, 0));
+            return;
+        }
         let next = AtomicUsize::new(0);
         self.threads.broadcast(|context| {
             loop {
@@ -69,5 +74,20 @@ mod tests {
                 assert!(count.iter().all(|c| c.load(Ordering::Relaxed) == 1));
             }
         }
+    }
+
+    #[test]
+    fn one_task_runs_in_the_calling_thread() {
+        let caller = std::thread::current().id();
+        for (threads, tasks) in [(1, 1), (1, 100), (2, 1), (3, 1)] {
+            let pool = Pool::new(threads).unwrap();
+            pool.each(tasks, &|_, worker| assert_eq!((worker, std::thread::current().id()), (0, caller)));
+        }
+    }
+
+    /// A machine may have more processors than the library uses.
+    #[test]
+    fn a_pool_has_no_more_threads_than_are_used() {
+        assert_eq!(Pool::new(MAX_WORKERS + 1).unwrap().workers(), MAX_WORKERS);
     }
 }

@@ -5,10 +5,10 @@ use std::f64::consts::PI;
 use mollis_core::grid::{Equation, Mesh, Order};
 use mollis_core::pks::{Merging, Options};
 use mollis_core::random::Philox;
+use mollis_host::say;
 
 use super::slope;
 use super::system::{Bump, Split, System};
-use crate::console::say;
 
 /// How the attraction is found.
 #[derive(Clone, Copy, Debug)]

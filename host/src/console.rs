@@ -25,6 +25,9 @@ fn write(out: &mut dyn Write, text: Arguments<'_>) -> Result<()> {
 }
 
 /// What came of a write to standard output, with a closed pipe as [`Closed`].
+///
+/// # Errors
+/// The write's own.
 pub fn checked(result: std::io::Result<()>) -> Result<()> {
     match result {
         Err(error) if error.kind() == ErrorKind::BrokenPipe => Err(Closed.into()),
@@ -33,6 +36,9 @@ pub fn checked(result: std::io::Result<()>) -> Result<()> {
 }
 
 /// Writes text to standard output.
+///
+/// # Errors
+/// [`Closed`], or what else keeps the text from being written.
 pub fn print(text: Arguments<'_>) -> Result<()> {
     write(&mut std::io::stdout().lock(), text)
 }
@@ -48,6 +54,7 @@ pub fn is_closed(error: &anyhow::Error) -> bool {
 }
 
 /// A line on standard output, with the arguments of `println!`; a `Result` that must be looked at.
+#[macro_export]
 macro_rules! say {
     () => {
         $crate::console::print(format_args!("\n"))
@@ -58,13 +65,12 @@ macro_rules! say {
 }
 
 /// A line on standard error, with the arguments of `eprintln!`.
+#[macro_export]
 macro_rules! complain {
     ($($text:tt)*) => {
         $crate::console::print_error(format_args!($($text)*))
     };
 }
-
-pub(crate) use {complain, say};
 
 #[cfg(test)]
 mod tests {

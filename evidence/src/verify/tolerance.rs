@@ -1,10 +1,9 @@
 //! The one table of tolerances.
 
-use super::reference::Row;
+use super::reference::{Family, Row};
 
 /// What a unit of error is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unit {
     /// A unit in the last place of the reference value.
     Ulp,
@@ -17,12 +16,16 @@ pub enum Unit {
     UlpOfKernel,
 }
 
-/// What a row of a reference file is about.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Family {
-    Compact,
-    Gaussian,
-    Kernel,
+impl Unit {
+    /// As reports name it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Ulp => "ulp",
+            Self::UlpOfMax => "ulp_of_max",
+            Self::UlpOfTerms => "ulp_of_terms",
+            Self::UlpOfKernel => "ulp_of_kernel",
+        }
+    }
 }
 
 pub struct Tolerance {
