@@ -7,9 +7,17 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
+mod checkpoint;
+mod files;
+mod history;
 mod initial;
+mod measure;
+mod model;
 mod output;
+mod particles;
 mod plot;
+mod points;
+mod results;
 mod run;
 mod scene;
 

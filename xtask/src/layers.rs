@@ -1,5 +1,5 @@
-//! The architecture of `core`, checked: a module uses only its own layer and those below, no two modules beside each other use each other, and
-//! `unsafe` stands only in the modules that exist for it.
+//! The architecture, checked. In every package no two modules beside each other use each other, directly or in a circle. In `core` a module uses
+//! only its own layer and those below, and `unsafe` stands only in the modules that exist for it.
 //!
 //! The layers are read from the numbered list of `core/src/lib.rs`, the uses from every path that begins with `crate`, `super` or `self`.
 //! Re-exports are followed to the file that holds the item. Tests may use anything: they ship nothing.
@@ -12,33 +12,52 @@ use syn::visit::{self, Visit};
 
 use crate::{shell, text};
 
+/// The other packages, by their sources.
+const OTHERS: [&str; 7] =
+    ["bench/src", "cli/src", "evidence/src", "ffi/abi/src", "ffi/mt/src", "host/src", "xtask/src"];
+
 /// The modules of `core` that may hold `unsafe`.
 const UNSAFE_MODULES: [&str; 4] = ["exec", "memory", "simd", "scalar::root"];
 
 /// A module's path below the crate.
 type Module = Vec<String>;
 
-/// Checks every file of `core/src`.
+/// Checks every file of the packages.
 pub fn run() -> Result<()> {
-    let source = shell::root().join("core/src");
-    let layers = layers(&shell::read(&source.join("lib.rs"))?)?;
-    let mut tree = Tree::default();
-    for path in shell::files("core/src", &["rs"])? {
-        tree.add(module(path.strip_prefix(&source)?), &shell::read(&path)?).with_context(|| shell::short(&path))?;
+    let core = sources("core/src")?;
+    let (_, lib) = core.iter().find(|(module, _)| module.is_empty()).context("core/src has no lib.rs")?;
+    let mut faults: Vec<String> = core.iter().filter_map(|(module, source)| stray_unsafe(module, source)).collect();
+    let tree = Tree::new(&core)?;
+    faults.extend(tree.upward(&layers(lib)?));
+    faults.extend(tree.circles("core/src"));
+    let mut count = 0;
+    for folder in OTHERS {
+        let other = Tree::new(&sources(folder)?).context(folder)?;
+        count += other.files.len();
+        faults.extend(other.circles(folder));
     }
-    ensure!(tree.files.len() > 1, "no file found below core/src");
-    let faults = tree.faults(&layers);
     if !faults.is_empty() {
         bail!("{}", faults.join("\n"));
     }
-    println!("{} files of core: every use points down, no circle, unsafe only in {UNSAFE_MODULES:?}", tree.files.len());
+    println!(
+        "{} files of core: every use points down, unsafe only in {UNSAFE_MODULES:?}; no circle there and in {count} others",
+        tree.files.len()
+    );
     Ok(())
+}
+
+/// The modules below a folder, with their text.
+fn sources(folder: &str) -> Result<Vec<(Module, String)>> {
+    let root = shell::root().join(folder);
+    let files = shell::files(folder, &["rs"])?;
+    ensure!(!files.is_empty(), "no file found below {folder}");
+    files.iter().map(|path| Ok((module(path.strip_prefix(&root)?), shell::read(path)?))).collect()
 }
 
 /// The module that a file holds.
 fn module(path: &Path) -> Module {
     let mut names: Module = path.with_extension("").iter().map(|part| part.to_string_lossy().into_owned()).collect();
-    if names.last().is_some_and(|last| last == "mod" || last == "lib") {
+    if names.last().is_some_and(|last| ["mod", "lib", "main"].contains(&last.as_str())) {
         names.pop();
     }
     names
@@ -64,6 +83,14 @@ fn layers(lib: &str) -> Result<BTreeMap<String, u32>> {
     Ok(layers)
 }
 
+/// Says where `unsafe` stands outside the modules for it.
+fn stray_unsafe(module: &Module, source: &str) -> Option<String> {
+    let name = module.join("::");
+    let allowed = UNSAFE_MODULES.iter().any(|room| name == *room || name.starts_with(&format!("{room}::")));
+    let stray = !allowed && text::identifiers(&text::code_only(source)).any(|(_, word)| word == "unsafe");
+    stray.then(|| format!("{name}: `unsafe` outside {UNSAFE_MODULES:?}"))
+}
+
 /// What the files of a crate hold and use.
 #[derive(Default)]
 struct Tree {
@@ -71,19 +98,20 @@ struct Tree {
     files: BTreeMap<Module, BTreeSet<Module>>,
     /// Re-exports: module and name to path.
     exports: BTreeMap<(Module, String), Module>,
-    faults: Vec<String>,
 }
 
 impl Tree {
-    fn add(&mut self, module: Module, source: &str) -> Result<()> {
-        let code = text::code_only(source);
-        let name = module.join("::");
-        let allowed = UNSAFE_MODULES.iter().any(|room| name == *room || name.starts_with(&format!("{room}::")));
-        if !allowed && text::identifiers(&code).any(|(_, word)| word == "unsafe") {
-            self.faults.push(format!("{name}: `unsafe` outside {UNSAFE_MODULES:?}"));
+    fn new(sources: &[(Module, String)]) -> Result<Self> {
+        let mut tree = Self::default();
+        for (module, source) in sources {
+            tree.add(module.clone(), source).with_context(|| module.join("::"))?;
         }
-        // A file of tests ships nothing.
-        if module.last().is_some_and(|last| last == "tests" || last == "testing") {
+        Ok(tree)
+    }
+
+    fn add(&mut self, module: Module, source: &str) -> Result<()> {
+        // Tests ship nothing.
+        if module.iter().any(|name| name == "tests" || name == "testing") {
             return Ok(());
         }
         let mut names = Names { module: &module, found: BTreeSet::new(), exports: Vec::new() };
@@ -114,21 +142,30 @@ impl Tree {
         path
     }
 
-    fn faults(&self, layers: &BTreeMap<String, u32>) -> Vec<String> {
-        let mut faults = self.faults.clone();
+    /// Uses of a higher layer, and modules without one.
+    fn upward(&self, layers: &BTreeMap<String, u32>) -> Vec<String> {
+        let mut faults = BTreeSet::new();
         let layer_of = |module: &Module| module.first().map(|top| (top.clone(), layers.get(top).copied()));
-        // Uses between modules that stand beside each other, below the same parent.
-        let mut beside: BTreeMap<Module, BTreeMap<Module, String>> = BTreeMap::new();
         for (user, paths) in &self.files {
             if let Some((top, None)) = layer_of(user) {
-                faults.push(format!("core/src/lib.rs gives no layer for `{top}`"));
+                faults.insert(format!("core/src/lib.rs gives no layer for `{top}`"));
             }
             for used in paths.iter().map(|path| self.holder(path)) {
                 if let (Some((from, Some(own))), Some((to, Some(layer)))) = (layer_of(user), layer_of(&used))
                     && layer > own
                 {
-                    faults.push(format!("`{}` (`{from}`, layer {own}) uses `{to}` (layer {layer})", user.join("::")));
+                    faults.insert(format!("`{}` (`{from}`, layer {own}) uses `{to}` (layer {layer})", user.join("::")));
                 }
+            }
+        }
+        faults.into_iter().collect()
+    }
+
+    /// Circles of modules that stand beside each other, below the same parent.
+    fn circles(&self, folder: &str) -> Vec<String> {
+        let mut beside: BTreeMap<Module, BTreeMap<Module, String>> = BTreeMap::new();
+        for (user, paths) in &self.files {
+            for used in paths.iter().map(|path| self.holder(path)) {
                 let common = user.iter().zip(&used).take_while(|(a, b)| a == b).count();
                 if user.len() > common && used.len() > common {
                     let reason = format!("{} uses {}", user.join("::"), used.join("::"));
@@ -137,12 +174,7 @@ impl Tree {
                 }
             }
         }
-        for circle in circles(&beside) {
-            faults.push(format!("circle: {}", circle.join("; ")));
-        }
-        faults.sort();
-        faults.dedup();
-        faults
+        circles(&beside).iter().map(|circle| format!("{folder}: circle: {}", circle.join("; "))).collect()
     }
 }
 
@@ -278,16 +310,14 @@ mod tests {
         "//! Layers:\n//!\n//! 1. [`error`], [`memory`]\n//!    and [`simd`]\n//! 2. [`field`]\n//! 3. [`pks`] \n";
 
     fn faults(files: &[(&str, &str)]) -> Vec<String> {
-        let mut tree = Tree::default();
-        for (path, source) in
-            [("lib.rs", "pub use error::Error;"), ("error.rs", ""), ("memory.rs", ""), ("simd.rs", "")]
-        {
-            tree.add(module(Path::new(path)), source).unwrap();
-        }
-        for (path, source) in files {
-            tree.add(module(Path::new(path)), source).unwrap();
-        }
-        tree.faults(&layers(LIB).unwrap())
+        let base = [("lib.rs", "pub use error::Error;"), ("error.rs", ""), ("memory.rs", ""), ("simd.rs", "")];
+        let sources: Vec<(Module, String)> =
+            base.iter().chain(files).map(|(path, source)| (module(Path::new(path)), (*source).to_owned())).collect();
+        let tree = Tree::new(&sources).unwrap();
+        let mut faults = tree.upward(&layers(LIB).unwrap());
+        faults.extend(tree.circles("core/src"));
+        faults.extend(sources.iter().filter_map(|(module, source)| stray_unsafe(module, source)));
+        faults
     }
 
     #[test]

@@ -56,7 +56,7 @@ enum Command {
     },
     /// Proves on the linked library that it allocates, panics and prints nothing.
     Symbols,
-    /// Refuses a `use` that points up between the floors of `core`, and `unsafe` outside its two rooms.
+    /// Refuses uses that point up between the layers of `core`, circles of modules, and `unsafe` outside the modules for it.
     Layers,
     /// Builds each combination of Cargo features without std.
     Features,

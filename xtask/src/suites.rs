@@ -20,7 +20,7 @@ const SUITES: &[Suite] = &[
     ("format", "the source is as rustfmt leaves it", || {
         checked(shell::run(shell::cargo().args(["fmt", "--all", "--check"])))
     }),
-    ("layers", "uses point down, unsafe stays in its rooms", || checked(layers::run())),
+    ("layers", "uses point down, no modules in a circle, unsafe only in its modules", || checked(layers::run())),
     ("header", "the header is what the source makes", || checked(header::run(true))),
     ("coverage", "each function of the header is called by a test", || checked(coverage::run())),
     ("lints", "clippy finds nothing", || checked(lints())),

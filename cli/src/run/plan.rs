@@ -9,8 +9,9 @@ use mollis_core::exec::Executor;
 use mollis_host::pool::Pool;
 use mollis_host::say;
 
-use super::{build, jobs};
-use crate::initial::{self, Particles};
+use super::job::{build, jobs};
+use crate::initial;
+use crate::particles::Particles;
 use crate::scene::{self, Model, Sampling};
 
 /// More particles than this are not sampled for a plan.

@@ -23,7 +23,7 @@ use crate::rk4::REAL_STABILITY;
 /// | `masses`    | `[n]`    | mass, any sign |
 ///
 /// Without a mollifier a kernel has a bounded Hessian only if each of its terms is a power with p >= 2. With any other one a pair of particles at one place
-/// has no such step, nor has a pair so close that the Hessian is beyond the scalar's range.
+/// has no such step, nor has a pair whose distance, or the Hessian at it, is beyond the scalar's range, however small the masses.
 ///
 /// Cost: `n (n - 1)` evaluations of two of the kernel's scalar functions: meant for once in many steps.
 ///
@@ -74,7 +74,8 @@ pub fn stable_step<T: Real, const D: usize>(
 /// have an unbounded Hessian at r = 0.
 ///
 /// # Errors
-/// [`Error::NotFinite`]: an argument or the bound is not finite, or there is none; [`Error::OutOfDomain`]: a negative argument.
+/// [`Error::NotFinite`]: an argument or the bound is not finite, or there is none, or the Hessian leaves the scalar's range within `diameter`, however
+/// small the masses; [`Error::OutOfDomain`]: a negative argument.
 pub fn stable_step_anywhere<T: Real, const D: usize>(
     kernel: &dyn Interaction<T, D>,
     absolute_mass: T,

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use mollis_core::exact::radial::Bump;
 
-use crate::scene::{Part, Shape};
+use super::types::{Part, Shape};
 
 /// The area of the star: int_0^(2 pi) r(theta)^2 / 2 with r = (sin^2 + 1/2)/4; means of sin^2 and sin^4 are 1/2 and 3/8.
 const STAR: f64 = PI * (3.0 / 8.0 + 1.0 / 2.0 + 1.0 / 4.0) / 16.0;

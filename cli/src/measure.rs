@@ -4,9 +4,9 @@ use std::collections::HashMap;
 
 use anyhow::{Context, Result, bail, ensure};
 
-use super::CaseResult;
-use super::history::History;
-use crate::initial::Particles;
+use crate::history::History;
+use crate::particles::Particles;
+use crate::results::CaseResult;
 use crate::scene::{Expectation, SLACK};
 
 /// What came of an expectation.

@@ -9,7 +9,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail, ensure};
 
-use super::Particles;
+use crate::particles::Particles;
 
 /// What the name of a table may end in.
 const TABLES: [&str; 4] = ["csv", "tsv", "txt", "dat"];

@@ -1,32 +1,13 @@
 //! Files that a run leaves: tables, particles, the summary.
 
-use std::fs::{self, File};
-use std::io::{BufWriter, Write};
-use std::path::{Path, PathBuf};
+use std::io::Write;
+use std::path::Path;
 
 use anyhow::{Context, Result};
 
-use crate::initial::Particles;
-use crate::run::history::{Event, History};
-
-/// Writes a file whole or not at all: under the name `NAME.new` first, which is removed if that fails and takes the place of
-/// an older file if it doesn't, whatever happens in between. An error names the file.
-pub fn write(path: &Path, content: impl FnOnce(&mut BufWriter<File>) -> Result<()>) -> Result<()> {
-    let mut fresh = path.as_os_str().to_owned();
-    fresh.push(".new");
-    let fresh = PathBuf::from(fresh);
-    let attempt = || -> Result<()> {
-        let mut writer = BufWriter::new(File::create(&fresh)?);
-        content(&mut writer)?;
-        // The bytes must be there before the name is.
-        writer.into_inner().map_err(std::io::IntoInnerError::into_error)?.sync_all()?;
-        Ok(fs::rename(&fresh, path)?)
-    };
-    attempt().map_err(|error| {
-        let _ = fs::remove_file(&fresh);
-        error.context(format!("{}", path.display()))
-    })
-}
+use crate::files::write;
+use crate::history::{Event, History};
+use crate::particles::Particles;
 
 /// A number that reads back as the same: whole ones below ten million in plain digits, others as they are shortest.
 fn number(value: f64) -> String {
@@ -257,29 +238,11 @@ mod tests {
         }
     }
 
-    /// What fails leaves neither a part of the new file nor any change of the old one.
-    #[test]
-    fn files_are_written_whole_or_not_at_all() {
-        let folder = std::env::temp_dir().join(format!("mollis-whole-{}", std::process::id()));
-        fs::create_dir_all(&folder).unwrap();
-        let path = folder.join("file");
-        write(&path, |file| Ok(file.write_all(b"old")?)).unwrap();
-        let error = write(&path, |file| {
-            file.write_all(b"new")?;
-            anyhow::bail!("no more")
-        });
-        assert_eq!(format!("{:#}", error.unwrap_err()), format!("{}: no more", path.display()));
-        assert_eq!(fs::read(&path).unwrap(), b"old");
-        assert_eq!(fs::read_dir(&folder).unwrap().count(), 1);
-        fs::remove_dir_all(&folder).unwrap();
-        assert!(format!("{:#}", write(&path, |_| Ok(())).unwrap_err()).starts_with(&path.display().to_string()));
-    }
-
     #[test]
     fn npy_is_read_back() {
         let path = std::env::temp_dir().join(format!("mollis-{}.npy", std::process::id()));
         npy(&path, &particles()).unwrap();
-        let array = npyz::NpyFile::new(File::open(&path).unwrap()).unwrap();
+        let array = npyz::NpyFile::new(std::fs::File::open(&path).unwrap()).unwrap();
         assert_eq!(array.shape(), [2, 3]);
         assert_eq!(array.into_vec::<f64>().unwrap(), [0.0, 1.0, 1.0, 2.5, -3.0, 2.0]);
         std::fs::remove_file(&path).unwrap();

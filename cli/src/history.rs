@@ -2,8 +2,8 @@
 
 use anyhow::Result;
 
-use super::store::{Reader, Writer};
-use crate::initial::Particles;
+use crate::checkpoint::{Reader, Writer};
+use crate::particles::Particles;
 
 /// One coalescence.
 #[derive(Clone, Debug, PartialEq)]

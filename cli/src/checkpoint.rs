@@ -6,7 +6,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail, ensure};
 
-use crate::output;
+use crate::files;
 
 /// What the file begins with; the last figure is the format's version.
 const MAGIC: &[u8] = b"mollis checkpoint 2\n";
@@ -50,7 +50,7 @@ impl Writer {
 
     /// Writes the file so that a reader finds the old one or the new one, whatever happens in between.
     pub fn write(&self, path: &Path) -> Result<()> {
-        output::write(path, |file| {
+        files::write(path, |file| {
             file.write_all(MAGIC)?;
             file.write_all(&self.0)?;
             Ok(file.write_all(&checksum(&self.0).to_le_bytes())?)

@@ -5,10 +5,10 @@ use std::time::{Duration, Instant};
 use anyhow::Result;
 use indicatif::ProgressBar;
 
-use super::history::{Event, History, Snapshot};
-use super::host;
-use super::store::{Reader, Writer};
-use crate::initial::Particles;
+use super::stop;
+use crate::checkpoint::{Reader, Writer};
+use crate::history::{Event, History, Snapshot};
+use crate::particles::Particles;
 use crate::scene::Scene;
 
 /// What moves.
@@ -84,14 +84,14 @@ pub fn drive(
     }
     let mut step = from;
     while step < scene.steps {
-        if host::stopped() {
+        if stop::stopped() {
             save(step, simulation, history)?;
             return Ok(Ending::Stopped);
         }
         let clock = Instant::now();
         match simulation.step() {
             Ok(()) => {}
-            Err(error) if host::stopped() && stopped_by_host(&error) => continue,
+            Err(error) if stop::stopped() && stopped_by_host(&error) => continue,
             Err(error) => return Err(error.context(format!("at time {}", step as f64 * scene.dt))),
         }
         history.spent("steps", clock.elapsed().as_secs_f64());

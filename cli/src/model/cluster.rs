@@ -6,8 +6,8 @@ use anyhow::{Result, ensure};
 use mollis_core::random::{Generator, Philox, normals};
 
 use super::simulation::Simulation;
-use super::store::{Reader, Writer};
-use crate::initial::Particles;
+use crate::checkpoint::{Reader, Writer};
+use crate::particles::Particles;
 use crate::scene::{Pks, Scene};
 
 /// Expected jump of a sub-step as a fraction of the smallest distance.

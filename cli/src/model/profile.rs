@@ -3,8 +3,8 @@
 use anyhow::{Context, Result};
 use mollis_core::mollifier::Blob;
 
-use super::history::History;
 use super::kernel::mollifier;
+use crate::history::History;
 use crate::scene::Scene;
 
 /// Points of a curve.

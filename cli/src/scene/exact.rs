@@ -2,8 +2,8 @@
 
 use mollis_core::exact::radial::{self, Bump};
 
-use super::Density;
-use crate::scene::{Law, Scene, Shape};
+use super::density::Density;
+use super::types::{Law, Scene, Shape};
 
 /// How the particles of a radial density move under a Newtonian kernel: Craig & Bertozzi, section 4.1.
 #[derive(Clone, Debug)]

@@ -14,11 +14,12 @@ use mollis_core::simd::Level;
 use mollis_host::memory::Memory;
 use mollis_host::pool::Pool;
 
-use super::history::Event;
-use super::host::stopped;
 use super::simulation::{Simulation, choose};
-use super::store::{Reader, Writer};
-use crate::initial::{Particles, diffusion};
+use super::stop::stopped;
+use crate::checkpoint::{Reader, Writer};
+use crate::history::Event;
+use crate::initial::diffusion;
+use crate::particles::Particles;
 use crate::scene::Scene;
 
 /// Events that one call has room for; a step with more is gone on with.

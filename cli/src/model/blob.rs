@@ -9,12 +9,12 @@ use mollis_core::simd::Level;
 use mollis_host::memory::Memory;
 use mollis_host::pool::Pool;
 
-use super::host::stopped;
 use super::kernel;
 use super::simulation::{Simulation, choose};
-use super::store::{Reader, Writer};
-use crate::initial::{Particles, exact::Exact};
-use crate::scene::{Model, Scene};
+use super::stop::stopped;
+use crate::checkpoint::{Reader, Writer};
+use crate::particles::Particles;
+use crate::scene::{Exact, Model, Scene};
 
 /// A run of the blob or the particle method.
 pub struct Flow<'a, const D: usize> {
