@@ -13,6 +13,7 @@ mod history;
 mod initial;
 mod measure;
 mod model;
+mod npy;
 mod output;
 mod particles;
 mod plot;

@@ -163,7 +163,7 @@ fn options_out_of_range_are_refused() {
         ["--checkpoint-every", "nan"],
         ["--checkpoint-every=-1", "--quick"],
         ["--threads", "100000"],
-        ["--threads", "65"],
+        ["--threads", "257"],
         ["--threads=-1", "--quick"],
         ["--seed=-1", "--quick"],
     ] {

@@ -41,7 +41,7 @@ fn parsed<C: clap::Parser>(run: impl FnOnce(C) -> Result<ExitCode>) -> Result<Ex
     match C::try_parse() {
         Ok(command) => run(command),
         Err(error) if error.use_stderr() => {
-            // In colours where the terminal has them; where printing fails there is no place left to say so.
+            // Where printing fails there is no place left to say so.
             let _ = error.print();
             Ok(ExitCode::from(2))
         }
