@@ -248,7 +248,7 @@ impl Field {
             ..Options::default()
         };
         let plan = field::plan(&kernel, self.n, n_targets, wanted, &options)?;
-        let pool = (self.threads > 1).then(|| mollis_mt::Pool::new(self.threads)).transpose()?;
+        let pool = (self.threads > 1).then(|| mollis_host::pool::Pool::new(self.threads)).transpose()?;
         let executor: &dyn Executor = pool.as_ref().map_or(&Serial, |p| p);
         let bytes = plan.workspace_bytes(executor.workers())?;
         let mut memory = vec![0_u8; bytes + 64];

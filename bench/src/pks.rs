@@ -141,7 +141,7 @@ impl Pks {
         let masses = vec![16.0 * std::f64::consts::PI / self.n as f64; self.n];
         let (chi, noise, dt) = (1.0, 0.02, 1e-6_f64);
 
-        let pool = (self.threads > 1).then(|| mollis_mt::Pool::new(self.threads)).transpose()?;
+        let pool = (self.threads > 1).then(|| mollis_host::pool::Pool::new(self.threads)).transpose()?;
         let executor: &dyn Executor = pool.as_ref().map_or(&Serial, |p| p);
         let mesh = Mesh::new([-1.5, -1.5], [1.5, 1.5], [self.grid; 2])?;
         let bytes = Grid::workspace_bytes(&mesh, &self.equation(), executor.workers())?;

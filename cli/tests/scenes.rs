@@ -176,6 +176,22 @@ fn what_cannot_be_written_is_refused_before_the_run() {
     assert!(output.status.code() == Some(1) && errors(&output).contains("out/b: "), "{}", errors(&output));
 }
 
+/// A case may have any name, and a user's file in the folder any name that the run does not write.
+#[test]
+fn no_file_or_case_is_in_the_way_of_the_trial() {
+    let folder = folder("trial");
+    let cases = "[[case]]\nname = \"trial\"\n[[case]]\nname = \"other\"\n";
+    let out = folder.join("out");
+    for _ in 0..2 {
+        succeeded(&run(&folder, &format!("{SHORT}{cases}")));
+        assert!(out.join("trial/diagnostics.csv").exists());
+    }
+    let mine = out.join("other/trial");
+    std::fs::write(&mine, "mine").unwrap();
+    succeeded(&run(&folder, &format!("{SHORT}{cases}")));
+    assert_eq!(std::fs::read_to_string(&mine).unwrap(), "mine");
+}
+
 #[test]
 fn a_picture_that_fails_costs_no_number() {
     let folder = folder("picture");

@@ -69,17 +69,9 @@ fn files(folder: &Path) -> Vec<String> {
 fn a_closed_pipe_ends_quietly() {
     let folder = folder("closed");
     let scene = scene(&folder);
-    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/gaussian.csv");
-    for arguments in [
-        &["--help"][..],
-        &["--version"],
-        &["scene", "--schema"],
-        &["scene", text(&scene)],
-        &["plan", text(&scene)],
-        &["converge", "--list"],
-        &["verify", text(&data)],
-        &["pks-check", "hitting", "--particles", "2"],
-    ] {
+    for arguments in
+        [&["--help"][..], &["--version"], &["scene", "--schema"], &["scene", text(&scene)], &["plan", text(&scene)]]
+    {
         let output = mollis(arguments).stdout(closed()).output().unwrap();
         assert_eq!((output.status.code(), errors(&output).as_str()), (Some(141), ""), "{arguments:?}");
     }
@@ -101,13 +93,9 @@ fn a_full_device_is_an_error_that_is_named() {
     let scene = scene(&folder);
     let full = || Stdio::from(File::create("/dev/full").unwrap());
     let out = folder.join("out");
-    for arguments in [
-        &["--help"][..],
-        &["scene", "--schema"],
-        &["plan", text(&scene)],
-        &["steady", "--list"],
-        &["run", text(&scene), "--out", text(&out)],
-    ] {
+    for arguments in
+        [&["--help"][..], &["scene", "--schema"], &["plan", text(&scene)], &["run", text(&scene), "--out", text(&out)]]
+    {
         let output = mollis(arguments).stdout(full()).output().unwrap();
         assert_eq!(output.status.code(), Some(1), "{arguments:?}");
         assert!(errors(&output).starts_with("mollis: standard output: No space left"), "{}", errors(&output));
@@ -175,14 +163,12 @@ fn options_out_of_range_are_refused() {
         ["--checkpoint-every", "nan"],
         ["--checkpoint-every=-1", "--quick"],
         ["--threads", "100000"],
-        ["--threads", "65"],
+        ["--threads", "257"],
         ["--threads=-1", "--quick"],
         ["--seed=-1", "--quick"],
     ] {
         let output = run(&options);
         assert!(output.status.code() == Some(2) && errors(&output).contains("error: invalid value"), "{options:?}");
     }
-    for arguments in [["plan", text(&scene), "--threads", "100000"], ["pks-check", "hitting", "--threads", "0"]] {
-        assert_eq!(mollis(&arguments).output().unwrap().status.code(), Some(2), "{arguments:?}");
-    }
+    assert_eq!(mollis(&["plan", text(&scene), "--threads", "100000"]).output().unwrap().status.code(), Some(2));
 }

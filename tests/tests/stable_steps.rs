@@ -130,6 +130,31 @@ fn a_pair_so_close_that_its_square_is_zero() {
     }
 }
 
+/// |x|^3 / 3 has the second derivatives r and 2 r: with light particles the bound is finite where these are.
+#[test]
+fn distances_and_derivatives_beyond_the_range_are_refused() {
+    let cubic = term(MOLLIS_KERNEL_POWER, 1.0, 3.0);
+    let mut bytes = 0;
+    unsafe {
+        assert_eq!(mollis_kernel2_workspace_bytes(&raw const cubic, 1, null(), NONE, &raw mut bytes), 0);
+        let mut block = Aligned::new(bytes);
+        assert_eq!(mollis_kernel2_prepare(block.pointer(), bytes, &raw const cubic, 1, null(), NONE, 1.0), 0);
+        for (x, m, refused) in [(1e307, 1e-300, false), (1e308, 1e-300, true)] {
+            let (x, m, mut step) = ([[-x, 0.0], [x, 0.0]], [m, m], -7.0);
+            let status = mollis_stable_step2_eval(block.pointer(), bytes, 2, m.as_ptr(), x.as_ptr(), &raw mut step);
+            assert_eq!((status, step == -7.0), (if refused { REFUSED } else { 0 }, refused));
+        }
+        assert_eq!(mollis_kernel2_workspace_bytes_f32(&raw const cubic, 1, null(), NONE, &raw mut bytes), 0);
+        let mut block = Aligned::new(bytes);
+        assert_eq!(mollis_kernel2_prepare_f32(block.pointer(), bytes, &raw const cubic, 1, null(), NONE, 1.0), 0);
+        for (diameter, refused) in [(1e38, false), (3e38, true)] {
+            let mut step = -7.0;
+            let status = mollis_stable_step_anywhere2_eval_f32(block.pointer(), bytes, 1e-38, diameter, &raw mut step);
+            assert_eq!((status, step == -7.0), (if refused { REFUSED } else { 0 }, refused));
+        }
+    }
+}
+
 /// A mollifier much shorter than the diameter: the bound is the maximum over all distances, here sampled finely.
 #[test]
 fn the_maximum_is_found_inside_a_short_mollifier() {

@@ -1,8 +1,8 @@
-//! Checks the architecture of `core`: a module uses only its own layer and those below, sibling modules do not use each other in a circle, and
-//! `unsafe` occurs only in the modules that are listed here.
+//! The architecture, checked. In every package no two modules beside each other use each other, directly or in a circle. In `core` a module uses
+//! only its own layer and those below, and `unsafe` stands only in the modules that exist for it.
 //!
 //! The layers are read from the numbered list of `core/src/lib.rs`, the uses from every path that begins with `crate`, `super` or `self`.
-//! Re-exports are followed to the file that defines the item. Tests may use any module.
+//! Re-exports are followed to the file that holds the item. Tests may use anything: they ship nothing.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -12,39 +12,58 @@ use syn::visit::{self, Visit};
 
 use crate::{shell, text};
 
+/// The other packages, by their sources.
+const OTHERS: [&str; 7] =
+    ["bench/src", "cli/src", "evidence/src", "ffi/abi/src", "ffi/mt/src", "host/src", "xtask/src"];
+
 /// The modules of `core` that may hold `unsafe`.
 const UNSAFE_MODULES: [&str; 4] = ["exec", "memory", "simd", "scalar::root"];
 
-/// The path of a module below the crate.
+/// A module's path below the crate.
 type Module = Vec<String>;
 
-/// Checks every file of `core/src`.
+/// Checks every file of the packages.
 pub fn run() -> Result<()> {
-    let source = shell::root().join("core/src");
-    let layers = layers(&shell::read(&source.join("lib.rs"))?)?;
-    let mut tree = Tree::default();
-    for path in shell::files("core/src", &["rs"])? {
-        tree.add(module(path.strip_prefix(&source)?), &shell::read(&path)?).with_context(|| shell::short(&path))?;
+    let core = sources("core/src")?;
+    let (_, lib) = core.iter().find(|(module, _)| module.is_empty()).context("core/src has no lib.rs")?;
+    let mut faults: Vec<String> = core.iter().filter_map(|(module, source)| stray_unsafe(module, source)).collect();
+    let tree = Tree::new(&core)?;
+    faults.extend(tree.upward(&layers(lib)?));
+    faults.extend(tree.circles("core/src"));
+    let mut count = 0;
+    for folder in OTHERS {
+        let other = Tree::new(&sources(folder)?).context(folder)?;
+        count += other.files.len();
+        faults.extend(other.circles(folder));
     }
-    ensure!(tree.files.len() > 1, "no file found below core/src");
-    let faults = tree.faults(&layers);
     if !faults.is_empty() {
         bail!("{}", faults.join("\n"));
     }
-    println!("{} files of core: every use points down, no circle, unsafe only in {UNSAFE_MODULES:?}", tree.files.len());
+    println!(
+        "{} files of core: every use points down, unsafe only in {UNSAFE_MODULES:?}; no circle there and in {count} others",
+        tree.files.len()
+    );
     Ok(())
 }
 
-/// The module in a file.
+/// The modules below a folder, with their text.
+fn sources(folder: &str) -> Result<Vec<(Module, String)>> {
+    let root = shell::root().join(folder);
+    let files = shell::files(folder, &["rs"])?;
+    ensure!(!files.is_empty(), "no file found below {folder}");
+    files.iter().map(|path| Ok((module(path.strip_prefix(&root)?), shell::read(path)?))).collect()
+}
+
+/// The module that a file holds.
 fn module(path: &Path) -> Module {
     let mut names: Module = path.with_extension("").iter().map(|part| part.to_string_lossy().into_owned()).collect();
-    if names.last().is_some_and(|last| last == "mod" || last == "lib") {
+    if names.last().is_some_and(|last| ["mod", "lib", "main"].contains(&last.as_str())) {
         names.pop();
     }
     names
 }
 
-/// The layer of each module, from the numbered list on the crate's page.
+/// Module to layer, from the numbered list of the crate's page.
 fn layers(lib: &str) -> Result<BTreeMap<String, u32>> {
     let mut layers = BTreeMap::new();
     let mut layer = 0;
@@ -64,26 +83,35 @@ fn layers(lib: &str) -> Result<BTreeMap<String, u32>> {
     Ok(layers)
 }
 
-/// The contents of the files of a crate.
+/// Says where `unsafe` stands outside the modules for it.
+fn stray_unsafe(module: &Module, source: &str) -> Option<String> {
+    let name = module.join("::");
+    let allowed = UNSAFE_MODULES.iter().any(|room| name == *room || name.starts_with(&format!("{room}::")));
+    let stray = !allowed && text::identifiers(&text::code_only(source)).any(|(_, word)| word == "unsafe");
+    stray.then(|| format!("{name}: `unsafe` outside {UNSAFE_MODULES:?}"))
+}
+
+/// What the files of a crate hold and use.
 #[derive(Default)]
 struct Tree {
     /// Paths that each module names.
     files: BTreeMap<Module, BTreeSet<Module>>,
     /// Re-exports: module and name to path.
     exports: BTreeMap<(Module, String), Module>,
-    faults: Vec<String>,
 }
 
 impl Tree {
-    fn add(&mut self, module: Module, source: &str) -> Result<()> {
-        let code = text::code_only(source);
-        let name = module.join("::");
-        let allowed = UNSAFE_MODULES.iter().any(|module| name == *module || name.starts_with(&format!("{module}::")));
-        if !allowed && text::identifiers(&code).any(|(_, word)| word == "unsafe") {
-            self.faults.push(format!("{name}: `unsafe` outside {UNSAFE_MODULES:?}"));
+    fn new(sources: &[(Module, String)]) -> Result<Self> {
+        let mut tree = Self::default();
+        for (module, source) in sources {
+            tree.add(module.clone(), source).with_context(|| module.join("::"))?;
         }
-        // Test files are not part of the library.
-        if module.last().is_some_and(|last| last == "tests" || last == "testing") {
+        Ok(tree)
+    }
+
+    fn add(&mut self, module: Module, source: &str) -> Result<()> {
+        // Tests ship nothing.
+        if module.iter().any(|name| name == "tests" || name == "testing") {
             return Ok(());
         }
         let mut names = Names { module: &module, found: BTreeSet::new(), exports: Vec::new() };
@@ -96,10 +124,10 @@ impl Tree {
         Ok(())
     }
 
-    /// The module that defines what a path names.
+    /// The module that holds what a path names.
     fn holder(&self, path: &Module) -> Module {
         let mut path = path.clone();
-        // Upper limit for a chain of re-exports.
+        // As many re-exports as can follow one another.
         for _ in 0..16 {
             let long = (0..=path.len()).rev().find(|&n| self.files.contains_key(&path[..n])).unwrap_or(0);
             let next = path.get(long).and_then(|name| self.exports.get(&(path[..long].to_vec(), name.clone())));
@@ -114,21 +142,30 @@ impl Tree {
         path
     }
 
-    fn faults(&self, layers: &BTreeMap<String, u32>) -> Vec<String> {
-        let mut faults = self.faults.clone();
+    /// Uses of a higher layer, and modules without one.
+    fn upward(&self, layers: &BTreeMap<String, u32>) -> Vec<String> {
+        let mut faults = BTreeSet::new();
         let layer_of = |module: &Module| module.first().map(|top| (top.clone(), layers.get(top).copied()));
-        // Uses between sibling modules, below the same parent.
-        let mut beside: BTreeMap<Module, BTreeMap<Module, String>> = BTreeMap::new();
         for (user, paths) in &self.files {
             if let Some((top, None)) = layer_of(user) {
-                faults.push(format!("core/src/lib.rs gives no layer for `{top}`"));
+                faults.insert(format!("core/src/lib.rs gives no layer for `{top}`"));
             }
             for used in paths.iter().map(|path| self.holder(path)) {
                 if let (Some((from, Some(own))), Some((to, Some(layer)))) = (layer_of(user), layer_of(&used))
                     && layer > own
                 {
-                    faults.push(format!("`{}` (`{from}`, layer {own}) uses `{to}` (layer {layer})", user.join("::")));
+                    faults.insert(format!("`{}` (`{from}`, layer {own}) uses `{to}` (layer {layer})", user.join("::")));
                 }
+            }
+        }
+        faults.into_iter().collect()
+    }
+
+    /// Circles of modules that stand beside each other, below the same parent.
+    fn circles(&self, folder: &str) -> Vec<String> {
+        let mut beside: BTreeMap<Module, BTreeMap<Module, String>> = BTreeMap::new();
+        for (user, paths) in &self.files {
+            for used in paths.iter().map(|path| self.holder(path)) {
                 let common = user.iter().zip(&used).take_while(|(a, b)| a == b).count();
                 if user.len() > common && used.len() > common {
                     let reason = format!("{} uses {}", user.join("::"), used.join("::"));
@@ -137,20 +174,15 @@ impl Tree {
                 }
             }
         }
-        for circle in circles(&beside) {
-            faults.push(format!("circle: {}", circle.join("; ")));
-        }
-        faults.sort();
-        faults.dedup();
-        faults
+        circles(&beside).iter().map(|circle| format!("{folder}: circle: {}", circle.join("; "))).collect()
     }
 }
 
-/// For each module on a circle one such circle, as the uses that form it.
+/// One circle through each module that is on one, as the uses that close it.
 fn circles(uses: &BTreeMap<Module, BTreeMap<Module, String>>) -> Vec<Vec<String>> {
     let mut found: BTreeMap<BTreeSet<&Module>, Vec<String>> = BTreeMap::new();
     for start in uses.keys() {
-        // The shortest path back to the start.
+        // The shortest way back.
         let mut ways: Vec<(&Module, Vec<&Module>)> = vec![(start, vec![start])];
         let mut seen = BTreeSet::new();
         let mut at = 0;
@@ -179,7 +211,7 @@ struct Names<'a> {
 }
 
 impl Names<'_> {
-    /// A path relative to the root of the crate. None for a path without prefix and for another crate's.
+    /// A path as one below the crate; none if it is relative or another crate's.
     fn absolute(&self, names: &[String]) -> Option<Module> {
         let mut path = self.module.clone();
         let mut rest = names;
@@ -193,7 +225,7 @@ impl Names<'_> {
                 }
                 return Some(path.into_iter().chain(rest.iter().cloned()).collect());
             }
-            // The name of a child, in the file that declares it.
+            // A child's name, in the file that declares it.
             _ => return None,
         }
         Some(path.into_iter().chain(rest[1..].iter().cloned()).collect())
@@ -225,7 +257,7 @@ impl Names<'_> {
         let known = rename.unwrap_or_else(|| names.last().cloned().unwrap_or_default());
         // `use child::Item` in the file that declares the child.
         let path = self.absolute(&names).unwrap_or_else(|| self.module.iter().cloned().chain(names).collect());
-        // Private re-exports count too: child modules can use them.
+        // Private ones too: a child sees them.
         self.exports.push((known, path.clone()));
         if !public {
             self.found.insert(path);
@@ -262,7 +294,7 @@ impl<'ast> Visit<'ast> for Names<'_> {
     }
 }
 
-/// Whether an attribute is `#[cfg(test)]`, alone or among other conditions.
+/// `#[cfg(test)]`, alone or among others.
 fn is_test(attributes: &[syn::Attribute]) -> bool {
     attributes.iter().any(|attribute| {
         attribute.path().is_ident("cfg")
@@ -278,16 +310,14 @@ mod tests {
         "//! Layers:\n//!\n//! 1. [`error`], [`memory`]\n//!    and [`simd`]\n//! 2. [`field`]\n//! 3. [`pks`] \n";
 
     fn faults(files: &[(&str, &str)]) -> Vec<String> {
-        let mut tree = Tree::default();
-        for (path, source) in
-            [("lib.rs", "pub use error::Error;"), ("error.rs", ""), ("memory.rs", ""), ("simd.rs", "")]
-        {
-            tree.add(module(Path::new(path)), source).unwrap();
-        }
-        for (path, source) in files {
-            tree.add(module(Path::new(path)), source).unwrap();
-        }
-        tree.faults(&layers(LIB).unwrap())
+        let base = [("lib.rs", "pub use error::Error;"), ("error.rs", ""), ("memory.rs", ""), ("simd.rs", "")];
+        let sources: Vec<(Module, String)> =
+            base.iter().chain(files).map(|(path, source)| (module(Path::new(path)), (*source).to_owned())).collect();
+        let tree = Tree::new(&sources).unwrap();
+        let mut faults = tree.upward(&layers(LIB).unwrap());
+        faults.extend(tree.circles("core/src"));
+        faults.extend(sources.iter().filter_map(|(module, source)| stray_unsafe(module, source)));
+        faults
     }
 
     #[test]

@@ -5,6 +5,7 @@
 
 mod avx512;
 mod coverage;
+mod evidence;
 mod examples;
 mod features;
 mod figures;
@@ -62,6 +63,13 @@ enum Command {
     Features,
     /// Refuses a function of the header that is not called by a test or an example.
     Coverage,
+    /// Compares what mollis computes with what is known of it: `cargo xtask evidence --help` lists the comparisons.
+    #[command(disable_help_flag = true)]
+    Evidence {
+        /// The comparison's name, and what it takes.
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+        arguments: Vec<String>,
+    },
     /// Runs the programs of `tests/firmware/` on bare machines in QEMU and measures their size, stack and instructions.
     Firmware,
     /// Runs the tests of the AVX-512 level on this processor, or in an emulator if it lacks the instructions.
@@ -113,6 +121,7 @@ fn run(command: Command) -> Result<()> {
         Command::Layers => layers::run(),
         Command::Features => features::run(),
         Command::Coverage => coverage::run(),
+        Command::Evidence { arguments } => evidence::run(&arguments),
         Command::Figures { quick, threads, scenes } => figures::run(quick, threads, &scenes),
         Command::Firmware => firmware::run().map(|_| ()),
         Command::Avx512 { emulate } => avx512::run(emulate).map(|_| ()),

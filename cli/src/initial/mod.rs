@@ -1,51 +1,18 @@
 //! Initial data: from a scene's parts to particles.
 //!
-//! [`density`] knows the papers' shapes and their integrals, [`sample`] turns them into particles on a grid or at random,
-//! [`mod@file`] reads a user's own points, [`exact`] knows how some of them move.
+//! [`sample`] turns densities into particles on a grid or at random; points of the user's own are read as they are.
 
 use std::path::Path;
 
 use anyhow::Result;
 
-use crate::scene::{Model, Sampling, Scene, Shape};
+use crate::particles::Particles;
+use crate::points;
+use crate::scene::{Density, Model, Sampling, Scene, Shape};
 
-mod density;
-pub mod exact;
-mod file;
 mod sample;
 
-pub use density::Density;
-pub use file::has_density;
 pub use sample::{about, diffusion};
-
-/// Particles as arrays.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Particles {
-    /// Dimensions of space.
-    pub dimension: usize,
-    /// Coordinates, particle by particle.
-    pub positions: Vec<f64>,
-    /// Masses.
-    pub masses: Vec<f64>,
-    /// Densities at the particles: NaN where initial data give none, empty where a run carries none.
-    pub densities: Vec<f64>,
-    /// The part of the initial data that each belongs to.
-    pub parts: Vec<u8>,
-}
-
-impl Particles {
-    /// Their number.
-    pub fn len(&self) -> usize {
-        self.masses.len()
-    }
-
-    fn push(&mut self, position: &[f64], mass: f64, density: Option<f64>, part: usize) {
-        self.positions.extend_from_slice(position);
-        self.masses.push(mass);
-        self.densities.push(density.unwrap_or(f64::NAN));
-        self.parts.push(part as u8);
-    }
-}
 
 /// Initial data, with what a user should know about them.
 #[derive(Clone, Debug, Default)]
@@ -75,7 +42,7 @@ pub fn sparse(scene: &Scene, h: Option<f64>, folder: &Path, share: f64) -> Resul
                     particles.push(point, mass, None, index);
                 }
             }
-            Shape::File(path, _) => start.notes.extend(file::read(&folder.join(path), index, particles)?),
+            Shape::File(path, _) => start.notes.extend(points::read(&folder.join(path), index, particles)?),
             _ => {
                 let density = Density::new(part, scene.dimension);
                 match scene.sampling {

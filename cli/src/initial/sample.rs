@@ -4,8 +4,8 @@ use anyhow::{Result, bail, ensure};
 use mollis_core::pks::theory::{self, Species};
 use mollis_core::random::{Generator, Philox, uniform};
 
-use super::{Density, Particles};
-use crate::scene::{Model, Part, Sampling, Scene};
+use crate::particles::Particles;
+use crate::scene::{Density, Model, Part, Sampling, Scene};
 
 /// Random draws of the initial data have labels from here on, which no particle of a run has.
 const LABELS: u64 = 1 << 63;

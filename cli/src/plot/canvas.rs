@@ -13,7 +13,7 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{FontStyle, FontTransform, IntoFont, RGBColor, TextStyle, register_font};
 use plotters_backend::{BackendColor, BackendStyle, DrawingBackend};
 
-use crate::output;
+use crate::files;
 
 /// Red, green, blue.
 pub type Color = [u8; 3];
@@ -111,8 +111,8 @@ impl Canvas {
     /// Writes `stem.png` and `stem.svg`.
     pub fn write(&self, stem: &Path) -> Result<()> {
         let (png, svg) = (self.png()?, self.svg()?);
-        output::write(&stem.with_extension("png"), |file| Ok(file.write_all(&png)?))?;
-        output::write(&stem.with_extension("svg"), |file| Ok(file.write_all(svg.as_bytes())?))
+        files::write(&stem.with_extension("png"), |file| Ok(file.write_all(&png)?))?;
+        files::write(&stem.with_extension("svg"), |file| Ok(file.write_all(svg.as_bytes())?))
     }
 
     fn png(&self) -> Result<Vec<u8>> {

@@ -5,9 +5,8 @@ use anyhow::{Context, Result, ensure};
 use super::axis::Axis;
 use super::canvas::{Canvas, Color};
 use super::chart::{COLORS, Chart, Curve, DASHED, DASHES, DOTTED, MARKS, sheet};
-use crate::initial::exact::Exact;
-use crate::run::CaseResult;
-use crate::scene::Picture;
+use crate::results::CaseResult;
+use crate::scene::{Exact, Picture};
 
 const WIDTH: u32 = 720;
 const HEIGHT: u32 = 540;

@@ -12,7 +12,7 @@ mod planes;
 use anyhow::{Result, bail, ensure};
 use mollis_core::exec::Executor;
 
-use crate::run::CaseResult;
+use crate::results::CaseResult;
 use crate::scene::Picture;
 use canvas::Canvas;
 

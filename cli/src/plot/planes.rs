@@ -4,14 +4,14 @@ use anyhow::{Context, Result, ensure};
 use mollis_core::exec::Executor;
 use mollis_core::field::Sources;
 use mollis_core::grid::{Equation, Grid};
+use mollis_host::memory::Memory;
 
 use super::axis::Axis;
 use super::canvas::Canvas;
 use super::chart::{COLORS, Chart, Curve, Map, sheet};
-use crate::memory::Memory;
-use crate::run::CaseResult;
-use crate::run::blob_density;
-use crate::run::history::Snapshot;
+use crate::history::Snapshot;
+use crate::model::{kernel, pks};
+use crate::results::CaseResult;
 use crate::scene::{Model, Picture};
 
 /// Pixels of a map along its longer side.
@@ -119,7 +119,7 @@ fn blobs(result: &CaseResult<'_>, snapshot: &Snapshot, axes: &[Axis; 2], executo
     let h = (result.main.h > 0.0).then_some(result.main.h);
     let positions = snapshot.particles.positions.as_chunks::<2>().0;
     let sources = Sources { positions, masses: &snapshot.particles.masses };
-    blob_density(result.scene, h, sources, &centres(axes), executor)
+    kernel::density(result.scene, h, sources, &centres(axes), executor)
 }
 
 /// Mass per area in each cell.
@@ -175,7 +175,7 @@ pub fn field(picture: &Picture, results: &[&CaseResult<'_>], executor: &dyn Exec
     let mut charts = Vec::new();
     for result in results {
         let snapshots = chosen(picture, result)?;
-        let mesh = crate::run::pks::mesh(result.scene)?;
+        let mesh = pks::mesh(result.scene)?;
         let bytes = Grid::workspace_bytes(&mesh, &Equation::POISSON, executor.workers())?;
         let mut memory = Memory::new(bytes);
         let mut grid = Grid::prepare(memory.slice(), mesh, Equation::POISSON, executor.workers())?;
@@ -210,7 +210,7 @@ pub fn field(picture: &Picture, results: &[&CaseResult<'_>], executor: &dyn Exec
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::initial::Particles;
+    use crate::particles::Particles;
 
     /// A map holds the mass of every particle in its region, borders included.
     #[test]

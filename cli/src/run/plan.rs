@@ -2,16 +2,16 @@
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-
 use std::time::Instant;
 
-use anyhow::Result;
+use anyhow::{Context, Result};
 use mollis_core::exec::Executor;
+use mollis_host::pool::Pool;
+use mollis_host::say;
 
-use super::host::Pool;
-use super::{build, jobs};
-use crate::console::say;
-use crate::initial::{self, Particles};
+use super::job::{build, jobs};
+use crate::initial;
+use crate::particles::Particles;
 use crate::scene::{self, Model, Sampling};
 
 /// More particles than this are not sampled for a plan.
@@ -28,7 +28,7 @@ pub struct Args {
     /// The scene.
     scene: PathBuf,
     /// Threads that the run would have, at most 256; 0 takes as many as the machine has.
-    #[arg(long, default_value_t = 0, value_parser = |text: &str| crate::threads(text, 0))]
+    #[arg(long, default_value_t = 0, value_parser = |text: &str| mollis_host::command::threads(text, 0))]
     threads: usize,
     /// The scene's quick size.
     #[arg(long)]
@@ -38,7 +38,7 @@ pub struct Args {
 /// Runs `mollis plan`.
 pub fn main(args: Args) -> Result<ExitCode> {
     let file = scene::load(&args.scene, args.quick)?;
-    let pool = Pool::new(args.threads)?;
+    let pool = Pool::new(args.threads).context("--threads")?;
     say!("{}", file.title)?;
     let mut whole = 0.0;
     for job in jobs(&file) {

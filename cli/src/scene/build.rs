@@ -2,12 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
+use super::mistake::Mistake;
+use super::records::multiple;
 use super::tree::{Node, Value};
 use super::types::{
     Expectation, Law, Model, Output, Part, Picture, Pks, Sampling, Scene, SceneFile, Shape, Slope, Softening, Study,
     Term,
 };
-use super::{Mistake, folders, possible};
+use super::{folders, possible};
 
 /// Looks into a file of points for so many dimensions: whether it holds densities, or why it can't be read.
 pub type Probe<'a> = &'a dyn Fn(&Path, usize) -> anyhow::Result<bool>;
@@ -82,18 +84,6 @@ fn interval(node: &Node, key: &str) -> Option<[f64; 2]> {
     numbers(node, key)?.try_into().ok()
 }
 
-/// The line of a key, or of its table where it does not stand.
-pub fn line(node: &Node, key: &str) -> usize {
-    node.get(key).map_or(node.line, |node| node.line)
-}
-
-/// `value / unit` as a whole number, if it is one.
-pub fn multiple(value: f64, unit: f64) -> Option<u64> {
-    let ratio = value / unit;
-    // Decimal steps and times carry one rounding each, and the quotient one more.
-    ((ratio - ratio.round()).abs() <= 1e-9 * ratio.abs().max(1.0) && ratio < 1e15).then(|| ratio.round() as u64)
-}
-
 fn scene(name: &str, tree: &Node, probe: Probe<'_>, mistakes: &mut Vec<Mistake>) -> Option<Scene> {
     let dimension = number(tree, "dimension")? as usize;
     let model = match text(tree, "model")?.as_str() {
@@ -107,7 +97,7 @@ fn scene(name: &str, tree: &Node, probe: Probe<'_>, mistakes: &mut Vec<Mistake>)
     let part = |key: &str| tree.get(key).unwrap_or(&empty);
     if matches!(model, Model::Pks | Model::Cluster) && dimension != 2 {
         let text = format!("dimension = {dimension}: model = {:?} is planar: must be 2", text(tree, "model")?);
-        mistakes.push(Mistake { line: line(tree, "dimension"), text });
+        mistakes.push(Mistake { line: tree.line_of("dimension"), text });
     }
     let kernel = kernel(part("kernel"), dimension, mistakes);
     let initial: Vec<Part> = part("initial")
@@ -125,7 +115,7 @@ fn scene(name: &str, tree: &Node, probe: Probe<'_>, mistakes: &mut Vec<Mistake>)
     // A particle carries the number of its part in a byte.
     if initial.len() > 256 {
         let text = format!("initial: {} parts: at most 256", initial.len());
-        mistakes.push(Mistake { line: line(tree, "initial"), text });
+        mistakes.push(Mistake { line: tree.line_of("initial"), text });
     }
     let given = |part: &Part| !part.shape.is_sampled();
     if sampling.is_none() && !initial.iter().all(given) {
@@ -137,7 +127,8 @@ fn scene(name: &str, tree: &Node, probe: Probe<'_>, mistakes: &mut Vec<Mistake>)
         .map(|node| Study { h: numbers(node, "h").unwrap_or_default(), reference: number(node, "reference") });
     let has_h = matches!(sampling, Some(Sampling::Grid { .. }));
     if let (Some(_), false) = (&study, has_h) {
-        mistakes.push(Mistake { line: line(tree, "study"), text: "study: needs sampling.kind = \"grid\"".to_owned() });
+        mistakes
+            .push(Mistake { line: tree.line_of("study"), text: "study: needs sampling.kind = \"grid\"".to_owned() });
     }
     let mollifier =
         tree.get("mollifier").map(|node| softening(node, dimension, has_h || model == Model::Profile, mistakes));
@@ -146,7 +137,7 @@ fn scene(name: &str, tree: &Node, probe: Probe<'_>, mistakes: &mut Vec<Mistake>)
     let moves = model != Model::Profile;
     let steps = multiple(end, dt).filter(|&steps| steps > 0 || !moves).unwrap_or_else(|| {
         mistakes.push(Mistake {
-            line: line(time, "dt"),
+            line: time.line_of("dt"),
             text: format!("time.dt = {dt}: time.end = {end} must be a whole number of steps"),
         });
         1
@@ -179,7 +170,7 @@ fn scene(name: &str, tree: &Node, probe: Probe<'_>, mistakes: &mut Vec<Mistake>)
 
 /// A study's spacings fall, and its reference holds their points.
 fn study(study: &Study, node: &Node, sampled: bool, mistakes: &mut Vec<Mistake>) {
-    let mut wrong = |key: &str, text: String| mistakes.push(Mistake { line: line(node, key), text });
+    let mut wrong = |key: &str, text: String| mistakes.push(Mistake { line: node.line_of(key), text });
     if let Some(pair) = study.h.windows(2).find(|pair| pair[1] >= pair[0]) {
         wrong("h", format!("study.h: {} after {}: must fall from coarse to fine", pair[1], pair[0]));
     }
@@ -217,18 +208,18 @@ fn stochastic(model: Model, initial: &[Part], pks: Option<&Pks>, tree: &Node, mi
         points += places.len();
         if let Some((at, mass)) = masses.iter().enumerate().find(|(_, mass)| **mass <= 0.0) {
             let text = format!("initial[{index}].masses[{at}] = {mass}: must be above 0 with coalescing particles");
-            mistakes.push(Mistake { line: line(node, "masses"), text });
+            mistakes.push(Mistake { line: node.line_of("masses"), text });
         }
     }
     if model == Model::Cluster && all_given && points != 3 {
         let text = format!("initial: {points} points: model = \"cluster\" needs three");
-        mistakes.push(Mistake { line: line(tree, "initial"), text });
+        mistakes.push(Mistake { line: tree.line_of("initial"), text });
     }
     if let (Model::Pks, Some(Pks { heavy: Some(_), mu: 0.0, chi, .. }), Some(node)) = (model, pks, tree.get("pks"))
         && *chi > 0.0
     {
         let text = "pks.heavy: is in critical masses, which are 0 for pks.mu = 0".to_owned();
-        mistakes.push(Mistake { line: line(node, "heavy"), text });
+        mistakes.push(Mistake { line: node.line_of("heavy"), text });
     }
 }
 
@@ -245,7 +236,7 @@ fn kernel(list: &Node, dimension: usize, mistakes: &mut Vec<Mistake>) -> Vec<Ter
                 // A power's gradient |x|^(p-1) must be integrable: p > 1 - d.
                 if p <= low {
                     mistakes.push(Mistake {
-                        line: line(node, "p"),
+                        line: node.line_of("p"),
                         text: format!("kernel[{index}].p = {p}: must be above 1 - d = {low}"),
                     });
                 }
@@ -264,7 +255,7 @@ fn softening(node: &Node, dimension: usize, has_h: bool, mistakes: &mut Vec<Mist
     let compact = text(node, "kind").as_deref() == Some("compact");
     let order = number(node, "order").unwrap_or(4.0) as u32;
     let mut wrong = |text: &str| {
-        mistakes.push(Mistake { line: line(node, "order"), text: format!("mollifier.order = {order}: {text}") })
+        mistakes.push(Mistake { line: node.line_of("order"), text: format!("mollifier.order = {order}: {text}") })
     };
     if compact && order % 2 == 1 {
         wrong("must be 2, 4, 6 or 8");
@@ -281,7 +272,7 @@ fn softening(node: &Node, dimension: usize, has_h: bool, mistakes: &mut Vec<Mist
     }
     if let (Some(_), Some(other)) = (delta, ["scale", "power"].iter().find(|key| node.get(key).is_some())) {
         mistakes.push(Mistake {
-            line: line(node, other),
+            line: node.line_of(other),
             text: format!("mollifier.{other}: not used beside mollifier.delta"),
         });
     }
@@ -297,7 +288,7 @@ fn softening(node: &Node, dimension: usize, has_h: bool, mistakes: &mut Vec<Mist
 
 fn initial(node: &Node, index: usize, dimension: usize, probe: Probe<'_>, mistakes: &mut Vec<Mistake>) -> Part {
     let mut wrong = |key: &str, text: String| {
-        mistakes.push(Mistake { line: line(node, key), text: format!("initial[{index}].{key}{text}") })
+        mistakes.push(Mistake { line: node.line_of(key), text: format!("initial[{index}].{key}{text}") })
     };
     let shape = match text(node, "shape").as_deref() {
         Some("polynomial") => Shape::Polynomial(number(node, "k").unwrap_or(0.0) as u32),
@@ -373,13 +364,13 @@ fn pks(node: &Node, mistakes: &mut Vec<Mistake>) -> Pks {
         let text = format!(
             "pks.scheme = \"fourth\": needs cells whose sides are within a factor of 1.25; they are {h} and {k}"
         );
-        mistakes.push(Mistake { line: line(node, "scheme"), text });
+        mistakes.push(Mistake { line: node.line_of("scheme"), text });
     }
     read
 }
 
 fn output(node: &Node, end: f64, dt: f64, steps: u64, mistakes: &mut Vec<Mistake>) -> Output {
-    let mut wrong = |key: &str, text: String| mistakes.push(Mistake { line: line(node, key), text });
+    let mut wrong = |key: &str, text: String| mistakes.push(Mistake { line: node.line_of(key), text });
     let every = match number(node, "every") {
         Some(every) => multiple(every, dt).filter(|&steps| steps > 0).unwrap_or_else(|| {
             wrong("every", format!("output.every = {every}: must be a whole number of steps of time.dt = {dt}"));
@@ -424,7 +415,7 @@ fn known_case(node: &Node, path: &str, cases: &[Scene], mistakes: &mut Vec<Mista
     if !cases.iter().any(|case| case.name == name) {
         let names: Vec<&str> = cases.iter().map(|case| case.name.as_str()).collect();
         let text = format!("{path}.case = {name:?}: no such case; there are: {}", names.join(", "));
-        mistakes.push(Mistake { line: line(node, "case"), text });
+        mistakes.push(Mistake { line: node.line_of("case"), text });
     }
     Some(name)
 }
@@ -436,7 +427,7 @@ fn pictures(tree: &Node, title: &str, cases: &[Scene], mistakes: &mut Vec<Mistak
         let name = text(node, "name").unwrap_or_default();
         let plain = !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '-' || c == '_');
         let mut wrong = |text: &str| {
-            mistakes.push(Mistake { line: line(node, "name"), text: format!("{path}.name = {name:?}: {text}") });
+            mistakes.push(Mistake { line: node.line_of("name"), text: format!("{path}.name = {name:?}: {text}") });
         };
         // Some file systems take a and A for the same letter.
         if !plain || pictures.iter().any(|picture| picture.name.eq_ignore_ascii_case(&name)) {
@@ -484,7 +475,7 @@ fn expectations(tree: &Node, cases: &[Scene], mistakes: &mut Vec<Mistake>) -> Ve
         }
         if node.get("band").is_some() && node.get("relative").is_some() {
             let text = format!("{path}.relative: not used beside band");
-            mistakes.push(Mistake { line: line(node, "relative"), text });
+            mistakes.push(Mistake { line: node.line_of("relative"), text });
         }
         if cases.len() > 1 && node.get("case").is_none() {
             let names: Vec<&str> = cases.iter().map(|case| case.name.as_str()).collect();

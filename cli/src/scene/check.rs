@@ -1,6 +1,6 @@
 //! A scene's tree against the schema: every mistake with line, key and what is allowed.
 
-use super::Mistake;
+use super::mistake::Mistake;
 use super::schema::{Field, Kind, Need, SCENE};
 use super::tree::{Node, Value};
 

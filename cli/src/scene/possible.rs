@@ -1,11 +1,10 @@
 //! Pictures and expectations against what the run records: what can't be drawn or measured is a mistake of the scene, found
 //! before the first step rather than after the last.
 
-use super::Mistake;
-use super::build::line;
+use super::exact::Exact;
+use super::mistake::Mistake;
 use super::tree::Node;
 use super::types::{Expectation, Model, Picture, Sampling, Scene};
-use crate::initial::exact::Exact;
 
 /// The largest number of panels side by side in one picture.
 const PANELS: usize = 60;
@@ -23,7 +22,8 @@ struct Place<'a> {
 impl Place<'_> {
     fn wrong(&mut self, key: &str, text: impl std::fmt::Display) {
         let shown = self.node.get(key).map(|node| format!(" = {}", node.shown())).unwrap_or_default();
-        self.mistakes.push(Mistake { line: line(self.node, key), text: format!("{}.{key}{shown}: {text}", self.path) });
+        self.mistakes
+            .push(Mistake { line: self.node.line_of(key), text: format!("{}.{key}{shown}: {text}", self.path) });
     }
 }
 

@@ -2,12 +2,18 @@
 //!
 //! Stated once: the models fill these columns, and the checks of pictures and expectations rest on them.
 
-use super::build::multiple;
+use super::exact::Exact;
 use super::types::{Law, Model, Sampling, Scene, Shape};
-use crate::initial::exact::Exact;
 
 /// Rows of an interval of time may miss its ends by this part of a step: a time is a decimal, a row's time a rounded product.
 pub const SLACK: f64 = 1e-6;
+
+/// `value / unit` as a whole number, if it is one.
+pub fn multiple(value: f64, unit: f64) -> Option<u64> {
+    let ratio = value / unit;
+    // Decimal steps and times carry one rounding each, and the quotient one more.
+    ((ratio - ratio.round()).abs() <= 1e-9 * ratio.abs().max(1.0) && ratio < 1e15).then(|| ratio.round() as u64)
+}
 
 impl Scene {
     /// The names of the columns of diagnostics; the first is the time.

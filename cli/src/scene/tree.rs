@@ -3,7 +3,7 @@
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::Mistake;
+use super::mistake::Mistake;
 
 /// A value and where it was written.
 #[derive(Clone, Debug, PartialEq)]
@@ -54,6 +54,11 @@ impl Node {
     /// What stands under `key`.
     pub fn get(&self, key: &str) -> Option<&Node> {
         self.entries().iter().find(|(name, _)| name == key).map(|(_, node)| node)
+    }
+
+    /// The line of a key, or of the table itself where the key does not stand.
+    pub fn line_of(&self, key: &str) -> usize {
+        self.get(key).map_or(self.line, |node| node.line)
     }
 
     /// The table without `key`.

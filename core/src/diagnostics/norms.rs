@@ -13,7 +13,7 @@ use crate::real::{Real, Scalar, length};
 /// # Errors
 /// [`Error::OutOfDomain`]: `p` is below 1 or NaN, or `cell` is not positive and finite.
 pub fn norm<T: Real>(values: &[T], cell: T, p: T) -> Result<T> {
-    power_mean(values.iter().map(|v| v.abs().to_f64()), cell, p)
+    power_mean(|unit| values.iter().map(move |v| v.abs().to_f64() * unit), cell, p)
 }
 
 /// The L^p_h norm of `|a_i - b_i|` (Euclidean), for the error of trajectories.
@@ -25,21 +25,31 @@ pub fn distance<T: Real, const D: usize>(a: &[[T; D]], b: &[[T; D]], cell: T, p:
         return Err(Error::LengthMismatch);
     }
     let part = |x: &[T; D], k: usize| x.get(k).map_or(0.0, |c| c.to_f64());
-    let apart = |(a, b): (&[T; D], &[T; D])| length::<f64, D>(&core::array::from_fn(|k| part(a, k) - part(b, k)));
-    power_mean(a.iter().zip(b).map(apart), cell, p)
+    let apart = |unit: f64| {
+        a.iter()
+            .zip(b)
+            .map(move |(a, b)| length::<f64, D>(&core::array::from_fn(|k| part(a, k) * unit - part(b, k) * unit)))
+    };
+    power_mean(apart, cell, p)
 }
 
-fn power_mean<T: Real>(values: impl Iterator<Item = f64> + Clone, cell: T, p: T) -> Result<T> {
+/// The norm of values that are not negative; `values` gives them times a power of two, which keeps them in range.
+fn power_mean<T: Real, V: Iterator<Item = f64>>(values: impl Fn(f64) -> V, cell: T, p: T) -> Result<T> {
     if p.is_nan() || p < T::ONE || !(cell > T::ZERO && cell.is_finite()) {
         return Err(Error::OutOfDomain);
     }
     let (cell, p) = (cell.to_f64(), p.to_f64());
-    let largest = values.clone().fold(0.0_f64, |m, v| if v > m || v.is_nan() { v } else { m });
+    let most = |unit: f64| values(unit).fold(0.0_f64, |m, v| if v > m || v.is_nan() { v } else { m });
+    // A sixteenth loses nothing that counts beside a value beyond the range.
+    let (mut largest, mut unit, mut down) = (most(1.0), 1.0, 0);
+    if largest == f64::INFINITY {
+        (largest, unit, down) = (most(1.0 / 16.0), 1.0 / 16.0, 4);
+    }
     if largest == 0.0 || !largest.is_finite() || p == f64::INFINITY {
-        return Ok(T::from_f64(largest));
+        return Ok(T::from_f64(largest.ldexp(down)));
     }
     let mut sum = Sum::<f64>::default();
-    for v in values {
+    for v in values(unit) {
         let q = v / largest;
         sum.add(if p == 1.0 {
             q
@@ -62,7 +72,7 @@ fn power_mean<T: Real>(values: impl Iterator<Item = f64> + Clone, cell: T, p: T)
     } else {
         Scalar::pow(mean, 1.0 / p) * Scalar::pow(2.0_f64, rest / p)
     };
-    Ok(T::from_f64(Wide::new(largest, 0).times(Wide::new(root, whole)).get()))
+    Ok(T::from_f64(Wide::new(largest, down).times(Wide::new(root, whole)).get()))
 }
 
 #[cfg(test)]
@@ -117,6 +127,17 @@ mod tests {
             }
         }
         assert_eq!(norm(&[1.0, 2.0], 1.0, 1e300), Ok(2.0));
+        // Differences beyond the range: 3.4e308 in one dimension, 5 2^1023 in two.
+        let far: f64 = distance(&[[1.7e308, 0.0]], &[[-1.7e308, 0.0]], 1e-10, 1.0).unwrap();
+        assert!((far / 3.4e298 - 1.0).abs() <= 8.0 * f64::EPSILON, "{far:e}");
+        let (half, side) = (1.0_f64.ldexp(1023), 1.5_f64.ldexp(1023));
+        for (p, cell, want) in [(1.0, 0.25, 0.625), (2.0, 0.0625, 0.625), (f64::INFINITY, 0.25, f64::INFINITY)] {
+            let far: f64 = distance(&[[side, half], [1.0, 1.0]], &[[0.0, -half], [1.0, 1.0]], cell, p).unwrap();
+            let want = want * half;
+            assert!(far == want || (far / want - 1.0).abs() <= 8.0 * f64::EPSILON, "{p} {far:e}");
+        }
+        assert_eq!(distance(&[[f64::INFINITY]], &[[0.0]], 1e-300, 2.0), Ok(f64::INFINITY));
+        assert!(distance(&[[f64::INFINITY]], &[[f64::INFINITY]], 1.0, 2.0).unwrap().is_nan());
         // Squares of these underflow in single precision.
         let tiny: f32 = distance(&[[3e-30, 0.0]], &[[0.0, 4e-30]], 1.0, 1.0).unwrap();
         assert!((tiny / 5e-30 - 1.0).abs() <= 2.0 * f32::EPSILON);

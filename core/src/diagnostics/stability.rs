@@ -23,7 +23,7 @@ use crate::rk4::REAL_STABILITY;
 /// | `masses`    | `[n]`    | mass, any sign |
 ///
 /// Without a mollifier a kernel has a bounded Hessian only if each of its terms is a power with p >= 2. For other kernels no such step exists
-/// if two particles coincide, or are so close that the Hessian is out of the scalar's range.
+/// if two particles coincide. Nor does it for a pair whose distance, or the Hessian at it, is out of the scalar's range, however small the masses.
 ///
 /// Cost: `n (n - 1)` evaluations of two scalar functions of the kernel. Intended for use once in many steps.
 ///
@@ -74,7 +74,8 @@ pub fn stable_step<T: Real, const D: usize>(
 /// have an unbounded Hessian at r = 0.
 ///
 /// # Errors
-/// [`Error::NotFinite`]: an argument or the bound is not finite, or no bound exists; [`Error::OutOfDomain`]: a negative argument.
+/// [`Error::NotFinite`]: an argument or the bound is not finite, no bound exists, or the Hessian leaves the scalar's range within `diameter`;
+/// [`Error::OutOfDomain`]: a negative argument.
 pub fn stable_step_anywhere<T: Real, const D: usize>(
     kernel: &dyn Interaction<T, D>,
     absolute_mass: T,

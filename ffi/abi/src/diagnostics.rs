@@ -224,8 +224,8 @@ pub unsafe extern "C" fn mollis_moments3_eval_f32(
 ///
 /// Without a mollifier a pair at one place has such a step only if each term of the kernel is a power with p >= 2.
 ///
-/// Refused, with `step` as it was: MOLLIS_ERR_NOT_FINITE (a position, a mass, or the bound itself: a pair at one place, or so close
-/// that the kernel's second derivatives are beyond the range), the codes of an unprepared kernel (see `mollis_kernel2_eval`), MOLLIS_ERR_NULL_POINTER,
+/// Refused, with `step` as it was: MOLLIS_ERR_NOT_FINITE (a position, a mass, or the bound itself; a pair at one place, or whose distance,
+/// or the kernel's second derivatives at it, are beyond the scalar's range, however small the masses), the codes of an unprepared kernel (see `mollis_kernel2_eval`), MOLLIS_ERR_NULL_POINTER,
 /// MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_OVERLAP.
 ///
 /// # Safety
@@ -332,7 +332,8 @@ pub unsafe extern "C" fn mollis_stable_step3_eval_f32(
 /// particles are farther apart than `diameter`, in two dimensions: shorter than `mollis_stable_step2_eval`'s, but good for a whole run.
 ///
 /// Refused, with `step` as it was: MOLLIS_ERR_NOT_FINITE (an argument, or no such step: a kernel without a mollifier, unless each of its
-/// terms is a power with p >= 2; a host's own kernel is not known to be one),
+/// terms is a power with p >= 2; a host's own kernel is not known to be one; or the kernel's second derivatives leave the scalar's range within
+/// `diameter`, however small the mass),
 /// MOLLIS_ERR_OUT_OF_DOMAIN (a negative argument), the codes of an unprepared kernel, MOLLIS_ERR_NULL_POINTER,
 /// MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_OVERLAP.
 ///

@@ -5,8 +5,7 @@
 //! without it. A Rust program passes a [`Pool`] as the executor.
 
 mod c;
-mod pool;
 
 pub use c::{mollis_pool, mollis_pool_executor, mollis_pool_free, mollis_pool_init};
 pub use mollis_abi::*;
-pub use pool::Pool;
+pub use mollis_host::pool::Pool;
