@@ -13,7 +13,6 @@ mod history;
 mod initial;
 mod measure;
 mod model;
-mod npy;
 mod output;
 mod particles;
 mod plot;

@@ -7,7 +7,6 @@ use anyhow::{Context, Result};
 
 use crate::files::write;
 use crate::history::{Event, History};
-use crate::npy;
 use crate::particles::Particles;
 
 /// A number that reads back as the same: whole ones below ten million in plain digits, others as they are shortest.
@@ -77,10 +76,19 @@ pub fn history(folder: &Path, history: &History, formats: &[String], with_events
 
 /// Coordinates and mass as an array of shape (n, d + 1), which a scene can read again.
 fn npy(path: &Path, particles: &Particles) -> Result<()> {
+    use npyz::WriterBuilder;
     let d = particles.dimension;
-    let rows = particles.positions.chunks_exact(d).zip(&particles.masses);
-    let numbers = rows.flat_map(|(position, mass)| position.iter().chain([mass]).copied());
-    write(path, |file| npy::write(file, [particles.len(), d + 1], numbers))
+    write(path, |file| {
+        let mut writer = npyz::WriteOptions::new()
+            .default_dtype()
+            .shape(&[particles.len() as u64, d as u64 + 1])
+            .writer(file)
+            .begin_nd()?;
+        for (position, mass) in particles.positions.chunks_exact(d).zip(&particles.masses) {
+            writer.extend(position.iter().chain([mass]))?;
+        }
+        Ok(writer.finish()?)
+    })
 }
 
 fn particles_csv(path: &Path, particles: &Particles) -> Result<()> {
@@ -231,13 +239,12 @@ mod tests {
     }
 
     #[test]
-    fn arrays_are_read_back() {
+    fn npy_is_read_back() {
         let path = std::env::temp_dir().join(format!("mollis-{}.npy", std::process::id()));
         npy(&path, &particles()).unwrap();
-        let mut file = std::fs::File::open(&path).unwrap();
-        let head = npy::Head::read(&mut file).unwrap();
-        assert_eq!(head.shape, [2, 3]);
-        assert_eq!(head.numbers(&mut file, 6).unwrap(), [0.0, 1.0, 1.0, 2.5, -3.0, 2.0]);
+        let array = npyz::NpyFile::new(std::fs::File::open(&path).unwrap()).unwrap();
+        assert_eq!(array.shape(), [2, 3]);
+        assert_eq!(array.into_vec::<f64>().unwrap(), [0.0, 1.0, 1.0, 2.5, -3.0, 2.0]);
         std::fs::remove_file(&path).unwrap();
     }
 }

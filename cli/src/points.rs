@@ -7,9 +7,8 @@ use std::fs::File;
 use std::io::{BufRead, BufReader, Seek};
 use std::path::Path;
 
-use anyhow::{Context, Result, anyhow, bail, ensure};
+use anyhow::{Context, Result, bail, ensure};
 
-use crate::npy;
 use crate::particles::Particles;
 
 /// What the name of a table may end in.
@@ -46,7 +45,7 @@ pub fn read(path: &Path, part: usize, particles: &mut Particles) -> Result<Vec<S
     let notes = match format(path)? {
         Format::Table => table(path, part, particles)?,
         Format::Npy => {
-            array(path, part, particles)?;
+            npy(path, part, particles)?;
             Vec::new()
         }
     };
@@ -221,39 +220,55 @@ fn line_of(path: &Path, n: usize) -> Option<usize> {
     lines.enumerate().filter(|(_, line)| is_record(line)).nth(n - 1).map(|(index, _)| index + 1)
 }
 
-/// An NPY file at its first number, and its number of rows.
-fn npy_head(path: &Path, d: usize) -> Result<(npy::Head, BufReader<File>, usize)> {
+/// An NPY file at its first value, and its number of rows.
+fn npy_head(path: &Path, d: usize) -> Result<(npyz::NpyFile<BufReader<File>>, usize)> {
     let shown = path.display();
     let file = File::open(path).with_context(|| format!("{shown}"))?;
     let length = file.metadata().with_context(|| format!("{shown}"))?.len();
     let mut reader = BufReader::new(file);
-    let head = npy::Head::read(&mut reader).map_err(|error| anyhow!("{shown}: {error}"))?;
+    let header = npyz::NpyHeader::from_reader(&mut reader)
+        .with_context(|| format!("{shown}: not an NPY file, or cut short in its header"))?;
+    let shape = header.shape().to_vec();
     let wanted = d as u64 + 1;
-    let rows = match head.shape[..] {
-        [rows, columns] if columns == wanted => rows,
-        _ => {
-            bail!("{shown}: shape {:?}: a scene in {d} dimension(s) needs (n, {wanted}): coordinates, mass", head.shape)
-        }
+    let [rows, columns] = shape[..] else {
+        bail!("{shown}: shape {shape:?}: a scene in {d} dimension(s) needs (n, {wanted}): coordinates, mass")
     };
-    let size = wanted * head.size;
-    let held = length.saturating_sub(reader.stream_position().with_context(|| format!("{shown}"))?);
     ensure!(
-        held >= rows.saturating_mul(size),
-        "{shown}: cut short: its header states {rows} rows of {size} bytes, and {held} bytes follow it"
+        columns == wanted,
+        "{shown}: shape {shape:?}: a scene in {d} dimension(s) needs (n, {wanted}): coordinates, mass"
+    );
+    let size = header.dtype().num_bytes().unwrap_or(0) as u64;
+    let held = length.saturating_sub(reader.stream_position().with_context(|| format!("{shown}"))?);
+    let stated = rows.saturating_mul(columns * size);
+    ensure!(
+        held >= stated,
+        "{shown}: cut short: its header states {rows} rows of {} bytes, and {held} bytes follow it",
+        columns * size
     );
     let rows = usize::try_from(rows).with_context(|| format!("{shown}"))?;
-    Ok((head, reader, rows))
+    Ok((npyz::NpyFile::with_header(header, reader), rows))
 }
 
-fn array(path: &Path, part: usize, particles: &mut Particles) -> Result<()> {
+fn npy(path: &Path, part: usize, particles: &mut Particles) -> Result<()> {
     let shown = path.display();
     let d = particles.dimension;
-    let (head, mut reader, rows) = npy_head(path, d)?;
-    let values = head.numbers(&mut reader, rows * (d + 1)).with_context(|| format!("{shown}"))?;
+    let (array, rows) = npy_head(path, d)?;
+    let by_columns = array.order() == npyz::Order::Fortran;
+    let values: Vec<f64> = match array.try_data::<f64>() {
+        Ok(values) => values.collect::<std::io::Result<_>>().with_context(|| format!("{shown}"))?,
+        Err(array) => {
+            let kind = array.dtype().descr();
+            let Ok(values) = array.try_data::<f32>() else {
+                bail!("{shown}: holds {kind}: must hold float64 or float32")
+            };
+            let values = values.map(|value| value.map(f64::from));
+            values.collect::<std::io::Result<_>>().with_context(|| format!("{shown}"))?
+        }
+    };
     let mut numbers = vec![0.0; d + 1];
     for row in 0..rows {
         for (column, number) in numbers.iter_mut().enumerate() {
-            *number = values[if head.by_columns { column * rows + row } else { row * (d + 1) + column }];
+            *number = values[if by_columns { column * rows + row } else { row * (d + 1) + column }];
         }
         ensure!(numbers.iter().all(|value| value.is_finite()), "{shown}: row {row}: {numbers:?}: must be finite");
         particles.push(&numbers[..d], numbers[d], None, part);

@@ -1,6 +1,7 @@
 //! The aggregation equation in the plane by the blob method: a disc of uniform density 1/pi under Newtonian attraction shrinks to a point at t = pi.
 //!
 //!     cargo run --release -p mollis-core --example blob_method
+#![allow(clippy::disallowed_methods, reason = "a program with std")]
 
 use mollis_core::Result;
 use mollis_core::aggregation::{self, Advance, Report, State, Trajectories, Wanted};

@@ -1,6 +1,7 @@
 //! Coalescing particles of a Patlak-Keller-Segel equation: 200 particles, twice the critical mass, merge until one holds nearly everything.
 //!
 //!     cargo run --release -p mollis-core --example coalescing_particles
+#![allow(clippy::disallowed_methods, reason = "a program with std")]
 
 use mollis_core::Result;
 use mollis_core::exec::Run;

@@ -1,6 +1,7 @@
 //! The potential and its gradient of 1000 masses in the plane, softened over 0.05, at the masses themselves.
 //!
 //!     cargo run --release -p mollis-core --example field_sum
+#![allow(clippy::disallowed_methods, reason = "a program with std")]
 
 use mollis_core::Result;
 use mollis_core::exec::Run;

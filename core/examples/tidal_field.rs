@@ -1,6 +1,7 @@
 //! The tidal field in the middle of three softened masses: the principal axes of the Hessian of their potential, by nalgebra.
 //!
 //!     cargo run --release -p mollis-core --features nalgebra --example tidal_field
+#![allow(clippy::disallowed_methods, reason = "a program with std")]
 
 use mollis_core::Result;
 use mollis_core::mollifier::{Blob, Mollifier};

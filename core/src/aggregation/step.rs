@@ -471,7 +471,7 @@ impl Watch {
         let scale = [0.0, 0.01, 0.1, 0.5, 1.0, 2.0, 4.0].into_iter().map(at).fold(0.0, f64::max);
         let roundings = 8.0 + 2.0 * f64::from_usize(masses.len()).sqrt();
         let relative = (roundings * T::EPSILON.to_f64()).max(2.0 * plan.tolerance);
-        watch.tolerance = relative * scale * moments.absolute_mass.to_f64().powi(2);
+        watch.tolerance = relative * scale * Scalar::powi(moments.absolute_mass.to_f64(), 2);
         Ok(watch)
     }
 

@@ -248,7 +248,7 @@ impl Convolution {
                 // c = cos theta: the measure of directions is 2 dtheta, and 4 pi sin^2 theta dtheta two dimensions up.
                 let end = if whole { PI } else { 2.0 * libm::asin((0.5 * top / twice).max(0.0).sqrt()) };
                 for &(x, w) in &self.plane {
-                    let sine = (0.5 * end * x).sin();
+                    let sine = Scalar::sin(0.5 * end * x);
                     let square = sine * sine;
                     // 1 - c = 2 sin^2(theta/2), sin^2 theta = 4 sin^2(theta/2) cos^2(theta/2)
                     add(2.0 * square, 2.0 * end * w, 16.0 * PI * end * w * square * (1.0 - square));
@@ -285,11 +285,11 @@ impl Convolution {
         let d = self.dimension;
         let scaled = y / width;
         let x = 2.0 * r * q / (width * width);
-        let e = (-(scaled * scaled)).exp();
+        let e = Scalar::exp(-(scaled * scaled));
         // means over directions in d and d + 2 dimensions, and of the cosine in d
         let (plain, raised, cosine) = if d == 1 {
             let flat = if x < 1e-8 { 1.0 - x } else { -(-2.0 * x).expm1() / (2.0 * x) };
-            (0.5 * (1.0 + (-2.0 * x).exp()), flat, -0.5 * (-2.0 * x).expm1())
+            (0.5 * (1.0 + Scalar::exp(-2.0 * x)), flat, -0.5 * Scalar::expm1(-2.0 * x))
         } else {
             let one = i1_scaled_over_x(x);
             (i0_scaled(x), 2.0 * one, x * one)

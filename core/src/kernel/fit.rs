@@ -758,7 +758,7 @@ impl Unit {
                 [value, power * rho, if weak { 0.0 } else { (p + d - 2.0) * power / ratio }]
             }
             _ => {
-                let e = (-(self.kappa * y)).exp() * volume(q);
+                let e = Scalar::exp(-(self.kappa * y)) * volume(q);
                 let slope = -self.kappa * e;
                 [e, slope * rho, self.kappa * self.kappa * e + (d - 1.0) * slope / q]
             }

@@ -130,8 +130,9 @@ impl Profile {
             }
             Self::Gaussian { parts, .. } => {
                 let root = PI.sqrt();
-                let one =
-                    |&(w, c): &(f64, f64)| w * (-(r / c) * (r / c)).exp() / Scalar::powi(root * c, dimension as u32);
+                let one = |&(w, c): &(f64, f64)| {
+                    w * Scalar::exp(-(r / c) * (r / c)) / Scalar::powi(root * c, dimension as u32)
+                };
                 parts.iter().map(one).sum()
             }
         }

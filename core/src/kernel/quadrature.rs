@@ -12,7 +12,7 @@ pub(crate) fn gauss_legendre<const N: usize>() -> [(f64, f64); N] {
     let mut rule = [(0.0, 0.0); N];
     for (k, slot) in rule.iter_mut().enumerate() {
         // Tricomi's initial value, then Newton's method on the Legendre polynomial.
-        let mut x = (PI * (k as f64 + 0.75) / (n + 0.5)).cos();
+        let mut x = Scalar::cos(PI * (k as f64 + 0.75) / (n + 0.5));
         let mut slope = 1.0;
         for _ in 0..5 {
             let (mut p, mut before) = (1.0, 0.0);
