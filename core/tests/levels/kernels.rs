@@ -17,13 +17,16 @@ fn aligned<R>(bytes: usize, body: impl FnOnce(&mut [u8]) -> R) -> R {
     body(&mut memory[start..start + bytes])
 }
 
+/// The gradient's components; potential and Laplacian. Each is a sum and the sum of its terms' sizes.
+type Sums<const D: usize> = ([[f64; 2]; D], [[f64; 2]; 2]);
+
 /// Sources, targets and the sums in double precision, each with the sum of the terms' sizes.
 struct Twin<const D: usize> {
     positions: Vec<[f64; D]>,
     masses: Vec<f64>,
     targets: Vec<[f64; D]>,
-    /// Potential, gradient, Laplacian of each target.
-    sums: Vec<([[f64; 2]; D], [[f64; 2]; 2])>,
+    /// One a target.
+    sums: Vec<Sums<D>>,
 }
 
 impl<const D: usize> Twin<D> {
