@@ -15,7 +15,7 @@ use crate::error::{Error, Result};
 use crate::exec::{Chunks, Run, Statistics, par_chunks};
 use crate::memory::{Carve, Measure, Space};
 use crate::mollifier::Blob;
-use crate::real::{DoubleWord, Real};
+use crate::real::{DoubleWord, Real, quotient};
 use crate::sort::radix::{Entry, sort};
 
 /// Targets of one task.
@@ -86,7 +86,7 @@ impl<T: Real, const D: usize> Grid<T, D> {
     fn cell(&self, x: &[T; D]) -> Option<[u64; D]> {
         let mut cell = [0; D];
         for ((slot, x), &least) in cell.iter_mut().zip(self.units.point(x)).zip(&self.least) {
-            let index = ((x - least) / self.size).floor() + T::ONE;
+            let index = quotient(x - least, self.size).floor() + T::ONE;
             if !(index >= T::ZERO && index <= self.most) {
                 return None;
             }

@@ -99,7 +99,7 @@ impl Variable {
         let scaled = Scalar::ldexp(r, -exponent);
         match self {
             Self::InversePowers => {
-                let w = DoubleWord::quotient(radius, scaled);
+                let w = DoubleWord::quotient(radius, if scaled > 0.0 { scaled } else { 1.0 });
                 w * w
             }
             Self::SquarePowers => {
