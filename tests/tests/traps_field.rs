@@ -100,13 +100,13 @@ macro_rules! check {
                         let options = &raw const options;
                         let run = mollis_run { level: level as i32, ..run };
                         let run = &raw const run;
-                        if method != MOLLIS_METHOD_AUTO
-                            && unsafe { $size(kernel, bytes, N, N, 1, options, run, &raw mut needed) } != 0
-                        {
-                            // It serves other kernels.
-                            continue;
-                        }
                         for wanted in 1..8 {
+                            if method != MOLLIS_METHOD_AUTO
+                                && unsafe { $size(kernel, bytes, N, N, wanted, options, run, &raw mut needed) } != 0
+                            {
+                                // It serves other sums.
+                                continue;
+                            }
                             for (kind, targets, masses) in [
                                 ("targets are the sources", &x[..], &all),
                                 ("massless ones", &x[..], &some),
