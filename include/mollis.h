@@ -157,7 +157,7 @@
 #define MOLLIS_METHOD_MOMENTS 2
 
 /**
- * One dimension: one sort.
+ * One dimension: one sort. All masses have one unit: those below 2^-126 (double: 2^-1022) of the largest lose digits, and count as zero in the end.
  */
 #define MOLLIS_METHOD_SORTED 3
 

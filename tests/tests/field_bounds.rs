@@ -27,14 +27,33 @@ fn power(exponent: f64) -> Law {
     Law::Power { exponent }
 }
 
+/// One output alone, or two.
+const POTENTIAL: Wanted = Wanted { potential: true, gradient: false, laplacian: false };
+const LAPLACIAN: Wanted = Wanted { potential: false, gradient: false, laplacian: true };
+
 /// Prepares the kernel and calls the function with it.
 fn with_kernel<T: Real, const D: usize, R>(
     terms: &[Term],
-    (mollifier, delta): (Mollifier, f64),
+    shape: (Mollifier, f64),
     then: impl FnOnce(&Kernel<'_, T, D>) -> R,
 ) -> R {
+    with_kernel_if_any(terms, shape, then).unwrap_or_else(|| panic!("{D}D {terms:?} {shape:?}"))
+}
+
+/// The same; None where the numbers of the prepared kernel leave the range.
+fn with_kernel_if_any<T: Real, const D: usize, R>(
+    terms: &[Term],
+    (mollifier, delta): (Mollifier, f64),
+    then: impl FnOnce(&Kernel<'_, T, D>) -> R,
+) -> Option<R> {
     let mut block = Aligned::new(Kernel::<T, D>::workspace_bytes(terms, mollifier).unwrap());
-    then(&Kernel::<T, D>::prepare(block.bytes(), terms, mollifier, T::from_f64(delta)).unwrap())
+    match Kernel::<T, D>::prepare(block.bytes(), terms, mollifier, T::from_f64(delta)) {
+        Ok(kernel) => Some(then(&kernel)),
+        Err(error) => {
+            assert_eq!(error, mollis_core::Error::OutOfDomain);
+            None
+        }
+    }
 }
 
 fn sums_of<T: Real, const D: usize>(
@@ -119,7 +138,7 @@ fn a_million_equal_sources_stay_within_the_bound() {
     let plain = Options::default();
     let direct = Options { method: Some(Method::Direct), ..plain };
     let compensated = Options { accumulation: Accumulation::Compensated, ..direct };
-    let laplacian = Wanted { laplacian: true, ..Wanted::default() };
+    let laplacian = LAPLACIAN;
     let newtonian = [term(Law::Newtonian, 1.0)];
     // A sum over neighbours; then tables of Gaussian mollifiers and powers, whose c is 64.
     check::<f32, 2>(&newtonian, (COMPACT, 0.5), 16.0, &plain, laplacian);
@@ -132,6 +151,13 @@ fn a_million_equal_sources_stay_within_the_bound() {
         check::<f32, 2>(terms, (COMPACT, 0.05), 64.0, &compensated, ALL);
         check::<f64, 2>(terms, (COMPACT, 0.05), 64.0, &compensated, ALL);
     }
+    // Methods that the plan chooses: neighbours, sorted (by polynomials and one by one), moments.
+    let chosen = Options { accumulation: Accumulation::Compensated, ..plain };
+    check::<f32, 2>(&newtonian, (COMPACT, 1.0), 16.0, &chosen, laplacian);
+    check::<f32, 1>(&newtonian, (COMPACT, 1.0), 16.0, &chosen, ALL);
+    check::<f32, 1>(&newtonian, (Mollifier::Gaussian { order: 4 }, 1.0), 64.0, &chosen, ALL);
+    check::<f32, 1>(&newtonian, (Mollifier::None, 0.0), 16.0, &chosen, Wanted { laplacian: false, ..ALL });
+    check::<f32, 2>(&[term(power(2.0), 1.0)], (COMPACT, 1.0), 64.0, &chosen, ALL);
 }
 
 /// Single pairs of every law at random distances: the error is at most c u of the kernel's scale. The scale of a sum of terms is the sum of theirs.
@@ -271,6 +297,305 @@ fn results_in_range_are_computed() {
     };
     for (sorted, paired) in scene(&auto).iter().zip(scene(&direct)) {
         assert!(sorted[0].is_finite() && (sorted[0] - paired[0]).abs() <= 60e9 * 100.0 * f32::EPSILON);
+    }
+}
+
+/// The sums at one target of sources in a row along the first axis.
+fn row<T: Real, const D: usize>(
+    terms: &[Term],
+    shape: (Mollifier, f64),
+    (sources, target): (&[(f64, f64)], f64),
+    (wanted, method): (Wanted, Method),
+) -> [f64; 3] {
+    let point = |r: f64| {
+        let mut x = [T::ZERO; D];
+        x[0] = T::from_f64(r);
+        x
+    };
+    let positions: Vec<[T; D]> = sources.iter().map(|&(r, _)| point(r)).collect();
+    let masses: Vec<T> = sources.iter().map(|&(_, m)| T::from_f64(m)).collect();
+    let options = Options { method: Some(method), ..Options::default() };
+    with_kernel::<T, D, _>(terms, shape, |kernel| {
+        let scene = (&positions[..], &masses[..], &[point(target)][..]);
+        let got = sums_of(kernel, scene, wanted, &options, Level::best());
+        [got.potential[0], got.gradient[0][0], got.laplacian[0]].map(T::to_f64)
+    })
+}
+
+/// In single precision, where the reference in double precision is in range.
+fn row_is_right<const D: usize>(terms: &[Term], shape: (Mollifier, f64), scene: (&[(f64, f64)], f64), method: Method) {
+    let single = |x: f64| f64::from(x as f32);
+    let shape = (shape.0, single(shape.1));
+    let (mut want, mut scale) = ([0.0; 3], [0.0; 3]);
+    with_kernel::<f64, D, _>(terms, shape, |kernel| {
+        for &(y, m) in scene.0 {
+            let x = single(scene.1) - single(y);
+            let [u, g, l] = kernel.at(x.abs());
+            for (k, v) in [u, g * x, l].into_iter().enumerate() {
+                want[k] += single(m) * v;
+                scale[k] += (single(m) * v).abs();
+            }
+            scale[0] += if D == 2 { m.abs() } else { 0.0 };
+            scale[2] += 2.0 * D as f64 * (m * g).abs();
+        }
+    });
+    let wanted = if method == Method::Neighbours { LAPLACIAN } else { ALL };
+    let got = row::<f32, D>(terms, shape, scene, (wanted, method));
+    for k in 0..3 {
+        if (k == 2 || method != Method::Neighbours) && scale[k] < 1e38 {
+            let bound = 512.0 * f64::from(f32::EPSILON) * scale[k] + 2e-45;
+            assert!(
+                (got[k] - want[k]).abs() <= bound,
+                "{D}D {terms:?} {shape:?} {scene:?} {method:?} {k}: {got:?} {want:?}"
+            );
+        }
+    }
+}
+
+/// The Newtonian Laplacian by neighbours at any length.
+#[test]
+fn neighbours_at_any_length() {
+    let newtonian = [term(Law::Newtonian, 1.0)];
+    for (delta, mass) in [(1e-15, 1e-20), (1e15, 1e30), (1e-3, 1.0), (1e-12, 1e-38), (3e12, 3e38)] {
+        let scene: &[(f64, f64)] = &[(0.0, mass), (0.5 * delta, mass), (0.1 * delta, 1e-3 * mass), (1e3 * delta, mass)];
+        row_is_right::<3>(&newtonian, (COMPACT, delta), (scene, 0.2 * delta), Method::Neighbours);
+        row_is_right::<2>(&newtonian, (COMPACT, delta), (scene, 0.2 * delta), Method::Neighbours);
+        row_is_right::<1>(&newtonian, (COMPACT, delta), (scene, 0.2 * delta), Method::Neighbours);
+    }
+    // The whole range of coordinates, delta not normal or its inverse not, masses of every class.
+    row_is_right::<2>(&newtonian, (COMPACT, 1e30), (&[(3e38, 1e30), (-3e38, 1e30)], 3e38), Method::Neighbours);
+    row_is_right::<1>(&newtonian, (COMPACT, 3e38), (&[(1e38, 1e30), (-3e38, 1e20)], -1e38), Method::Neighbours);
+    row_is_right::<1>(&newtonian, (COMPACT, 1e-41), (&[(3e-42, 1e-35), (1e30, 1e20)], -2e-42), Method::Neighbours);
+    row_is_right::<1>(&newtonian, (COMPACT, 1e-20), (&[(3e-21, 1e-20), (1e30, 1e20)], -2e-21), Method::Neighbours);
+    let scene: &[(f64, f64)] = &[(0.0, 1e-40), (3.0, 1e38), (-3.0, 1.0), (0.25, 1e-44)];
+    row_is_right::<2>(&newtonian, (COMPACT, 1.0), (scene, 0.125), Method::Neighbours);
+    // In double precision: psi is 5 / pi there, divided by delta^2.
+    let five = |delta: f64, mass: f64, far: f64| {
+        row::<f64, 2>(
+            &newtonian,
+            (COMPACT, delta),
+            (&[(far, mass), (-far, mass)], far),
+            (LAPLACIAN, Method::Neighbours),
+        )[2]
+    };
+    for (delta, mass, far, want) in [
+        (1e300, 1e300, 1e308, 5e-300),
+        (1e-200, 1e-200, 1e-180, 5e200),
+        (1e-200, 1e-100, 1e-180, 5e300),
+        (1e200, 1e300, 1e308, 5e-100),
+    ] {
+        let want = want / std::f64::consts::PI;
+        let got = five(delta, mass, far);
+        assert!((got / want - 1.0).abs() < 1e-14, "{delta} {got} {want}");
+    }
+}
+
+/// Moments and sorted sums whose coefficients, or near kernels, leave the range of the scalar where the results do not.
+#[test]
+fn coefficients_of_any_size() {
+    let one = |p: f64| [term(power(p), 1.0)];
+    let moments: &[(f64, f64, f64)] = &[
+        (6.0, 1e-16, 1e34),
+        (6.0, 1e-16, 6e24),
+        (4.0, 4e-13, 1e20),
+        (8.0, 1e-9, 1e35),
+        (8.0, 1e4, 1e-20),
+        (2.0, 1e-25, 1e20),
+    ];
+    for &(p, delta, mass) in moments {
+        let scene: (&[(f64, f64)], f64) = (&[(1e-2 * delta, mass), (0.5 * delta, -0.2 * mass)], 0.0);
+        row_is_right::<1>(&one(p), (COMPACT, delta), scene, Method::Moments);
+        row_is_right::<2>(&one(p), (COMPACT, delta), scene, Method::Moments);
+        row_is_right::<3>(&one(p), (COMPACT, delta), scene, Method::Moments);
+    }
+    let gaussian = Mollifier::Gaussian { order: 4 };
+    let sorted: &[(&[f64], f64, f64)] = &[
+        (&[5.0], 1.5e-9, 1e36),
+        (&[5.0], 1.5e-9, 1.4e30),
+        (&[3.0], 1e-14, 1e34),
+        (&[1.0], 1e-39, 1e-30),
+        (&[1.0], 1e-30, 1e9),
+        (&[1.0, 3.0], 1e-10, 1e25),
+        (&[1.0, 4.0], 1e-12, 1e30),
+        (&[1.0, 9.0], 1e2, 1e-30),
+        (&[1.0], 1e35, 1e-3),
+    ];
+    for &(powers, delta, mass) in sorted {
+        let terms: Vec<Term> = powers.iter().map(|&p| term(power(p), 1.0)).collect();
+        for mollifier in [COMPACT, gaussian, Mollifier::None] {
+            for far in [0.5, 30.0] {
+                let scene: (&[(f64, f64)], f64) = (
+                    &[(1e-2 * delta, mass), (far * delta, 0.3 * mass), (-0.75 * delta, mass), (0.0, 0.1 * mass)],
+                    0.25 * delta,
+                );
+                row_is_right::<1>(&terms, (mollifier, delta), scene, Method::Sorted);
+            }
+        }
+    }
+    // A mollifier far below the coordinates: its centre is seen where source and target are one.
+    row_is_right::<1>(&one(1.0), (COMPACT, 1e-36), (&[(1e10, 1.0), (-1e10, 2.0)], 1e10), Method::Sorted);
+    row_is_right::<1>(&one(1.0), (gaussian, 1e-36), (&[(1e10, 1.0), (-1e10, 2.0)], 1e10), Method::Sorted);
+    // And in double precision: |x|^4/4 of mass 1e300 at 1e-75 under a mollifier of that length. K is delta^4 times that of delta = 1.
+    let unit = row::<f64, 1>(&one(4.0), (COMPACT, 1.0), (&[(0.5, 1.0)], 0.0), (POTENTIAL, Method::Moments))[0];
+    let got = row::<f64, 1>(&one(4.0), (COMPACT, 1e-75), (&[(0.5e-75, 1e300)], 0.0), (POTENTIAL, Method::Moments))[0];
+    assert!((got / unit - 1.0).abs() < 1e-13, "{got} {unit}");
+}
+
+/// Kernels without a table, called for each pair: a Newtonian term beside powers, without a mollifier.
+#[test]
+fn newtonian_beside_powers_at_any_length() {
+    for p in [2.0, 8.0, 2.5, 0.5, 1.0] {
+        let terms = [term(Law::Newtonian, 1.0), term(power(p), 1.0)];
+        for exponent in [-35, -30, -20, -18, -16, -14, -10, -4, 0, 2, 10] {
+            let length = 10.0_f64.powi(exponent);
+            for mass in [1e-3, 1e-16, 1e10] {
+                let scene: (&[(f64, f64)], f64) =
+                    (&[(0.0, mass), (length, mass), (2.0 * length, 1e-3 * mass)], 3.0 * length);
+                row_is_right::<1>(&terms, (Mollifier::None, 0.0), scene, Method::Direct);
+                row_is_right::<2>(&terms, (Mollifier::None, 0.0), scene, Method::Direct);
+                row_is_right::<3>(&terms, (Mollifier::None, 0.0), scene, Method::Direct);
+                // A pair much closer than the others.
+                let scene: (&[(f64, f64)], f64) = (&[(1e-7 * length, mass), (length, 1e-9 * mass)], 0.0);
+                row_is_right::<1>(&terms, (Mollifier::None, 0.0), scene, Method::Direct);
+                row_is_right::<3>(&terms, (Mollifier::None, 0.0), scene, Method::Direct);
+            }
+        }
+    }
+    // In double precision, masses like the square of the lengths: the gradient is that of lengths and masses 1 without the power.
+    let terms = [term(Law::Newtonian, 1.0), term(power(4.0), 1.0)];
+    for exponent in [-40, -100, -120, -140, -160] {
+        let length = 10.0_f64.powi(exponent);
+        let mass = if exponent < -150 { 1e-300 } else { length * length };
+        let scene: (&[(f64, f64)], f64) = (&[(0.0, mass), (length, mass)], 2.0 * length);
+        let [u, g, _] = row::<f64, 3>(&terms, (Mollifier::None, 0.0), scene, (ALL, Method::Direct));
+        let per = mass / length / length / (4.0 * std::f64::consts::PI);
+        assert!(
+            (g / (1.25 * per) - 1.0).abs() < 1e-13 && (u / length / (-1.5 * per) - 1.0).abs() < 1e-13,
+            "{length} {u} {g}"
+        );
+    }
+}
+
+/// Random scenes of f32 in random units, every method of sums that need no table, against double precision.
+#[test]
+fn random_scenes_in_random_units() {
+    fn check<const D: usize>(seed: u64) {
+        let mut split = Split(3 * seed + D as u64);
+        let mut random = || split.uniform();
+        let powers = [1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 2.5, 0.5, 5.0];
+        let mut law = |newtonian: bool| {
+            let p = powers[(9.0 * random()) as usize];
+            if newtonian { Law::Newtonian } else { power(p) }
+        };
+        let newtonian = seed.is_multiple_of(2);
+        let mut terms = vec![term(law(newtonian), 1.0)];
+        if seed.is_multiple_of(3) {
+            terms.push(term(law(false), if seed.is_multiple_of(5) { -1.0 } else { 1.0 }));
+        }
+        let tens = |x: f64, range: f64| 10.0_f64.powf((x - 0.5) * range);
+        let length = tens(random(), 72.0);
+        let delta = f64::from((length * tens(random(), 8.0)) as f32);
+        if delta == 0.0 || !delta.is_finite() {
+            return;
+        }
+        let soft = seed % 7 < 4;
+        let shape = if soft { (COMPACT, delta) } else { (Mollifier::None, 0.0) };
+        let (spread, size) = ((3.0 * random()) as u32, tens(random(), 70.0));
+        let mut point = || {
+            std::array::from_fn::<f32, D, _>(|_| {
+                let near = if spread == 2 { 10.0_f64.powf(-12.0 * random()) } else { 1.0 };
+                (length * (random() - 0.5) * near) as f32
+            })
+        };
+        let positions: Vec<[f32; D]> = (0..6).map(|_| point()).collect();
+        let targets = [positions[0], point(), point()];
+        let masses: Vec<f32> = (0..6)
+            .map(|_| (size * (0.5 + random()) * if spread > 0 { tens(random(), 20.0) } else { 1.0 }) as f32)
+            .collect();
+        let finite = |x: &f32| x.is_finite();
+        if !(masses.iter().all(finite) && positions.as_flattened().iter().chain(targets.as_flattened()).all(finite)) {
+            return;
+        }
+        let pairs = |x: &[f32; D]| {
+            let offsets =
+                positions.iter().map(|y| std::array::from_fn::<f64, D, _>(|d| f64::from(x[d]) - f64::from(y[d])));
+            offsets.zip(masses.iter().map(|&m| f64::from(m))).collect::<Vec<_>>()
+        };
+        let (mut wants, mut scales) = ([[0.0; 5]; 3], [[0.0; 5]; 3]);
+        let reference = with_kernel_if_any::<f64, D, _>(&terms, shape, |kernel| {
+            for ((x, want), scale) in targets.iter().zip(&mut wants).zip(&mut scales) {
+                for (d, m) in pairs(x) {
+                    let r = d.iter().fold(0.0_f64, |r, x| r.hypot(*x));
+                    if r == 0.0 && !soft {
+                        continue;
+                    }
+                    let [u, g, l] = kernel.at(r);
+                    let all = [m * u, m * l].into_iter().chain(d.iter().map(|d| m * g * d));
+                    all.enumerate().for_each(|(k, v)| {
+                        want[k] += v;
+                        scale[k] += v.abs();
+                    });
+                    scale[0] += if D == 2 { m.abs() } else { 0.0 };
+                    scale[1] += (m * D as f64 * g).abs();
+                }
+            }
+        });
+        if reference.is_none() {
+            return;
+        }
+        let _ = with_kernel_if_any::<f32, D, _>(&terms, shape, |kernel| {
+            let mut methods = vec![Method::Moments, Method::Sorted, Method::Neighbours, Method::Split];
+            // Over pairs: what has no table and is not the Newtonian kernel alone.
+            if !soft && terms.iter().any(|term| term.law != Law::Newtonian) {
+                methods.push(Method::Direct);
+            }
+            for method in methods {
+                let wanted = if method == Method::Neighbours { LAPLACIAN } else { ALL };
+                let options = Options { method: Some(method), ..Options::default() };
+                if field::plan(kernel, 6, 3, wanted, &options).is_err() {
+                    continue;
+                }
+                let got = sums_of(kernel, (&positions, &masses, &targets), wanted, &options, Level::best());
+                for (i, (want, scale)) in wants.iter().zip(&scales).enumerate() {
+                    let got = [got.potential[i], got.laplacian[i]].into_iter().chain(got.gradient[i]);
+                    for (k, got) in got.enumerate().filter(|(k, _)| *k == 1 || method != Method::Neighbours) {
+                        if !(scale[k] < 3e38) || !want[k].is_finite() {
+                            continue;
+                        }
+                        let bound = 3e-5 * scale[k] + 1e-42;
+                        assert!(
+                            (f64::from(got) - want[k]).abs() <= bound,
+                            "{D}D seed {seed} {terms:?} {shape:?} {method:?} target {i} output {k}: {got:e} {:e} {:e} {positions:?} {masses:?} {targets:?}",
+                            want[k],
+                            scale[k]
+                        );
+                    }
+                }
+            }
+        });
+    }
+    for seed in 0..150 {
+        check::<1>(seed);
+        check::<2>(seed);
+        check::<3>(seed);
+    }
+}
+
+/// Sorted sums are added up from either side, so that heavy sources elsewhere take no digits from them.
+#[test]
+fn light_sources_beside_heavy_ones_in_sorted_sums() {
+    let newtonian = [term(Law::Newtonian, 1.0)];
+    let none = (Mollifier::None, 0.0);
+    let scene: (&[(f64, f64)], f64) = (&[(0.0, 2e30), (0.0, 1e20), (1.0, 1.0)], 0.0);
+    assert_eq!(row::<f32, 1>(&newtonian, none, scene, (ALL, Method::Sorted)), [0.5, -0.5, 0.0]);
+    let scene: (&[(f64, f64)], f64) = (&[(0.0, 1e60), (0.0, 1e30), (1.0, 1.0), (-1.0, 3.0)], 0.0);
+    assert_eq!(row::<f64, 1>(&newtonian, none, scene, (ALL, Method::Sorted)), [2.0, 1.0, 0.0]);
+    // More sources than are kept together, on either side of the heavy one.
+    let mut sources: Vec<(f64, f64)> = (0..333).map(|k| (f64::from(k) - 100.0, 1.0)).collect();
+    sources[100].1 = 1e30;
+    for method in [Method::Sorted, Method::Direct] {
+        let [u, g, _] = row::<f32, 1>(&newtonian, none, (&sources, 0.0), (ALL, method));
+        assert_eq!(([u, g], method), ([0.5 * (5050.0 + 232.0 * 233.0 / 2.0), 0.5 * (100.0 - 232.0)], method));
     }
 }
 

@@ -41,7 +41,9 @@ fn sums() -> Vec<Vec<mollis_kernel_term>> {
         vec![power(1.5)],
         vec![power(2.0)],
         vec![power(3.0)],
+        vec![power(4.0)],
         vec![power(4.0), newtonian],
+        vec![power(3.0), newtonian],
         vec![term(MOLLIS_KERNEL_EXPONENTIAL, 1.0, 0.7), term(MOLLIS_KERNEL_EXPONENTIAL, -2.0, 0.4)],
         vec![term(MOLLIS_KERNEL_SCREENED, 1.0, 2.0)],
     ]
@@ -89,22 +91,32 @@ macro_rules! check {
                     let kernel = block.pointer();
                     assert_eq!(unsafe { $prepare(kernel, bytes, terms.as_ptr(), count, null(), mollifier, 0.3) }, 0);
                     let accumulations = [MOLLIS_ACCUMULATION_BLOCKED, MOLLIS_ACCUMULATION_COMPENSATED];
-                    for (accumulation, level) in
-                        accumulations.iter().flat_map(|a| Level::available().map(move |l| (*a, l)))
+                    let methods = [MOLLIS_METHOD_AUTO, MOLLIS_METHOD_SORTED];
+                    let ways = methods.iter().flat_map(|m| accumulations.iter().map(move |a| (*m, *a)));
+                    for ((method, accumulation), level) in
+                        ways.flat_map(|way| Level::available().map(move |level| (way, level)))
                     {
-                        let options = mollis_field_options { accumulation, ..options };
+                        let options = mollis_field_options { method, accumulation, ..options };
                         let options = &raw const options;
                         let run = mollis_run { level: level as i32, ..run };
                         let run = &raw const run;
                         for wanted in 1..8 {
+                            if method != MOLLIS_METHOD_AUTO
+                                && unsafe { $size(kernel, bytes, N, N, wanted, options, run, &raw mut needed) } != 0
+                            {
+                                // It serves other sums.
+                                continue;
+                            }
                             for (kind, targets, masses) in [
                                 ("targets are the sources", &x[..], &all),
                                 ("massless ones", &x[..], &some),
                                 ("other targets", &targets[..], &all),
                             ] {
                                 let m = targets.len();
-                                let kind =
-                                    format!("{kind}, wanted {wanted}, accumulation {accumulation}, {}", level.name());
+                                let kind = format!(
+                                    "{kind}, method {method}, wanted {wanted}, accumulation {accumulation}, {}",
+                                    level.name()
+                                );
                                 rows.row(what(stringify!($size), &kind), || unsafe {
                                     $size(kernel, bytes, N, m, wanted, options, run, &raw mut needed)
                                 });

@@ -12,20 +12,22 @@
 //! sources. So a true result in range is computed, whatever the scene's units.
 
 use super::finite::finite;
-use super::options::Options;
+use super::options::{Accumulation, Options};
 use super::pairs::{Units, power_of_two_pair as power_of_two};
 use super::problem::{Outputs, Sources, Wanted};
 use crate::error::{Error, Result};
 use crate::exec::{Chunks, MAX_WORKERS, Run, Statistics, par_chunks};
-use crate::kernel::Far;
+use crate::kernel::{Far, Scaled};
 use crate::memory::{Carve, Measure, Space};
-use crate::real::{DoubleWord, Real};
+use crate::real::{DoubleWord, Real, quotient};
 use crate::simd::{Loops, with_simd};
 
 /// Particles side by side: two registers of AVX2.
 const LANES: usize = 8;
 /// Blocks of lanes that are summed in single words before they go into double words.
 const BLOCKS: usize = 64;
+/// The same in compensated sums.
+const FEW_BLOCKS: usize = 8;
 /// Sources, or targets, of one task.
 const TASK: usize = 1 << 14;
 /// The highest degree.
@@ -103,6 +105,7 @@ struct Sum<'a, T, const D: usize> {
     masses: &'a [T],
     frame: Frame<T, D>,
     degree: usize,
+    blocks: usize,
     running: &'a mut [[[T; LANES]; 3]],
     partial: &'a mut [T],
 }
@@ -124,12 +127,13 @@ impl<T: Real, const D: usize> Loops for Sum<'_, T, D> {
 impl<T: Real, const D: usize> Sum<'_, T, D> {
     #[inline(always)]
     fn of_degree(self, degree: usize) {
-        let Self { positions, masses, frame, running, partial, .. } = self;
+        let Self { positions, masses, frame, blocks, running, partial, .. } = self;
         let count = running.len();
         let (words, extra) = partial.split_at_mut_checked(2 * count).unwrap_or((&mut [], &mut []));
         let mut sizes = [[T::ZERO; LANES]; EXTRA];
         running.fill([[T::ZERO; LANES]; 3]);
-        for (group, weights) in positions.chunks(LANES * BLOCKS).zip(masses.chunks(LANES * BLOCKS)) {
+        let together = LANES * blocks.max(1);
+        for (group, weights) in positions.chunks(together).zip(masses.chunks(together)) {
             for (block, weight) in group.chunks(LANES).zip(weights.chunks(LANES)) {
                 let x = offsets(block, &frame);
                 let mut m = match <&[T; LANES]>::try_from(weight) {
@@ -270,7 +274,7 @@ fn highest_moment(degree: usize, outputs: Wanted) -> usize {
 
 impl<T: Real> Field<T> {
     fn new<const D: usize>(
-        far: &Far<T>,
+        far: &Scaled<T>,
         degree: usize,
         (moments, highest): (&[DoubleWord<T>; MONOMIALS], usize),
         options: &Options,
@@ -487,7 +491,7 @@ fn store<T: Real, const D: usize>(out: &mut [[T; D]], values: &[[T; LANES]; D]) 
 /// [`Error::NotFinite`]: a source's coordinate or mass, found by the sums themselves: another pass over a million
 /// sources would cost as much.
 pub(super) fn evaluate<T: Real, const D: usize>(
-    (far, delta): (&Far<T>, T),
+    (far, delta): (&Far, T),
     options: &Options,
     sources: Sources<'_, T, D>,
     targets: &[[T; D]],
@@ -503,6 +507,7 @@ pub(super) fn evaluate<T: Real, const D: usize>(
     let should_stop = run.should_stop;
     let stop = || should_stop.is_some_and(|stop| stop());
     let each = 2 * count + EXTRA;
+    let blocks = if options.accumulation == Accumulation::Compensated { FEW_BLOCKS } else { BLOCKS };
 
     let sample_stride = (n / SAMPLE).max(1);
     let largest = |stride: usize| {
@@ -527,7 +532,7 @@ pub(super) fn evaluate<T: Real, const D: usize>(
             else {
                 return Ok(());
             };
-            with_simd(run.level, Sum { positions, masses, frame, degree: highest, running, partial });
+            with_simd(run.level, Sum { positions, masses, frame, degree: highest, blocks, running, partial });
             Ok(())
         })?;
         moments = [DoubleWord::ZERO; MONOMIALS];
@@ -554,7 +559,7 @@ pub(super) fn evaluate<T: Real, const D: usize>(
         }
         // |mean|^2 <= 3/4 of the mean square: the centre is within twice the sources' spread of their mean.
         let [weight, first @ .., square] = extra;
-        let offset = first.map(|v| if weight > T::ZERO { v / weight } else { T::ZERO });
+        let offset = first.map(|v| if weight > T::ZERO { quotient(v, weight) } else { T::ZERO });
         let distance = offset.iter().fold(T::ZERO, |sum, &v| sum + v * v);
         if centred || weight == T::ZERO || distance * T::from_f64(4.0) * weight <= T::from_f64(3.0) * square {
             break;
@@ -562,9 +567,8 @@ pub(super) fn evaluate<T: Real, const D: usize>(
         centred = true;
         frame.centre.iter_mut().zip(offset).for_each(|(c, v)| *c += v);
     }
-    let (far, largest) = far.in_units(units.position);
-    let far = &far;
-    let exponent = largest - units.mass;
+    let far = &far.in_units(units.position);
+    let exponent = far.exponent - units.mass;
     let scales = [0, 1, 2].map(|times: i32| power_of_two(exponent + times * units.position));
     let field = Field::new::<D>(far, degree, (&moments, highest), options);
     let pieces = (
@@ -607,7 +611,8 @@ impl<T: Real, const D: usize> Frame<T, D> {
         });
         let mut centre = [T::ZERO; D];
         for (c, s) in centre.iter_mut().zip(sum) {
-            *c = if weight > T::ZERO && (s / weight).is_finite() { s / weight } else { T::ZERO };
+            let mean = if weight > T::ZERO { quotient(s, weight) } else { T::ZERO };
+            *c = if mean.is_finite() { mean } else { T::ZERO };
         }
         Self { centre, length, mass }
     }

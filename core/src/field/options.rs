@@ -44,7 +44,8 @@ pub enum Method {
     Direct,
     /// No pair: the field is a polynomial of the target's position, from moments of the sources.
     Moments,
-    /// One dimension: one sort, then running moments from either side; pairs within the mollifier's reach one by one.
+    /// One dimension: one sort, then running moments from either side; pairs within the mollifier's reach one by one. All masses have one unit:
+    /// those below 2^-126 (f64: 2^-1022) of the largest lose digits, and count as zero in the end.
     Sorted,
     /// Pairs closer than delta alone.
     Neighbours,

@@ -14,14 +14,14 @@ use crate::real::Real;
 const FEW_PAIRS: usize = 2048;
 
 /// A method that can serve a sum.
-enum Skip<T> {
-    Moments(Far<T>),
-    Sorted(Far<T>),
+enum Skip {
+    Moments(Far),
+    Sorted(Far),
     Neighbours,
     Split,
 }
 
-impl<T> Skip<T> {
+impl Skip {
     fn method(&self) -> (Method, Reason) {
         match self {
             Skip::Moments(_) => (Method::Moments, Reason::EvenPowers),
@@ -32,7 +32,7 @@ impl<T> Skip<T> {
     }
 }
 
-fn skip<T: Real, const D: usize>(kernel: &Kernel<'_, T, D>, wanted: Wanted) -> Option<Skip<T>> {
+fn skip<T: Real, const D: usize>(kernel: &Kernel<'_, T, D>, wanted: Wanted) -> Option<Skip> {
     let only_laplacian = wanted.laplacian && !wanted.potential && !wanted.gradient;
     if only_laplacian && kernel.is_newtonian() && !matches!(kernel.mollifier(), Mollifier::Gaussian { .. }) {
         return Some(Skip::Neighbours);
@@ -50,12 +50,12 @@ fn skip<T: Real, const D: usize>(kernel: &Kernel<'_, T, D>, wanted: Wanted) -> O
 }
 
 /// The polynomial, if all terms are even powers and moments can serve them.
-fn even_powers<T: Real, const D: usize>(kernel: &Kernel<'_, T, D>, wanted: Wanted) -> Option<Far<T>> {
+fn even_powers<T: Real, const D: usize>(kernel: &Kernel<'_, T, D>, wanted: Wanted) -> Option<Far> {
     let far = kernel.far()?;
     if far.is_even() && far.degree() <= moments::DEGREE {
         // Without a mollifier a coincident pair contributes nothing, and moments cannot leave it out: of all outputs that
         // matters for the constant Laplacian of |x|^2 alone.
-        let constant = far.coefficients.get(2).is_some_and(|&c| c != T::ZERO);
+        let constant = far.coefficients.get(2).is_some_and(|c| !c.is_zero());
         if !(kernel.is_singular() && wanted.laplacian && constant) {
             return Some(far);
         }
@@ -204,12 +204,12 @@ pub(super) fn evaluate<T: Real, const D: usize>(
     match skip {
         Skip::Neighbours => {
             let coefficient = kernel.newtonian_coefficient();
-            neighbours::evaluate(coefficient, kernel.blob(), sources, targets, outputs, workspace, run)
+            neighbours::evaluate((coefficient, kernel.blob()), options, sources, targets, outputs, workspace, run)
         }
         Skip::Moments(far) => {
             moments::evaluate((&far, kernel.delta()), options, sources, targets, outputs, workspace, run)
         }
-        Skip::Sorted(far) => sorted::evaluate(kernel, &far, sources, targets, outputs, workspace, run),
+        Skip::Sorted(far) => sorted::evaluate((kernel, &far), options, sources, targets, outputs, workspace, run),
         Skip::Split => split(options, kernel, sources, targets, outputs, workspace, run),
     }
 }

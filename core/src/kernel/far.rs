@@ -5,49 +5,55 @@ use super::edge_series::laurent;
 use super::law::is_multiple;
 use super::part::Variable;
 use super::profile::Profile;
+use super::wide::Wide;
 use super::{Kernel, Law};
-use crate::real::Real;
+use crate::real::{Real, Scalar};
 
 /// Coefficients of |x|^0 .. |x|^9.
 pub(crate) const POWERS: usize = 10;
 
-/// K_delta = sum c_k |x|^k for |x| > reach.
+/// K_delta = sum c_k |x|^k for |x| > reach, with coefficients of any size.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Far<T> {
-    pub(crate) coefficients: [T; POWERS],
+pub(crate) struct Far {
+    pub(crate) coefficients: [Wide; POWERS],
     /// 0 where the polynomial holds everywhere.
-    pub(crate) reach: T,
+    pub(crate) reach: f64,
 }
 
-impl<T: Real> Far<T> {
+/// The coefficients in the units of a sum ([`Far::in_units`]).
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Scaled<T> {
+    pub(crate) coefficients: [T; POWERS],
+    /// The binary exponent that they lack.
+    pub(crate) exponent: i32,
+}
+
+impl Far {
     /// The highest power.
     pub(crate) fn degree(&self) -> usize {
-        self.coefficients.iter().rposition(|&c| c != T::ZERO).unwrap_or(0)
+        self.coefficients.iter().rposition(|c| !c.is_zero()).unwrap_or(0)
     }
 
-    /// The polynomial of lengths in units, |x| being the true one times 2^`position`, less a power of two that is returned: the largest of its
+    /// The polynomial of lengths in units, |x| being the true one times 2^`position`, less a power of two: the largest of its
     /// coefficients is about 1, so that none overflows, and one that underflows has no part in values of that size.
-    pub(crate) fn in_units(&self, position: i32) -> (Self, i32) {
-        let exponent = |k: usize, c: T| c.frexp().1.saturating_sub(position.saturating_mul(k as i32));
-        let numbered = || self.coefficients.iter().enumerate().filter(|(_, c)| **c != T::ZERO);
-        let largest = numbered().map(|(k, &c)| exponent(k, c)).max().unwrap_or(0);
-        let mut scaled = *self;
-        for (k, c) in scaled.coefficients.iter_mut().enumerate() {
-            *c = c.ldexp(position.saturating_mul(k as i32).saturating_add(largest).saturating_neg());
-        }
-        scaled.reach = self.reach.ldexp(position);
-        (scaled, largest)
+    pub(crate) fn in_units<T: Real>(&self, position: i32) -> Scaled<T> {
+        let in_units = |k: usize, c: Wide| c.shift(position.saturating_mul(k as i32).saturating_neg());
+        let scaled = || self.coefficients.iter().enumerate().map(|(k, &c)| in_units(k, c));
+        let exponent = scaled().filter(|c| !c.is_zero()).map(|c| c.exponent).max().unwrap_or(0);
+        let mut coefficients = [T::ZERO; POWERS];
+        coefficients.iter_mut().zip(scaled()).for_each(|(to, c)| *to = T::from_f64(c.over(exponent)));
+        Scaled { coefficients, exponent }
     }
 
     /// Whether it is a polynomial of |x|^2.
     pub(crate) fn is_even(&self) -> bool {
-        self.coefficients.iter().skip(1).step_by(2).all(|&c| c == T::ZERO)
+        self.coefficients.iter().skip(1).step_by(2).all(|c| c.is_zero())
     }
 }
 
 impl<T: Real, const D: usize> Kernel<'_, T, D> {
     /// The polynomial, if every term is one: even powers in any dimension, Newtonian and odd powers in 1D, up to 9.
-    pub(crate) fn far(&self) -> Option<Far<T>> {
+    pub(crate) fn far(&self) -> Option<Far> {
         if !self.is_known() {
             return None;
         }
@@ -60,8 +66,8 @@ impl<T: Real, const D: usize> Kernel<'_, T, D> {
                 parts.iter().fold(0.0, |most: f64, &(w, c)| if w == 0.0 { most } else { most.max(c) }) * REACH * delta
             }
         };
-        let mut sum = [0.0_f64; POWERS];
-        let mut far = Far { coefficients: [T::ZERO; POWERS], reach: T::ZERO };
+        let square = Wide::new(delta, 0).times(Wide::new(delta, 0));
+        let mut far = Far { coefficients: [Wide::ZERO; POWERS], reach: 0.0 };
         for term in self.terms() {
             let (law, factor) = term.law.canonical(D);
             let coefficient = factor * term.coefficient;
@@ -77,27 +83,25 @@ impl<T: Real, const D: usize> Kernel<'_, T, D> {
                 _ => return None,
             };
             if !is_multiple(p, 2.0) {
-                far.reach = T::from_f64(reach);
+                far.reach = reach;
             }
-            let mut add = |power: usize, value: f64| {
-                if let Some(slot) = sum.get_mut(power) {
-                    *slot += value;
+            let mut add = |power: usize, value: Wide| {
+                if let Some(slot) = far.coefficients.get_mut(power) {
+                    *slot = slot.plus(value);
                 }
             };
+            let scale = Wide::new(scale, 0);
             match terms {
                 None => add(p as usize, scale),
                 Some(None) => return None,
                 Some(Some((c, count))) => {
-                    let mut length = 1.0;
+                    let mut scale = scale;
                     for (n, c) in c.iter().take(count).enumerate() {
-                        add((p as usize).saturating_sub(2 * n), scale * c.hi * length);
-                        length *= delta * delta;
+                        add((p as usize).saturating_sub(2 * n), scale.scale(c.hi));
+                        scale = scale.times(square);
                     }
                 }
             }
-        }
-        for (slot, value) in far.coefficients.iter_mut().zip(sum) {
-            *slot = T::from_f64(value);
         }
         Some(far)
     }
@@ -108,71 +112,80 @@ const EDGE: usize = 20;
 /// Most powers of s: |x|^8.
 const SQUARE: usize = 5;
 
-/// K_delta, K_delta'/r and the Laplacian inside a compact mollifier: sums of powers of t = 1 - (r/delta)^2 and of s = (r/delta)^2.
+/// K_delta, delta K_delta'/r and the Laplacian inside a compact mollifier in 1D: sums of powers of t = 1 - (r/delta)^2 and of
+/// s = (r/delta)^2, each times a power of two so that the largest coefficient is about 1.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Near<T> {
     pub(crate) edge: [[T; EDGE]; 3],
     pub(crate) edge_terms: usize,
     pub(crate) square: [[T; SQUARE]; 3],
     pub(crate) square_terms: usize,
-    /// 1/delta.
-    pub(crate) per_delta: T,
+    /// The binary exponents that the coefficients lack.
+    pub(crate) exponents: [i32; 3],
 }
 
-impl<T: Real> Near<T> {
-    /// The polynomials of lengths in units, less the power of two that [`Far::in_units`] returned.
-    pub(crate) fn in_units(&self, position: i32, largest: i32) -> Self {
-        let mut scaled = *self;
-        let shifts =
-            [0, 2, 2].map(|times: i32| position.saturating_mul(times).saturating_add(largest).saturating_neg());
-        for ((edge, square), shift) in scaled.edge.iter_mut().zip(&mut scaled.square).zip(shifts) {
-            edge.iter_mut().chain(square).for_each(|c| *c = c.ldexp(shift));
-        }
-        scaled.per_delta = self.per_delta.ldexp(-position);
-        scaled
-    }
+/// What is added up before exponents are known.
+struct Sums {
+    edge: [[Wide; EDGE]; 3],
+    square: [[Wide; SQUARE]; 3],
 }
 
 impl<T: Real, const D: usize> Kernel<'_, T, D> {
-    /// The polynomials, if that is what all terms are: those of [`Kernel::far`], under a compact mollifier.
+    /// The polynomials, if that is what all terms are: those of [`Kernel::far`], in 1D under a compact mollifier.
     pub(crate) fn near(&self) -> Option<Near<T>> {
-        let p = self.blob.polynomials()?;
-        let mut near = Near {
-            edge: [[T::ZERO; EDGE]; 3],
-            edge_terms: 0,
-            square: [[T::ZERO; SQUARE]; 3],
-            square_terms: 0,
-            per_delta: T::ONE / p.delta,
-        };
+        let p = self.blob.polynomials().filter(|_| D == 1)?;
+        let mut sums = Sums { edge: [[Wide::ZERO; EDGE]; 3], square: [[Wide::ZERO; SQUARE]; 3] };
+        let (mut edge_terms, mut square_terms) = (0, 0);
+        let delta = self.delta().to_f64();
         if self.newtonian != T::ZERO {
-            let c = self.newtonian;
-            let series = [(&p.potential, p.potential_scale), (&p.gradient, p.scale), (&p.density, p.scale)];
-            for (to, (from, scale)) in near.edge.iter_mut().zip(series) {
-                near.edge_terms = near.edge_terms.max(from.coefficients().len());
-                to.iter_mut().zip(from.coefficients()).for_each(|(to, &from)| *to = c * (scale * from));
+            // delta P / 2, delta times G / (2 delta), b / (2 delta)
+            let half = Wide::new(self.newtonian.to_f64(), 0).shift(-1);
+            let (fraction, exponent) = Scalar::frexp(delta);
+            let series = [
+                (&p.potential, half.times(Wide::new(fraction, exponent))),
+                (&p.gradient, half),
+                (&p.density, half.times(Wide::new(1.0 / fraction, exponent.saturating_neg()))),
+            ];
+            for (to, (from, scale)) in sums.edge.iter_mut().zip(series) {
+                edge_terms = edge_terms.max(from.coefficients().len());
+                to.iter_mut().zip(from.coefficients()).for_each(|(to, &from)| *to = scale.scale(from.to_f64()));
             }
-            near.edge[0][0] += c * p.potential_offset;
         }
         let series = self.others.first().map_or(&[][..], |others| others.series);
         for part in self.parts() {
             let panel = part.panel(series, 0)?;
             let coefficients = panel.coefficients(series);
-            let to: [&mut [T]; 3] = match panel.variable {
+            let to: [&mut [Wide]; 3] = match panel.variable {
                 Variable::EdgePowers if panel.len <= EDGE => {
-                    near.edge_terms = near.edge_terms.max(panel.len);
-                    near.edge.each_mut().map(|c| &mut c[..])
+                    edge_terms = edge_terms.max(panel.len);
+                    sums.edge.each_mut().map(|c| &mut c[..])
                 }
                 Variable::SquarePowers if panel.len <= SQUARE => {
-                    near.square_terms = near.square_terms.max(panel.len);
-                    near.square.each_mut().map(|c| &mut c[..])
+                    square_terms = square_terms.max(panel.len);
+                    sums.square.each_mut().map(|c| &mut c[..])
                 }
                 _ => return None,
             };
-            let [value, gradient, laplacian] = to;
-            for (((u, g), l), c) in value.iter_mut().zip(gradient).zip(laplacian).zip(coefficients) {
-                let c = c.map(T::from_f64);
-                (*u, *g, *l) = (*u + c[0], *g + c[1], *l + c[2]);
+            let factors = [1.0, delta, 1.0];
+            for ((to, k), factor) in to.into_iter().zip(0..3).zip(factors) {
+                for (to, c) in to.iter_mut().zip(coefficients) {
+                    let c = c.get(k).copied().unwrap_or(0.0);
+                    *to = to.plus(Wide::new(c, 0).scale(factor));
+                }
             }
+        }
+        let mut near = Near {
+            edge: [[T::ZERO; EDGE]; 3],
+            edge_terms,
+            square: [[T::ZERO; SQUARE]; 3],
+            square_terms,
+            exponents: [0; 3],
+        };
+        let to = near.edge.iter_mut().zip(&mut near.square).zip(&mut near.exponents);
+        for (((edge, square), exponent), (from, from_square)) in to.zip(sums.edge.iter().zip(&sums.square)) {
+            let all = from.iter().chain(from_square);
+            *exponent = all.clone().filter(|c| !c.is_zero()).map(|c| c.exponent).max().unwrap_or(0);
+            edge.iter_mut().chain(square).zip(all).for_each(|(to, c)| *to = T::from_f64(c.over(*exponent)));
         }
         Some(near)
     }
@@ -195,7 +208,7 @@ mod tests {
         let block = &mut memory[start..start + bytes];
         let kernel = Kernel::<f64, 1>::prepare(block, &terms, Mollifier::None, 1.0).unwrap();
         let far = kernel.far().unwrap();
-        assert_eq!((far.degree(), far.coefficients[1]), (1, 1.5));
+        assert_eq!((far.degree(), far.coefficients[1].to_f64()), (1, 1.5));
     }
 
     #[test]
@@ -220,18 +233,20 @@ mod tests {
             let near = kernel.near();
             assert_eq!(near.is_some(), matches!(mollifier, Mollifier::Compact { .. }));
             for (near, r) in near.iter().flat_map(|near| [0.0, 0.03, 0.11, 0.199].map(|r| (near, r))) {
-                let s = r * near.per_delta * (r * near.per_delta);
+                let s = r / 0.2 * (r / 0.2);
                 let horner = |c: &[f64], x: f64| c.iter().rev().fold(0.0, |sum, c| sum * x + c);
                 let want = kernel.pair(r, [true; 3]);
-                for ((edge, square), want) in near.edge.iter().zip(&near.square).zip(want) {
-                    let got = horner(edge, 1.0 - s) + horner(square, s);
+                for (k, ((edge, square), want)) in near.edge.iter().zip(&near.square).zip(want).enumerate() {
+                    let got = (horner(edge, 1.0 - s) + horner(square, s)).ldexp(near.exponents[k]);
+                    let want = if k == 1 { 0.2 * want } else { want };
                     // some thirty roundings of the largest coefficients, at most 2 * 8/delta (psi of order 6)
                     assert!((got - want).abs() < 32.0 * f64::EPSILON * 80.0, "{mollifier:?} {r} {got} {want}");
                 }
             }
             for r in [1.01, 2.0, 30.0].map(|f: f64| f * far.reach.max(0.1)) {
-                let want = far.coefficients.iter().rev().fold(0.0, |sum, c| sum * r + c);
-                let size = far.coefficients.iter().rev().fold(0.0, |sum, c| sum * r + c.abs());
+                let coefficients = far.coefficients.map(Wide::to_f64);
+                let want = coefficients.iter().rev().fold(0.0, |sum, c| sum * r + c);
+                let size = coefficients.iter().rev().fold(0.0, |sum, c| sum * r + c.abs());
                 // fits miss 1e-15 of the largest value, which the sum of magnitudes bounds within a panel's factor 2^4
                 assert!((kernel.value(r) - want).abs() < 64.0 * f64::EPSILON * size, "{mollifier:?} {r}");
             }

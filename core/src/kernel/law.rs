@@ -1,5 +1,6 @@
 //! The bare kernels: names, parameter ranges, and K, K'/r, Laplacian K away from the origin.
 
+use super::wide::{self, Wide};
 use crate::error::{Error, Result};
 use crate::real::{DoubleWord, Real, Scalar};
 use crate::special::bessel::{k0_scaled, k1_scaled};
@@ -186,6 +187,32 @@ impl Law {
 }
 
 impl Law {
+    /// [`Law::alone`] with exponents, so that no power of r leaves the range.
+    pub(crate) fn scaled<const D: usize>(self, r: f64) -> [Wide; 3] {
+        use core::f64::consts::PI;
+        match self {
+            Law::Newtonian => {
+                let (f, e) = Scalar::frexp(r);
+                let f = if f > 0.0 { f } else { 1.0 };
+                let (value, gradient) = match D {
+                    1 => (Wide::new(0.5 * f, e), Wide::new(0.5 / f, e.saturating_neg())),
+                    2 => (Wide::new(Scalar::log(r) * (0.5 / PI), 0), Wide::new(0.5 / PI / f / f, e.saturating_mul(-2))),
+                    _ => (
+                        Wide::new(-0.25 / PI / f, e.saturating_neg()),
+                        Wide::new(0.25 / PI / f / f / f, e.saturating_mul(-3)),
+                    ),
+                };
+                [value, gradient, Wide::ZERO]
+            }
+            Law::Power { exponent: p } => {
+                let gradient = wide::power(r, p - 2.0);
+                let value = if p == 0.0 { Wide::new(Scalar::log(r), 0) } else { wide::power(r, p).scale(1.0 / p) };
+                [value, gradient, gradient.scale(p + D as f64 - 2.0)]
+            }
+            law => law.alone::<D>(r).map(|v| Wide::new(v, 0)),
+        }
+    }
+
     /// K'(r) with the same accuracy. It is finite where K'/r may overflow.
     pub(crate) fn slope<const D: usize>(self, r: f64) -> f64 {
         use core::f64::consts::PI;

@@ -45,12 +45,14 @@ mod part;
 mod profile;
 mod quadrature;
 mod table;
+mod wide;
 
 pub use block::Supplied;
-pub(crate) use far::{Far, Near, POWERS};
+pub(crate) use far::{Far, Near, POWERS, Scaled};
 pub use law::{Law, MAX_TERMS, RadialKernel, Term};
 pub(crate) use profile::sphere;
 pub(crate) use table::{Head as TableHead, Table, terms as table_terms};
+pub(crate) use wide::Wide;
 
 use crate::error::Result;
 #[cfg(feature = "kernels")]
@@ -243,10 +245,7 @@ impl<T: Real, const D: usize> Kernel<'_, T, D> {
 
     /// Value, gradient factor and Laplacian of all non-Newtonian terms, in double precision for both scalars.
     fn alone(&self, r: T) -> [f64; 3] {
-        self.alone_wide(r.to_f64())
-    }
-
-    fn alone_wide(&self, r: f64) -> [f64; 3] {
+        let r = r.to_f64();
         let mut sum = [0.0; 3];
         let Some(others) = self.others.first().filter(|others| others.used > 0) else { return sum };
         if r == 0.0 && self.is_singular() {
@@ -278,12 +277,67 @@ impl<T: Real, const D: usize> Kernel<'_, T, D> {
 
     /// [`Kernel::pair`] in double precision.
     pub(crate) fn pair_wide(&self, r: f64, wanted: [bool; 3]) -> [f64; 3] {
-        let [u, g, l] = self.alone_wide(r);
-        if self.newtonian == T::ZERO || (r == 0.0 && self.is_singular()) {
-            return [u, g, l];
+        self.pair_scaled(r, wanted).map(Wide::to_f64)
+    }
+
+    /// The same with exponents, so that what bare powers and Newtonian terms give need not be in range.
+    pub(crate) fn pair_scaled(&self, r: f64, wanted: [bool; 3]) -> [Wide; 3] {
+        let mut sum = [Wide::ZERO; 3];
+        if r == 0.0 && self.is_singular() {
+            return sum;
         }
-        let [more_u, more_g, more_l] = self.newtonian_pair(T::from_f64(r), wanted).map(T::to_f64);
-        [u + more_u, g + more_g, l + more_l]
+        let mut add = |more: [Wide; 3]| sum.iter_mut().zip(more).for_each(|(sum, more)| *sum = sum.plus(more));
+        if let Some(others) = self.others.first().filter(|others| others.used > 0) {
+            others.parts().iter().for_each(|part| add(part.scaled::<D>(others.series, r)));
+        }
+        if self.newtonian != T::ZERO {
+            let coefficient = Wide::new(self.newtonian.to_f64(), 0);
+            add(self.newtonian_scaled(r, wanted).map(|v| v.times(coefficient)));
+        }
+        sum
+    }
+
+    /// The Newtonian part of [`Kernel::pair_scaled`], of coefficient 1.
+    fn newtonian_scaled(&self, r: f64, wanted: [bool; 3]) -> [Wide; 3] {
+        // In units of a power of two near delta, in which nothing leaves the range.
+        let (delta, exponent) = Scalar::frexp(self.delta().to_f64());
+        let near = Scalar::ldexp(r, exponent.saturating_neg());
+        let unit = |n: i32| n.saturating_mul(exponent);
+        let d = D as i32;
+        let shift =
+            if D == 2 { f64::from(exponent) * core::f64::consts::LN_2 * (0.5 / core::f64::consts::PI) } else { 0.0 };
+        let true_units = |[u, g, l]: [f64; 3]| {
+            [Wide::new(u, unit(2 - d)).plus(Wide::new(shift, 0)), Wide::new(g, unit(-d)), Wide::new(l, unit(-d))]
+        };
+        #[cfg(feature = "kernels")]
+        let polynomials = &self.polynomials;
+        #[cfg(not(feature = "kernels"))]
+        let polynomials = &self.blob.polynomials();
+        match polynomials {
+            Some(p) if near < delta => {
+                let t = (delta - near) / delta * (1.0 + near / delta);
+                let at = |series: &[T]| series.iter().rev().fold(0.0, |sum: f64, &c| sum * t + c.to_f64());
+                let square = delta * delta;
+                let per = 1.0 / (sphere(D) * if D == 1 { delta } else { square * if D == 2 { 1.0 } else { delta } });
+                let offset = if D == 2 { Scalar::log(delta) / sphere(2) } else { 0.0 };
+                true_units([
+                    if wanted[0] { per * square * at(p.potential.coefficients()) + offset } else { 0.0 },
+                    if wanted[1] { per * at(p.gradient.coefficients()) } else { 0.0 },
+                    if wanted[2] { per * at(p.density.coefficients()) } else { 0.0 },
+                ])
+            }
+            None if !self.is_singular() => {
+                let Ok(blob) = Blob::<f64, D>::new(self.mollifier(), delta) else { return [Wide::new(f64::NAN, 0); 3] };
+                true_units(blob.gaussian_pair(near, wanted).unwrap_or_else(|| {
+                    [
+                        if wanted[0] { blob.potential(near) } else { 0.0 },
+                        if wanted[1] { blob.gradient_factor(near) } else { 0.0 },
+                        if wanted[2] { blob.density(near) } else { 0.0 },
+                    ]
+                }))
+            }
+            _ => Law::Newtonian.scaled::<D>(r),
+        }
     }
 
     /// Value, gradient factor and Laplacian for sums; entries not `wanted` are unspecified. The Newtonian part uses single-word polynomials
@@ -336,7 +390,8 @@ impl<T: Real, const D: usize> Kernel<'_, T, D> {
                 }
             }
             _ => {
-                let [v, f, _] = Law::Newtonian.bare::<T, D>(r);
+                // Not zero here, but the compiler may divide before it knows.
+                let [v, f, _] = Law::Newtonian.bare::<T, D>(if r > T::ZERO { r } else { T::ONE });
                 u = c * v;
                 g = c * f;
             }

@@ -9,6 +9,7 @@
 
 use super::chebyshev::{clenshaw, horner_words, horner3};
 use super::law::{Law, decay, power, real_power};
+use super::wide::{self, Wide};
 use crate::real::{DoubleWord, Real, Scalar};
 
 /// Numbers in a panel's header.
@@ -69,6 +70,8 @@ impl Variable {
     #[inline(always)]
     pub(crate) fn at<T: Real>(self, radius: T, r: T, root: T) -> T {
         // Differences of r and R are exact within a factor of two, so a variable that vanishes at the edge has a small relative error.
+        // The divisor is replaced at r = 0: the compiler may divide before it knows that the quotient is not used.
+        let divisor = if r > T::ZERO { r } else { T::ONE };
         match self {
             Self::EdgePowers | Self::Edge => {
                 let t = ((radius - r) / radius * (T::ONE + r / radius)).max(T::ZERO);
@@ -79,13 +82,13 @@ impl Variable {
                 q * q
             }
             Self::InversePowers | Self::Inverse => {
-                let w = radius / r;
+                let w = radius / divisor;
                 w * w
             }
             Self::Outside => rooted(((r - radius) / radius * (T::ONE + r / radius)).max(T::ZERO), root),
-            Self::InverseEdge => rooted(((r - radius) / r * (T::ONE + radius / r)).max(T::ZERO), root),
-            Self::Reciprocal => radius / r,
-            Self::ReciprocalEdge => rooted(((r - radius) / r).max(T::ZERO), root),
+            Self::InverseEdge => rooted(((r - radius) / divisor * (T::ONE + radius / divisor)).max(T::ZERO), root),
+            Self::Reciprocal => radius / divisor,
+            Self::ReciprocalEdge => rooted(((r - radius) / divisor).max(T::ZERO), root),
         }
     }
 
@@ -96,7 +99,7 @@ impl Variable {
         let scaled = Scalar::ldexp(r, -exponent);
         match self {
             Self::InversePowers => {
-                let w = DoubleWord::quotient(radius, scaled);
+                let w = DoubleWord::quotient(radius, if scaled > 0.0 { scaled } else { 1.0 });
                 w * w
             }
             Self::SquarePowers => {
@@ -274,6 +277,8 @@ impl<T: Real> Part<T> {
         if index < self.plain {
             return series();
         }
+        // Not zero here, but the compiler may divide before it knows.
+        let r = if r > T::ZERO { r } else { T::ONE };
         match self.outer {
             Outer::Bare { factor } => self.law.bare::<T, D>(r).map(|v| factor * v),
             Outer::Power { exponent } => {
@@ -320,6 +325,7 @@ impl Part<f64> {
         if index < self.plain {
             return series();
         }
+        let r = if r > 0.0 { r } else { 1.0 };
         match self.outer {
             Outer::Bare { factor } => self.law.alone::<D>(r).map(|v| factor * v),
             Outer::Power { exponent } => {
@@ -344,6 +350,20 @@ impl Part<f64> {
                 ]
             }
             Outer::Zero | Outer::Clamped { .. } => [0.0; 3],
+        }
+    }
+
+    /// [`Part::alone`] with exponents: powers of r need not be in range, the series' own numbers must.
+    pub(crate) fn scaled<const D: usize>(&self, tables: &[f64], r: f64) -> [Wide; 3] {
+        let (index, from) = self.place(tables, r);
+        match self.outer {
+            Outer::Bare { factor } if index >= self.plain => self.law.scaled::<D>(r).map(|v| v.scale(factor)),
+            Outer::Power { exponent } if index >= self.plain => {
+                let [u, g, l] = self.panel(tables, index).map_or([f64::NAN; 3], |p| p.alone(tables, self.radius, from));
+                let less = wide::power(r, exponent - 2.0);
+                [wide::power(r, exponent).scale(u), less.scale(g), less.scale(l)]
+            }
+            _ => self.alone::<D>(tables, r).map(|v| Wide::new(v, 0)),
         }
     }
 

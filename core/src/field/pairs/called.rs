@@ -1,19 +1,22 @@
 //! A kernel that is known by its functions alone: they are called for every pair.
+//!
+//! Their numbers have exponents of their own ([`Wide`]). Lanes take them divided by powers of two, those of the largest distance; where one of a
+//! pair's three numbers is far from 1 even so, the pair is left out and summed in true units.
 
-use super::exact::product;
 use super::lanes::{Group, Noted, Want, distances};
 use super::output::{Contribution, Scales};
 use super::packed::{Units, least_square_exponent, power_of_two};
 use super::{Block, PairKernel};
 use crate::exec::Statistics;
 use crate::field::Wanted;
+use crate::kernel::Wide;
 use crate::real::{Real, Scalar, length};
 use crate::simd::{Isa, MAX_LANES};
 
 /// A kernel as a function of the distance alone, in double precision: a value beyond single precision, times a small mass, may be within.
 pub(in crate::field) trait Radial: Sync {
-    /// [`crate::field::Interaction::pair_wide`].
-    fn pair(&self, r: f64, wanted: Wanted) -> [f64; 3];
+    /// [`crate::field::Interaction::pair_wide`], which may leave the range of double precision where the kernel's laws are known.
+    fn pair(&self, r: f64, wanted: Wanted) -> [Wide; 3];
     /// [`crate::field::Interaction::is_singular`].
     fn is_singular(&self) -> bool;
 }
@@ -32,6 +35,34 @@ pub(in crate::field) struct Prepared<'a, T> {
     least: T,
 }
 
+/// Pairs are left out where an exponent, less its size, is not between these: products with masses in units then stay in range, and normal but for
+/// masses below 2^-36 of the largest at f32's lower limit.
+const fn limits<T: Real>() -> (i32, i32) {
+    if T::DIGITS > 24 { (-120, 900) } else { (-90, 90) }
+}
+
+impl<T: Real> Prepared<'_, T> {
+    /// The numbers of a pair at this r^2 in units, in the lanes' units; None where it is left out. It does not depend on what is wanted.
+    #[inline]
+    fn numbers(&self, r2: T) -> Option<[T; 3]> {
+        if r2 < self.least {
+            return None;
+        }
+        let (least, most) = limits::<T>();
+        let mut numbers = [T::ZERO; 3];
+        let all = self.kernel.pair(r2.to_f64().sqrt().ldexp(self.exponent), ALL);
+        for ((to, number), size) in numbers.iter_mut().zip(all).zip(self.sizes) {
+            if !number.is_zero() && !(least..=most).contains(&number.exponent.saturating_sub(size)) {
+                return None;
+            }
+            *to = T::from_f64(number.over(size));
+        }
+        Some(numbers)
+    }
+}
+
+const ALL: Wanted = Wanted { potential: true, gradient: true, laplacian: true };
+
 impl<'a, T: Real, const D: usize> PairKernel<T, D> for Called<'a> {
     type Prepared = Prepared<'a, T>;
     type Lanes<V: Copy> = V;
@@ -45,13 +76,13 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Called<'a> {
 
     fn prepare(&self, units: Units<T>) -> Self::Prepared {
         let least = power_of_two(-least_square_exponent::<T>());
-        Prepared { kernel: self.0, exponent: -units.position, sizes: self.sizes(-units.position), least }
+        Prepared { kernel: self.0, exponent: -units.position, sizes: self.sizes::<T>(-units.position), least }
     }
 
     fn scales(&self, units: Units<T>, class: usize) -> Scales<T> {
         // The kernel answers in true units; masses and the d of a gradient are in units, and d is source minus target.
         let mass = -units.class(class);
-        let [value, factor, laplacian] = self.sizes(-units.position);
+        let [value, factor, laplacian] = self.sizes::<T>(-units.position);
         Scales {
             potential: (T::ONE, mass + value),
             gradient: (-T::ONE, mass + factor - units.position),
@@ -72,27 +103,20 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Called<'a> {
         [noted, _]: &mut [Noted; 2],
         _counts: &mut Statistics,
     ) {
-        let wanted = Wanted { potential: P, gradient: true, laplacian: block.laplacian };
         for (at, (x, &m)) in block.sources.0.iter().zip(block.sources.1).enumerate() {
             let (d, r2) = distances(isa, x, groups);
             let mass = isa.splat(m);
-            if isa.any_below(&r2, least) {
-                noted.push(at);
-            }
+            let mut left_out = isa.any_below(&r2, least);
             for (v, ((group, d), &r2)) in groups.iter_mut().zip(&d).zip(&r2).enumerate() {
-                let near = isa.bits(isa.lt(r2, least));
-                let valid = block.valid.get(v).copied().unwrap_or(0) & !near;
+                let valid = block.valid.get(v).copied().unwrap_or(0);
                 let (mut values, mut factors, mut laplacians) =
                     ([T::ZERO; MAX_LANES], [T::ZERO; MAX_LANES], [T::ZERO; MAX_LANES]);
                 let slots = values.iter_mut().zip(&mut factors).zip(&mut laplacians);
                 for (lane, (r2, ((value, factor), laplacian))) in isa.store(r2).into_iter().zip(slots).enumerate() {
                     if valid >> lane & 1 == 1 {
-                        let r = r2.to_f64().sqrt().ldexp(prepared.exponent);
-                        let numbers = prepared.kernel.pair(r, wanted);
-                        for (to, (number, size)) in
-                            [value, factor, laplacian].into_iter().zip(numbers.into_iter().zip(prepared.sizes))
-                        {
-                            *to = T::from_f64(number.ldexp(-size));
+                        match prepared.numbers(r2) {
+                            Some(numbers) => [*value, *factor, *laplacian] = numbers,
+                            None => left_out = true,
                         }
                     }
                 }
@@ -104,18 +128,24 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Called<'a> {
                     group.add_laplacian(isa, mass, isa.load(&laplacians));
                 }
             }
+            if left_out {
+                noted.push(at);
+            }
         }
     }
 
     #[inline(always)]
     fn left_out<I: Isa<T>, const NB: usize>(
         isa: I,
-        (_, &least): (&Self::Prepared, &I::V),
+        (prepared, _): (&Self::Prepared, &I::V),
         source: &[T; D],
         groups: &[Group<I::V, D>; NB],
         _laplacian: bool,
     ) -> [u32; NB] {
-        distances(isa, source, groups).1.map(|r2| isa.bits(isa.lt(r2, least)))
+        distances(isa, source, groups).1.map(|r2| {
+            let lanes = isa.store(r2).into_iter().take(I::LANES).enumerate();
+            lanes.fold(0, |bits, (lane, r2)| bits | u32::from(prepared.numbers(r2).is_none()) << lane)
+        })
     }
 
     fn exact(&self, x: &[T; D], mass: T, want: Want) -> Contribution<T, D> {
@@ -124,11 +154,19 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Called<'a> {
 }
 
 impl Called<'_> {
-    /// The exponents of value, gradient factor and Laplacian at the largest distance.
-    fn sizes(&self, exponent: i32) -> [i32; 3] {
-        let all = Wanted { potential: true, gradient: true, laplacian: true };
-        let numbers = self.0.pair(1.0_f64.ldexp(exponent), all);
-        numbers.map(|number| if number.is_finite() { number.frexp().1 } else { 0 })
+    /// The exponents of value, gradient factor and Laplacian at the largest distance, or more where those at the least one would not fit.
+    fn sizes<T: Real>(&self, exponent: i32) -> [i32; 3] {
+        let at = |exponent: i32| {
+            self.0.pair(1.0_f64.ldexp(exponent), ALL).map(|number| (!number.is_zero()).then_some(number.exponent))
+        };
+        let least = exponent.saturating_sub(least_square_exponent::<T>() / 2);
+        let (_, most) = limits::<T>();
+        let mut sizes = [0; 3];
+        for (size, (far, near)) in sizes.iter_mut().zip(at(exponent).into_iter().zip(at(least))) {
+            let near = near.map(|near| near.saturating_sub(most));
+            *size = far.max(near).unwrap_or(0);
+        }
+        sizes
     }
 }
 
@@ -146,16 +184,16 @@ pub(super) fn pair<T: Real, const D: usize>(
         return sums;
     }
     let wanted = Wanted { potential: want.potential, gradient: want.gradient, laplacian: want.laplacian };
-    let [value, factor, laplacian] = kernel.pair(r, wanted);
-    let mass = mass.to_f64();
+    let mass = Wide::new(mass.to_f64(), 0);
+    let [value, factor, laplacian] = kernel.pair(r, wanted).map(|number| number.times(mass));
     if want.potential {
-        sums.potential = T::from_f64(mass * value);
+        sums.potential = T::from_f64(value.to_f64());
     }
     if want.gradient {
-        sums.gradient.iter_mut().zip(x).for_each(|(sum, x)| *sum = T::from_f64(product([mass, factor, x])));
+        sums.gradient.iter_mut().zip(x).for_each(|(sum, x)| *sum = T::from_f64(factor.scale(x).to_f64()));
     }
     if want.laplacian {
-        sums.laplacian = T::from_f64(mass * laplacian);
+        sums.laplacian = T::from_f64(laplacian.to_f64());
     }
     sums
 }

@@ -33,6 +33,7 @@
 //! Tests: `field_direct::the_error_bound_holds_in_f64` and `.._f32`, `field_bounds`.
 
 mod called;
+#[allow(dead_code, reason = "`exact::product` serves no kernel that is called")]
 mod exact;
 mod instances;
 mod lanes;
@@ -68,7 +69,7 @@ const TASK: usize = 128;
 /// Sources added up before their sum joins the total.
 pub(in crate::field) const BLOCK: usize = 256;
 /// The same for compensated sums.
-const SHORT_BLOCK: usize = 8;
+pub(in crate::field) const SHORT_BLOCK: usize = 8;
 
 /// What the engine asks of a kernel.
 ///

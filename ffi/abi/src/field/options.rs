@@ -13,7 +13,7 @@ pub const MOLLIS_METHOD_AUTO: i32 = 0;
 pub const MOLLIS_METHOD_DIRECT: i32 = 1;
 /// No pair: moments of the sources (even powers).
 pub const MOLLIS_METHOD_MOMENTS: i32 = 2;
-/// One dimension: one sort.
+/// One dimension: one sort. All masses have one unit: those below 2^-126 (double: 2^-1022) of the largest lose digits, and count as zero in the end.
 pub const MOLLIS_METHOD_SORTED: i32 = 3;
 /// Pairs closer than delta alone (the Laplacian of a Newtonian kernel).
 pub const MOLLIS_METHOD_NEIGHBOURS: i32 = 4;
