@@ -92,14 +92,10 @@ impl<T: Real> Criterion<T> {
         let most = T::MAX_EXPONENT - 1;
         let exponent = |x: T| x.frexp().1.clamp(-most, most);
         let (mass, length) = (exponent(*total) & !1, exponent(farthest));
-        let Law { chi, noise, gamma } = &mut self.constants;
-        let ((fraction, power), (_, noisy)) = (gamma.frexp(), noise.frexp());
-        let pull = power + 2 * mass;
-        let both = chi.frexp().1 + pull;
-        let noiseless = *noise == T::ZERO;
-        let both = if noiseless { both } else { both.max(noisy) };
-        (*chi, *noise, *gamma) = (chi.ldexp(pull - both), noise.ldexp(-both), fraction);
-        let in_range = noiseless || *noise >= T::MIN_POSITIVE;
+        let noiseless = self.constants.noise == T::ZERO;
+        let both;
+        (self.constants, both) = self.constants.scaled(mass);
+        let in_range = noiseless || self.constants.noise >= T::MIN_POSITIVE;
         let time = mass + 2 * length - both;
         // Within these bounds, which no collision that counts goes beyond, products with the step are in range.
         self.dt = self.dt.ldexp(-time).max(T::MIN_POSITIVE).min(T::MAX.ldexp(-16));
