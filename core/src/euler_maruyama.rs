@@ -48,6 +48,10 @@ pub fn largest<T: Real>(speed: T, diffusivity: T, width: T) -> T {
     if width == T::INFINITY {
         return width;
     }
+    // In a unit of length, a power of two, in which squares are in range.
+    let most = T::MAX_EXPONENT - 1;
+    let unit = T::ONE.ldexp(-width.frexp().1.clamp(-most, most));
+    let (width, speed, diffusivity) = (width * unit, speed * unit, diffusivity * unit * unit);
     let noise = (T::PI * diffusivity).sqrt();
     // speed r^2 + noise r = width, r = sqrt(s), solved by the formula without cancellation.
     let root = noise + (noise * noise + T::from_i32(4) * speed * width).sqrt();

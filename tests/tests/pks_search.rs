@@ -25,7 +25,7 @@ fn search(
     let mut carve = Carve::reopen(&mut memory[start..start + bytes]).unwrap();
     let mut scratch = Scratch::layout(&mut carve, n).unwrap();
     let extent = Extent::of(positions, masses, &Serial).unwrap();
-    let mesh = Mesh::new(search, &extent, step);
+    let mesh = Mesh::new(search, &extent, step, 1.0);
     let particles = Particles { positions, masses, smallest: extent.smallest };
     find(search, criterion, &mesh, particles, &Serial, &mut scratch).unwrap();
     let mut out = Vec::new();

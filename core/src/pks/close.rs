@@ -58,16 +58,31 @@ pub struct Close<'a, T: Real> {
     kernel: &'a dyn Interaction<T, 2>,
     /// The Newtonian kernel's coefficient / (2 pi), and its mollifier.
     newtonian: Option<(T, &'a Blob<T, 2>)>,
-    chi: T,
-    noise: T,
-    /// chi gamma, positive.
-    strength: T,
-    /// Minus the index of two masses as far as it matters for merging, over their product: a pair merges from 1 on.
-    merging: T,
+    /// The strength of the logarithm near zero.
+    gamma: T,
+    options: &'a Options<T>,
     masses: &'a [T],
-    smallest: T,
+    /// Diffusivity of the lightest particle.
+    fastest: T,
     largest: T,
     buffers: Buffers<'a, T>,
+    /// Masses are multiplied by 2 to minus this. This and the other units are powers of two, by which squares and products stay in range.
+    mass: i32,
+    /// That power.
+    per_mass: T,
+    /// chi gamma and mu~, as far as their ratio goes, for masses in that unit.
+    ratio: [T; 2],
+    /// Minus the index of two masses as far as it matters for merging, over their product: a pair merges from 1 on.
+    merging: T,
+    /// Lengths are multiplied by 2 to minus this.
+    length: i32,
+    /// That power.
+    per_length: T,
+    /// Times are multiplied by 2 to minus this.
+    time: i32,
+    /// chi and mu~ in these units, in which the rest is, too.
+    chi: T,
+    noise: T,
     /// Pairs are close within a time of this.
     within: T,
     /// The lowest first coordinate, and keys per length.
@@ -78,11 +93,10 @@ pub struct Close<'a, T: Real> {
 /// Two close particles: their indices, and the square of the distance at the start of the sub-step.
 type Body<'b, T> = dyn FnMut(usize, usize, T) + 'b;
 
-/// Differences of two points, and the square of their distance.
-fn apart<T: Real>(points: &[[T; 2]], i: usize, j: usize) -> Option<([T; 2], T)> {
-    let ([a, b], [c, d]) = (*points.get(i)?, *points.get(j)?);
-    let [x, y] = [a - c, b - d];
-    Some(([x, y], x * x + y * y))
+/// The exponent of a power of two near x, such that it and its inverse are normal numbers.
+fn bounded<T: Real>(x: T) -> i32 {
+    let most = T::MAX_EXPONENT - 1;
+    x.frexp().1.clamp(-most, most)
 }
 
 /// Adds these multiples of `d` to two points.
@@ -98,73 +112,96 @@ impl<'a, T: Real> Close<'a, T> {
     /// The close pairs of particles of these masses under the sum of this kernel; `None` if no pair ever is.
     pub fn new(
         kernel: &'a dyn Interaction<T, 2>,
-        options: &Options<T>,
+        options: &'a Options<T>,
         masses: &'a [T],
         buffers: Buffers<'a, T>,
     ) -> Option<Self> {
         let &Options { chi, noise, gamma, merging, .. } = options;
-        let merging = match merging {
-            Merging::All => return None,
-            Merging::Hard => chi * gamma / (T::TWO * noise),
-            Merging::Never => T::ZERO,
-        };
+        if merging == Merging::All {
+            return None;
+        }
         let newtonian = kernel.newtonian().map(|(coefficient, blob)| (coefficient / (T::TWO * T::PI), blob));
-        let strength = chi * newtonian.map_or(gamma, |(strength, _)| strength);
         let (mut smallest, mut largest) = (T::INFINITY, T::ZERO);
         for &m in masses {
             (smallest, largest) = (smallest.min(m), largest.max(m));
         }
-        let (within, low, per) = (T::ZERO, T::ZERO, T::ZERO);
+        let mass = bounded(largest);
+        let both = (chi.frexp().1 + 2 * mass).max(noise.frexp().1);
+        let (pull, push) = (chi.ldexp(2 * mass - both), noise.ldexp(-both));
+        let near = newtonian.map_or(gamma, |(strength, _)| strength);
         let close = Self {
             kernel,
             newtonian,
+            gamma: near,
+            options,
+            masses,
+            fastest: noise / smallest,
+            largest: largest.ldexp(-mass),
+            buffers,
+            mass,
+            per_mass: T::ONE.ldexp(-mass),
+            ratio: [pull * near, push],
+            merging: if merging == Merging::Hard { pull * gamma / (T::TWO * push) } else { T::ZERO },
+            length: 0,
+            per_length: T::ONE,
+            time: 0,
             chi,
             noise,
-            strength,
-            merging,
-            masses,
-            smallest,
-            largest,
-            buffers,
-            within,
-            low,
-            per,
+            within: T::ZERO,
+            low: T::ZERO,
+            per: T::ZERO,
         };
         let least = T::from_f64(1.0 / 128.0);
-        (noise > T::ZERO && strength > T::ZERO && close.index(largest, largest) > least).then_some(close)
+        (noise > T::ZERO && pull * near > T::ZERO && close.index(close.largest, close.largest) > least).then_some(close)
     }
 
     /// The diffusivity of the lightest particle.
     pub fn diffusivity(&self) -> T {
-        self.noise / self.smallest
+        self.fastest
+    }
+
+    /// A particle's mass.
+    fn mass(&self, i: usize) -> Option<T> {
+        self.masses.get(i).map(|&m| m * self.per_mass)
+    }
+
+    /// Differences of two points as they are given, and the square of their distance.
+    fn apart(&self, points: &[[T; 2]], i: usize, j: usize) -> Option<([T; 2], T)> {
+        let ([a, b], [c, d]) = (*points.get(i)?, *points.get(j)?);
+        let given = [a - c, b - d];
+        let [x, y] = given.map(|d| d * self.per_length);
+        Some((given, x * x + y * y))
     }
 
     /// Minus the index (2.7) of two masses.
     fn index(&self, m: T, other: T) -> T {
-        self.strength * m / (T::TWO * self.noise) * other
+        let [pull, push] = self.ratio;
+        pull * m / (T::TWO * push) * other
     }
 
     /// V'(r) / r for this r^2.
     fn factor(&self, square: T) -> T {
-        let Some((strength, blob)) = self.newtonian else { return self.kernel.gradient_factor(square.sqrt()) };
-        let edge = blob.delta() * blob.delta();
+        let by_kernel = || self.kernel.gradient_factor(square.sqrt().ldexp(self.length)).ldexp(2 * self.length);
+        let Some((strength, blob)) = self.newtonian else { return by_kernel() };
+        let delta = blob.delta() * self.per_length;
+        let edge = delta * delta;
         match blob.terms(Polynomial::Gradient) {
             Some(terms) if square < edge => {
                 let t = T::ONE - square / edge;
                 let coefficients = (0..terms).rev().map(|k| blob.coefficient(Polynomial::Gradient, k));
                 coefficients.fold(T::ZERO, |sum, c| sum * t + c) * (strength / edge)
             }
-            None if blob.mollifier() != Mollifier::None => self.kernel.gradient_factor(square.sqrt()),
+            None if blob.mollifier() != Mollifier::None => by_kernel(),
             _ => strength / square,
         }
     }
 
-    /// Whether a mollifier is so long that no pair is close within this time.
-    fn is_resolved(&self, within: T) -> bool {
+    /// Whether a mollifier is so long that no pair is close.
+    fn is_resolved(&self) -> bool {
         // Inside, the factor is largest at 0 for orders 2 and 4, whose polynomials have coefficients of one sign, and less than twice that for
         // the others.
         let compact = self.newtonian.is_some_and(|(_, blob)| blob.terms(Polynomial::Gradient).is_some());
-        compact && T::from_i32(512) * self.chi * self.largest * within * self.factor(T::ZERO) <= T::ONE
+        compact && T::from_i32(512) * self.chi * self.largest * self.within * self.factor(T::ZERO) <= T::ONE
     }
 
     /// Whether two particles at this squared distance are close.
@@ -185,17 +222,23 @@ impl<'a, T: Real> Close<'a, T> {
     /// Looks for the pairs that are close within a sub-step of this length from these points; whether there are any.
     #[cfg_attr(feature = "small", inline(never))]
     pub fn seek(&mut self, points: &[[T; 2]], within: T) -> bool {
-        if self.is_resolved(within) {
+        let farthest = points.as_flattened().iter().fold(T::ZERO, |most, x| most.max(x.abs()));
+        (self.length, self.time) = (bounded(farthest), bounded(within));
+        let both = self.time - 2 * self.length;
+        self.per_length = T::ONE.ldexp(-self.length);
+        self.chi = self.options.chi.ldexp(both + self.mass);
+        self.noise = self.options.noise.ldexp(both - self.mass);
+        self.within = within.ldexp(-self.time);
+        if self.is_resolved() {
             return false;
         }
-        self.within = within;
         let (mut low, mut high) = (T::INFINITY, -T::INFINITY);
         for (x, to) in points.iter().zip(self.buffers.before.iter_mut()) {
-            (low, high) = (low.min(x[0]), high.max(x[0]));
-            *to = *x;
+            *to = x.map(|x| x * self.per_length);
+            (low, high) = (low.min(to[0]), high.max(to[0]));
         }
         (self.low, self.per) = (low, T::ONE.ldexp(31) / (high - low));
-        for (i, [x, _]) in points.iter().enumerate() {
+        for (i, [x, _]) in self.buffers.before.iter().take(points.len()).enumerate() {
             let word = u64::from(self.key(*x)) << 32 | i as u64;
             self.buffers.words.get_mut(i).into_iter().for_each(|to| *to = word);
         }
@@ -214,8 +257,7 @@ impl<'a, T: Real> Close<'a, T> {
         let words = self.buffers.words.get(..self.masses.len()).unwrap_or(&[]);
         let at = |place: usize| {
             let i = words.get(place).map_or(0, |&word| particle(word));
-            let (x, m) = (self.buffers.before.get(i), self.masses.get(i));
-            (i, x.copied().unwrap_or_default(), m.copied().unwrap_or_default())
+            (i, self.buffers.before.get(i).copied().unwrap_or_default(), self.mass(i).unwrap_or_default())
         };
         let key_at = |place: usize| words.get(place).map(|word| (word >> 32) as u32);
         let turn = |from: usize, step: usize, to: usize| if backwards { to - 1 - step } else { from + step };
@@ -224,7 +266,7 @@ impl<'a, T: Real> Close<'a, T> {
             let place = turn(0, step, n);
             let (i, x, m) = at(place);
             // A logarithm moves two of this mass at r by 2 chi gamma m s / r.
-            let square = T::from_i32(256) * (self.strength * m * self.within) * self.index(m, m).min(T::ONE);
+            let square = T::from_i32(256) * (self.chi * self.gamma * m * self.within) * self.index(m, m).min(T::ONE);
             let reach = square.sqrt();
             let (least, most) = (self.key(x[0] - reach), self.key(x[0] + reach));
             let (mut from, mut to) = (place, place + 1);
@@ -251,12 +293,13 @@ impl<'a, T: Real> Close<'a, T> {
     #[cfg_attr(feature = "small", inline(never))]
     pub fn leave(&self, points: &[[T; 2]], gradient: &mut [[T; 2]]) {
         self.each(false, &mut |i, j, _| {
-            let (Some((d, square)), Some(&m), Some(&other)) =
-                (apart(points, i, j), self.masses.get(i), self.masses.get(j))
+            let (Some((d, square)), Some(m), Some(other)) = (self.apart(points, i, j), self.mass(i), self.mass(j))
             else {
                 return;
             };
             let factor = if square >= T::MIN_POSITIVE { self.factor(square) } else { T::ZERO };
+            // A gradient is of the unit of mass over that of length.
+            let d = d.map(|d| d.ldexp(self.mass - 2 * self.length));
             shift(gradient, d, [(i, -(other * factor)), (j, m * factor)]);
         });
     }
@@ -264,12 +307,15 @@ impl<'a, T: Real> Close<'a, T> {
     /// Draws close pairs together after a sub-step of length `s` without their attraction; `arrived` is overwritten.
     #[cfg_attr(feature = "small", inline(never))]
     pub fn draw(&self, s: T, arrived: &mut [[T; 2]], positions: &mut [[T; 2]]) {
+        let s = s.ldexp(-self.time);
         arrived.iter_mut().zip(&*positions).for_each(|(to, x)| *to = *x);
         // Half of it in one order, half in the other.
         for backwards in [false, true] {
             self.each(backwards, &mut |i, j, before| {
-                let (Some(&m), Some(&other)) = (self.masses.get(i), self.masses.get(j)) else { return };
-                let (Some((_, end)), Some((d, now))) = (apart(arrived, i, j), apart(positions, i, j)) else { return };
+                let (Some(m), Some(other)) = (self.mass(i), self.mass(j)) else { return };
+                let (Some((_, end)), Some((d, now))) = (self.apart(arrived, i, j), self.apart(positions, i, j)) else {
+                    return;
+                };
                 if now < T::MIN_POSITIVE {
                     return;
                 }

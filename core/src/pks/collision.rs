@@ -8,6 +8,7 @@
 //! is then the one with `Q(|nu|, Y / (2 beta^2 tau)) = u`. [`CollisionLaw::Printed`] takes one Gaussian step of Y, (3.11) in the reading
 //! `Y + dY <= 0`: it merges close pairs, whose nu is barely below zero, far too often.
 
+use super::extent::Extent;
 use super::theory::{Group, Law};
 use crate::real::Real;
 use crate::special::{incomplete_gamma, normal};
@@ -36,9 +37,22 @@ pub enum Merging {
     Never,
 }
 
+/// What masses and lengths are multiplied by, so that squares and products stay in range: powers of two, so that nothing is rounded.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Units<T> {
+    /// What masses are multiplied by.
+    pub mass: T,
+    /// What lengths are multiplied by.
+    pub length: T,
+    /// Times are multiplied by 2 to minus this.
+    pub time: i32,
+}
+
 /// The decision, prepared for one step.
 #[derive(Clone, Copy, Debug)]
 pub struct Criterion<T> {
+    /// The units of all that follows, and of whatever the decision is given.
+    pub units: Units<T>,
     /// chi, mu~, gamma.
     pub constants: Law<T>,
     /// Exact or printed.
@@ -54,14 +68,39 @@ pub struct Criterion<T> {
 }
 
 impl<T: Real> Criterion<T> {
-    /// Prepares the decision.
+    /// Prepares the decision, in the units of the constants and the step.
     #[must_use]
     pub fn new(constants: Law<T>, law: CollisionLaw, merging: Merging, probability: T, dt: T) -> Self {
         let quantile = match law {
             CollisionLaw::Printed if cfg!(not(feature = "small")) => normal::quantile(probability),
             CollisionLaw::Exact | CollisionLaw::Printed => T::ZERO,
         };
-        Self { constants, law, merging, probability, quantile, dt }
+        let units = Units { mass: T::ONE, length: T::ONE, time: 0 };
+        Self { units, constants, law, merging, probability, quantile, dt }
+    }
+
+    /// Goes over to units in which the mass of all particles, their farthest coordinate, and the larger one of `gamma chi M^2` and mu~, M being that mass,
+    /// are near 1, for a criterion that has none yet.
+    ///
+    /// The unit of mass has an even exponent, for square roots of masses. Returns whether indices are in range: else there is noise, but too little.
+    #[must_use]
+    #[cfg_attr(feature = "small", inline(never))]
+    pub fn scale(&mut self, extent: &Extent<T>) -> bool {
+        let Extent { low, high, total, .. } = extent;
+        let farthest = low.iter().chain(high).fold(T::ZERO, |most, x| most.max(x.abs()));
+        // 2^e and 2^-e are normal numbers.
+        let most = T::MAX_EXPONENT - 1;
+        let exponent = |x: T| x.frexp().1.clamp(-most, most);
+        let (mass, length) = (exponent(*total) & !1, exponent(farthest));
+        let noiseless = self.constants.noise == T::ZERO;
+        let both;
+        (self.constants, both) = self.constants.scaled(mass);
+        let in_range = noiseless || self.constants.noise >= T::MIN_POSITIVE;
+        let time = mass + 2 * length - both;
+        // Within these bounds, which no collision that counts goes beyond, products with the step are in range.
+        self.dt = self.dt.ldexp(-time).max(T::MIN_POSITIVE).min(T::MAX.ldexp(-16));
+        self.units = Units { mass: T::ONE.ldexp(-mass), length: T::ONE.ldexp(-length), time };
+        in_range
     }
 
     /// Whether no group at all can collide, by a bound: then no search is needed.

@@ -18,7 +18,7 @@ use crate::field::{Interaction, Wanted};
 use crate::grid::{Equation, Grid, Mesh, Walls};
 use crate::mollifier::{Blob, Mollifier, Series};
 use crate::random::Generator;
-use crate::real::Real;
+use crate::real::{Real, length};
 use crate::simd::{Level, Loops, with_simd};
 
 /// At most so many particles are heavy: those of the greatest masses, of equal ones the first.
@@ -156,15 +156,15 @@ impl<'a, T: Real> HeavySet<'a, T> {
         );
     }
 
-    /// Overwrites the gradients at the heavy particles with that of the other particles, by pairs, in the mean over a step if `infall_factor` is
-    /// 2 chi dt, and as they are if it is zero.
+    /// Overwrites the gradients at the heavy particles with that of the other particles, by pairs, in the mean over their infall if given
+    /// chi and dt, and as they are if these are zero.
     ///
     /// # Errors
     /// The executor's.
     fn react(
         &self,
         (positions, masses): (&[[T; 2]], &[T]),
-        infall_factor: T,
+        [chi, dt]: [T; 2],
         slopes: &mut [[T; 2]],
         executor: &dyn Executor,
     ) -> Result<()> {
@@ -172,7 +172,9 @@ impl<'a, T: Real> HeavySet<'a, T> {
         par_chunks(executor, self.masses.len(), Chunks::new(slopes, 1), (), &|task, slopes, ()| {
             let (Some(&at), Some(&mass)) = (self.positions().get(task), self.masses().get(task)) else { return Ok(()) };
             let Some(slope) = slopes.first_mut() else { return Ok(()) };
-            let infall_factor = infall_factor * mass;
+            // chi times the mass is in range where chi dt may not be; the scaling is exact.
+            let (fraction, exponent) = mass.frexp();
+            let infall_factor = T::TWO * chi.ldexp(exponent) * dt * fraction;
             *slope = [T::ZERO; 2];
             let mut from = 0;
             for until in self.indices().iter().copied().chain([positions.len()]) {
@@ -207,7 +209,7 @@ impl<'a, T: Real> HeavySet<'a, T> {
             Ok(())
         })?;
         let mut own = list_of(self.masses.len(), [T::ZERO; 2])?;
-        self.react((positions, masses), T::ZERO, &mut own, executor)?;
+        self.react((positions, masses), [T::ZERO; 2], &mut own, executor)?;
         self.attract(self.positions(), &mut own, &mut []);
         for (&index, own) in self.indices().iter().zip(&own) {
             slopes.get_mut(index).into_iter().for_each(|slope| *slope = *own);
@@ -236,8 +238,8 @@ impl<'a, T: Real> HeavySet<'a, T> {
             *label = moving.labels.get(index).copied().ok_or(Error::LengthMismatch)?;
             *flag = moving.recorded.get(index).copied().unwrap_or(0);
         }
-        let infall_factor = T::TWO * moving.options.chi * moving.dt;
-        self.react((moving.positions, moving.masses), infall_factor, &mut corrections, executor)?;
+        let infall = [moving.options.chi, moving.dt];
+        self.react((moving.positions, moving.masses), infall, &mut corrections, executor)?;
         grid.interpolate_here(self.positions(), &mut slopes);
         for (correction, mesh) in corrections.iter_mut().zip(&slopes) {
             *correction = [correction[0] - mesh[0], correction[1] - mesh[1]];
@@ -278,8 +280,7 @@ impl<'a, T: Real> HeavySet<'a, T> {
         let mut least = T::INFINITY;
         for (k, x) in self.positions().iter().enumerate() {
             for y in self.positions().iter().take(k) {
-                let d = [x[0] - y[0], x[1] - y[1]];
-                let r = (d[0] * d[0] + d[1] * d[1]).sqrt();
+                let r = length(&[x[0] - y[0], x[1] - y[1]]);
                 least = if r > T::ZERO { least.min(r) } else { least };
             }
         }

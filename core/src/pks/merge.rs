@@ -1,6 +1,6 @@
 //! Merging: which clusters collapsed, in the order of their lowest labels, into the host's event buffer.
 
-use super::collision::Criterion;
+use super::collision::{Criterion, Units};
 use super::search;
 use super::state::{Counters, Event, Events, Report, State};
 use crate::error::{Error, Result};
@@ -35,17 +35,21 @@ impl<'w, T: Real> Queue<'w, T> {
         self.head.fill(0);
     }
 
-    /// Decides every cluster that the search found: the increments are those of the particles' motion from `positions`.
+    /// Decides every cluster that the search found: the increments are those of the particles' motion from `positions` in a time of `dt`.
     #[cfg_attr(feature = "small", inline(never))]
     pub fn decide(
         &mut self,
         criterion: &Criterion<T>,
         found: &mut search::Scratch<'_, T>,
         state: (&[[T; 2]], &[T], &[u64]),
-        increments: &[[T; 2]],
+        (increments, dt): (&[[T; 2]], T),
         counters: &Counters,
     ) {
         let (positions, masses, labels) = state;
+        let Units { mass: unit, length: scale, time } = criterion.units;
+        // Another unit of time, of an even exponent, in which the increments' squares stay in range.
+        let half = dt.frexp().1 >> 1;
+        let (root, step) = (T::ONE.ldexp(-half), dt.ldexp(-2 * half));
         let mut length = 0;
         for cluster in found.clusters() {
             // (3.14): dW~ = sum sqrt(m) (X - c) . dW / sqrt(M Y)
@@ -58,12 +62,14 @@ impl<'w, T: Real> Queue<'w, T> {
                     continue;
                 };
                 let [cx, cy] = cluster.centre;
-                sum += m.sqrt() * ((x[0] - cx) * w[0] + (x[1] - cy) * w[1]);
+                let away = (x[0] * scale - cx) * (w[0] * root) + (x[1] * scale - cy) * (w[1] * root);
+                sum += (m * unit).sqrt() * away;
                 lowest = lowest.min(label);
             }
-            let scale = (cluster.group.mass * cluster.moment * criterion.dt).sqrt();
-            let z = if scale > T::ZERO { sum / scale } else { T::ZERO };
+            let norm = (cluster.group.mass * cluster.moment * step).sqrt();
+            let z = if norm > T::ZERO { sum / norm } else { T::ZERO };
             let Some(tau) = criterion.time(&cluster.group, cluster.moment, z) else { continue };
+            let tau = tau.ldexp(time).min(dt);
             // Clusters hold at least two members and do not overlap, so first / 2 is a place of its own.
             let place = cluster.first / 2;
             if let (Some(range), Some(label), Some(value)) =

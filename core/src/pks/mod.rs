@@ -17,6 +17,8 @@ mod state;
 mod step;
 #[cfg(test)]
 mod testing;
+#[cfg(test)]
+mod tests;
 pub mod theory;
 
 pub use collision::{CollisionLaw, Merging};

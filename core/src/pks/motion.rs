@@ -9,7 +9,7 @@ use super::state::Options;
 use crate::error::{Error, Result};
 use crate::exec::Executor;
 use crate::random::{Generator, Philox, normals_of_labels};
-use crate::real::Real;
+use crate::real::{Real, length};
 use crate::rk4;
 use crate::simd::{Level, Loops, with_simd};
 
@@ -178,6 +178,34 @@ pub fn copy<T: Real>(to: &mut [[T; 2]], from: &[[T; 2]], executor: &dyn Executor
     to.iter_mut().zip(from).for_each(|(to, from)| *to = *from);
 }
 
+/// The noise of a time: `sqrt(2 mu~ s / m)` for a mass m, in factors that stay in range for all normal masses. All scaling is exact.
+#[derive(Clone, Copy)]
+struct Spread<T> {
+    noise: T,
+    s: T,
+    /// A power of two: `2 mu~ s` is the other two's `2 noise s`, which is from 1/4 to 2, times its square.
+    unit: T,
+}
+
+impl<T: Real> Spread<T> {
+    #[inline]
+    fn new(noise: T, s: T) -> Self {
+        let ((noise, a), (s, b)) = (noise.frexp(), s.frexp());
+        let both = a + b;
+        Self { noise, s: s.ldexp(-(both & 1)), unit: T::ONE.ldexp((both + 1) >> 1) }
+    }
+
+    #[inline(always)]
+    fn of(self, m: T) -> T {
+        (T::TWO * self.noise * self.s / m).sqrt() * self.unit
+    }
+
+    /// As [`Spread::of`], from the diffusivity.
+    fn of_one(self, m: T) -> T {
+        (T::TWO * (self.noise / m) * self.s).sqrt() * self.unit
+    }
+}
+
 /// Draws a pair of normals for each label in a sub-step.
 type Draw<'a, T> = dyn FnMut(&[u64], u32, &mut [[T; 2]]) -> Result<()> + 'a;
 
@@ -272,15 +300,20 @@ impl<T: Real> Loops for Once<'_, T> {
         let Self { part, slopes, normals, positions, enough } = self;
         let Options { chi, noise, ref control, .. } = *part.options;
         // E|N| = sqrt(pi / 2), and the noise's part of the jump is sqrt(2 D dt) E|N|.
-        let (dt, twice, mean) = (part.dt, T::TWO * noise * part.dt, (T::HALF * T::PI).sqrt());
+        let (dt, scale, mean) = (part.dt, Spread::new(noise, part.dt), (T::HALF * T::PI).sqrt());
+        // Of speeds that matter squares are in range in this unit, which is exact.
+        let most = T::MAX_EXPONENT - 1;
+        let exponent = (control.width.frexp().1 - dt.frexp().1).clamp(-most, most);
+        let (unit, per_unit) = (T::ONE.ldexp(exponent), T::ONE.ldexp(-exponent));
         let one = control.at_least <= 1;
         let mut finite = true;
         let parts = part.positions.iter().zip(part.masses).zip(slopes.iter()).zip(normals.iter());
         for ((((x, &m), g), z), (to, enough)) in parts.zip(positions.iter_mut().zip(enough.iter_mut())) {
             let v = [-(chi * g[0]), -(chi * g[1])];
-            let spread = (twice / m).sqrt();
+            let spread = scale.of(m);
             *to = [x[0] + v[0] * dt + spread * z[0], x[1] + v[1] * dt + spread * z[1]];
-            let speed = (v[0] * v[0] + v[1] * v[1]).sqrt();
+            let v = [v[0] * per_unit, v[1] * per_unit];
+            let speed = (v[0] * v[0] + v[1] * v[1]).sqrt() * unit;
             *enough = one & (speed * dt + mean * spread <= control.width);
             finite &= !*enough | (to[0].is_finite() & to[1].is_finite());
         }
@@ -315,7 +348,7 @@ fn substep<T: Real>(
         let [g] = slope;
         let [z] = normal;
         let mut v = [-(chi * g[0]), -(chi * g[1])];
-        let speed = (v[0] * v[0] + v[1] * v[1]).sqrt();
+        let speed = length(&v);
         let s = control.next(part.dt, left, done, speed, diffusivity)?;
         if let Some(field) = field
             && control.width < part.options.control.width
@@ -327,7 +360,7 @@ fn substep<T: Real>(
             let [g] = slope;
             v = [-(chi * g[0]), -(chi * g[1])];
         }
-        let (root, spread) = (s.sqrt(), (T::TWO * diffusivity * s).sqrt());
+        let (root, spread) = (s.sqrt(), Spread::new(noise, s).of_one(m));
         x = [x[0] + v[0] * s + spread * z[0], x[1] + v[1] * s + spread * z[1]];
         sum = [sum[0] + root * z[0], sum[1] + root * z[1]];
         left -= s;
@@ -382,7 +415,7 @@ pub fn together<T: Real>(
             near.leave(positions, gradient);
         }
         for (g, &m) in gradient.iter().zip(moving.masses) {
-            let speed = chi.abs() * (g[0] * g[0] + g[1] * g[1]).sqrt();
+            let speed = chi.abs() * length(g);
             s = s.min(control.next(moving.dt, left, done, speed, noise / m)?);
         }
         for (g, x) in gradient.iter().zip(positions.iter_mut()) {
@@ -419,14 +452,14 @@ fn jump<T: Real>(
     if cfg!(not(feature = "small")) && noise == T::ZERO {
         return Ok(());
     }
-    let (twice, root) = (T::TWO * noise * s, s.sqrt());
+    let (scale, root) = (Spread::new(noise, s), s.sqrt());
     if cfg!(feature = "small") {
         // One by one, which draws the same from a stream.
         for (k, ((&label, &m), x)) in moving.labels.iter().zip(moving.masses).zip(positions).enumerate() {
             let mut normals = [[T::ZERO; 2]];
             normals_of_labels(generator, &[label], moving.step, substep, &mut normals)?;
             let [z] = normals;
-            let spread = (twice / m).sqrt();
+            let spread = scale.of(m);
             *x = [x[0] + spread * z[0], x[1] + spread * z[1]];
             if let (Some(1..), Some(to)) = (moving.recorded.get(k), increments.get_mut(k)) {
                 *to = [to[0] + root * z[0], to[1] + root * z[1]];
@@ -452,7 +485,7 @@ fn jump<T: Real>(
         let Some(normals) = normals.get_mut(..labels.len()) else { return Err(Error::TooLarge) };
         normals_of_labels(generator, labels, moving.step, substep, normals)?;
         for ((x, z), &m) in positions.iter_mut().zip(normals.iter()).zip(masses) {
-            let spread = (twice / m).sqrt();
+            let spread = scale.of(m);
             *x = [x[0] + spread * z[0], x[1] + spread * z[1]];
         }
         let recorded = moving.recorded.get(part).unwrap_or(&[]);

@@ -207,7 +207,7 @@ pub fn step<T: Real>(
         return layout.commit(workspace, state, n, dt, to, None);
     }
     let before = (part(state.positions, n)?, part(state.masses, n)?, part(state.labels, n)?);
-    let criterion = Criterion::new(
+    let mut criterion = Criterion::new(
         Law { chi: options.chi, noise: options.noise, gamma: options.gamma },
         options.law,
         options.merging,
@@ -217,7 +217,8 @@ pub fn step<T: Real>(
 
     // Section 3.2 (1): clusters.
     let attracted = !matches!(attraction, Attraction::None) && options.chi != T::ZERO;
-    let Searched { found, total, largest } = layout.search(workspace, &criterion, before, counters.step, attracted)?;
+    let Searched { found, total, largest } =
+        layout.search(workspace, &mut criterion, before, counters.step, attracted)?;
     if let Some(clusters) = found {
         Report { searches: 1, clusters: clusters as u64, ..Report::default() }.add_to(&mut report);
     }
@@ -300,12 +301,12 @@ impl<T: Real> Layout<'_, T> {
         layout(&mut Carve::reopen(workspace)?, self.room, &self.summed, self.options, workers)
     }
 
-    /// Checks the particles, finds the clusters that may collide, unless none can, and marks their particles.
+    /// Checks the particles, finds the clusters that may collide, unless none can, and marks their particles. Gives the criterion units.
     #[cfg_attr(feature = "small", inline(never))]
     fn search(
         &self,
         workspace: &mut [u8],
-        criterion: &Criterion<T>,
+        criterion: &mut Criterion<T>,
         (positions, masses, _): (&[[T; 2]], &[T], &[u64]),
         step: u64,
         attracted: bool,
@@ -313,14 +314,20 @@ impl<T: Real> Layout<'_, T> {
         // Sizes before data. Not moved, as stacks may be short.
         let mut arrays = self.open(workspace);
         let Arrays { queue, found, recorded, .. } = arrays.as_mut().map_err(|error| *error)?;
-        let (mesh, smallest, largest, total) = {
+        let (mesh, smallest, largest, total, in_range) = {
             let extent = Extent::of(positions, masses, self.executor)?;
-            (Mesh::new(&self.options.search, &extent, step), extent.smallest, extent.largest, extent.total)
+            let in_range = criterion.scale(&extent);
+            let mesh = Mesh::new(&self.options.search, &extent, step, criterion.units.length);
+            (mesh, extent.smallest, extent.largest, extent.total, in_range)
         };
         queue.clear();
         found.clear();
-        if positions.len() < 2 || !attracted || criterion.impossible(largest, total) {
+        let unit = criterion.units.mass;
+        if positions.len() < 2 || !attracted || criterion.impossible(largest * unit, total * unit) {
             return Ok(Searched { found: None, total, largest });
+        }
+        if !in_range {
+            return Err(Error::OutOfDomain);
         }
         let particles = Particles { positions, masses, smallest };
         search::find(&self.options.search, criterion, &mesh, particles, self.executor, found)?;
@@ -412,7 +419,7 @@ impl<T: Real> Layout<'_, T> {
             if clusters > 0 {
                 arrays.found.resume(clusters);
                 let before = (part(state.positions, n)?, part(state.masses, n)?, part(state.labels, n)?);
-                arrays.queue.decide(criterion, &mut arrays.found, before, arrays.increments, counters);
+                arrays.queue.decide(criterion, &mut arrays.found, before, (arrays.increments, dt), counters);
             }
             let moved = arrays.moved.get(..n).ok_or(Error::LengthMismatch)?;
             let positions = state.positions.get_mut(..n).ok_or(Error::LengthMismatch)?;

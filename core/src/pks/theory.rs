@@ -12,10 +12,9 @@ pub const GAMMA: f64 = 0.5 * core::f64::consts::FRAC_1_PI;
 /// The critical mass `8 pi mu / chi`: above it a solution blows up in finite time (1.6), below it never does (1.7). Infinite for chi = 0.
 #[must_use]
 pub fn critical_mass<T: Real>(mu: T, chi: T) -> T {
-    if chi == T::ZERO {
-        return T::INFINITY;
-    }
-    T::from_i32(8) * T::PI * mu / chi
+    // The divisor is chosen, not the quotient, which the compiler may compute all the same.
+    let mass = T::from_i32(8) * T::PI * mu / if chi == T::ZERO { T::ONE } else { chi };
+    if chi == T::ZERO { T::INFINITY } else { mass }
 }
 
 /// The bound `T < 2 pi F(0) / ((chi M - 8 pi mu) M)` on the time of blow-up (1.8); infinite for a subcritical mass.
@@ -24,10 +23,10 @@ pub fn critical_mass<T: Real>(mu: T, chi: T) -> T {
 #[must_use]
 pub fn blow_up_bound<T: Real>(mass: T, mu: T, chi: T, second_moment: T) -> T {
     let excess = chi * mass - T::from_i32(8) * T::PI * mu;
-    if excess > T::ZERO {
-        return T::TWO * T::PI * second_moment / (excess * mass);
-    }
-    T::INFINITY
+    let above = excess > T::ZERO;
+    let ((f, a), (x, b), (m, c)) = (second_moment.frexp(), excess.frexp(), mass.frexp());
+    let bound = (T::TWO * T::PI * f / if above { x * m } else { T::ONE }).ldexp(a - b - c);
+    if above { bound } else { T::INFINITY }
 }
 
 /// Number, mass and sum of squared masses of a group of particles: all that its index depends on.
@@ -46,6 +45,12 @@ impl<T: Real> Group<T> {
     #[must_use]
     pub fn of(masses: &[T]) -> Self {
         masses.iter().fold(Self::default(), |group, &mass| group.with(Self { count: T::ONE, mass, pairs: T::ZERO }))
+    }
+
+    /// What is divided by the mass is 0 without any.
+    #[inline]
+    fn divisor(&self) -> T {
+        if self.mass == T::ZERO { T::INFINITY } else { self.mass }
     }
 
     /// The union with another group.
@@ -95,27 +100,65 @@ impl<T: Real> Law<T> {
         group.count - T::TWO - pull / (T::from_i32(4) * self.noise)
     }
 
+    /// nu of (2.7), alpha and beta^2 of (2.4) of particles of these masses; alpha and beta^2 are 0 without any mass. All is computed with masses and
+    /// constants in units by which products stay in range.
+    #[must_use]
+    pub fn rates(&self, masses: &[T]) -> [T; 3] {
+        // The largest products are those with the heaviest, and of these the one with the next.
+        let [mut first, mut second] = [T::ZERO; 2];
+        for m in masses.iter().map(|m| m.abs()) {
+            second = second.max(first.min(m));
+            first = first.max(m);
+        }
+        let second = if second > T::ZERO { second } else { first };
+        let mass = (first.frexp().1 + second.frexp().1) >> 1;
+        let group = |m: &T| Group { count: T::ONE, mass: m.ldexp(-mass), pairs: T::ZERO };
+        let group = masses.iter().map(group).fold(Group::default(), Group::with);
+        let (law, both) = self.scaled(mass);
+        let (noise, power) = self.noise.frexp();
+        let beta_squared = Self { noise, ..law }.beta_squared(&group).ldexp(power - mass);
+        [law.index(&group), law.alpha(&group).ldexp(both - mass), beta_squared]
+    }
+
+    /// The law for masses that are multiplied by 2 to minus `mass`, the larger one of `gamma chi` and mu~ being near 1; chi and mu~ are then multiplied
+    /// by 2 to minus the second, beside that.
+    #[must_use]
+    pub(super) fn scaled(&self, mass: i32) -> (Self, i32) {
+        let Self { chi, noise, gamma } = *self;
+        let ((fraction, power), (_, noisy)) = (gamma.frexp(), noise.frexp());
+        let pull = power + 2 * mass;
+        let both = chi.frexp().1 + pull;
+        let none = chi == T::ZERO || gamma == T::ZERO;
+        let both = if noise == T::ZERO { both } else { noisy.max(if none { noisy } else { both }) };
+        (Self { chi: chi.ldexp(pull - both), noise: noise.ldexp(-both), gamma: fraction }, both)
+    }
+
     /// alpha of (2.4): the drift of the second moment Y of (2.2).
     #[must_use]
     pub fn alpha(&self, group: &Group<T>) -> T {
-        (T::from_i32(4) * self.noise * (group.count - T::ONE) - self.gamma * self.chi * group.pairs) / group.mass
+        (T::from_i32(4) * self.noise * (group.count - T::ONE) - self.gamma * self.chi * group.pairs) / group.divisor()
     }
 
     /// beta of (2.4), squared: `2 mu~ / M`.
     #[inline]
     #[must_use]
     pub fn beta_squared(&self, group: &Group<T>) -> T {
-        T::TWO * self.noise / group.mass
+        T::TWO * self.noise / group.divisor()
     }
 }
 
 /// The rate of change of the normalised second moment `(1/M) int |x|^2 rho`, with heavy point masses beside the regular part (4.12):
-/// `4 mu Mreg / M - chi M / (2 pi) (1 - sum (M_i / M)^2)`.
+/// `4 mu Mreg / M - chi M / (2 pi) (1 - sum (M_i / M)^2)`; 0 without mass.
 #[must_use]
 pub fn second_moment_rate<T: Real>(mass: T, mu: T, chi: T, heavy: &[T]) -> T {
-    let (points, squares) =
-        heavy.iter().fold((T::ZERO, T::ZERO), |(sum, squares), &m| (sum + m, squares + (m / mass) * (m / mass)));
-    T::from_i32(4) * mu * (mass - points) / mass - chi * mass / (T::TWO * T::PI) * (T::ONE - squares)
+    // In a unit of mass in which products are in range.
+    let (whole, exponent) = mass.frexp();
+    let divisor = if whole == T::ZERO { T::INFINITY } else { whole };
+    let (points, squares) = heavy.iter().map(|m| m.ldexp(-exponent)).fold((T::ZERO, T::ZERO), |(sum, squares), m| {
+        let share = m / divisor;
+        (sum + m, squares + share * share)
+    });
+    T::from_i32(4) * mu * (whole - points) / divisor - chi * mass / (T::TWO * T::PI) * (T::ONE - squares)
 }
 
 /// One species of the multi-species model (4.24).
@@ -142,22 +185,33 @@ pub fn second_moment_rate_of_species<T: Real>(species: &[Species<T>], chi: T) ->
 /// upside down; its own numbers (5.8), mu = 5 and shares 1/2, are those of (4.25).)
 #[must_use]
 pub fn species_mu<T: Real>(species: &[Species<T>]) -> T {
-    let (mass, weighted) =
-        species.iter().fold((T::ZERO, T::ZERO), |(mass, sum), s| (mass + s.mass, sum + s.mass * s.mu));
+    let exponent = unit_of_species(species);
+    let (mass, weighted) = species.iter().fold((T::ZERO, T::ZERO), |(mass, sum), s| {
+        let m = s.mass.ldexp(-exponent);
+        (mass + m, sum + m * s.mu)
+    });
     weighted / mass
 }
 
 /// The share eta_i of the particles that the species gets: `M_i mu_i / (M mu)`, [`species_mu`] being mu.
 #[must_use]
 pub fn species_share<T: Real>(species: &[Species<T>], one: &Species<T>) -> T {
-    let weighted = species.iter().fold(T::ZERO, |sum, s| sum + s.mass * s.mu);
-    one.mass * one.mu / weighted
+    let exponent = unit_of_species(species);
+    let weight = |s: &Species<T>| s.mass.ldexp(-exponent) * s.mu;
+    let weighted = species.iter().fold(T::ZERO, |sum, s| sum + weight(s));
+    weight(one) / weighted
+}
+
+/// The exponent of the power of two that masses are divided by so that their products with diffusivities stay in range.
+fn unit_of_species<T: Real>(species: &[Species<T>]) -> i32 {
+    species.iter().fold(T::ZERO, |largest, s| largest.max(s.mass)).frexp().1
 }
 
 /// `mu~ = mu M / N` (4.6), (5.5) of a system of `particles` particles.
 #[must_use]
 pub fn noise<T: Real>(mass: T, mu: T, particles: usize) -> T {
-    mu * mass / T::from_usize(particles)
+    let (fraction, exponent) = mass.frexp();
+    (mu * fraction / T::from_usize(particles)).ldexp(exponent)
 }
 
 /// The point (M1, M2) with the largest M2 on the curve where the second moment of two species neither grows nor shrinks, (5.6):

@@ -18,7 +18,7 @@ use crate::error::Result;
 use crate::exec::Executor;
 use crate::exec::{Chunks, Ranges, par_chunks};
 use crate::memory::Space;
-use crate::pks::collision::Criterion;
+use crate::pks::collision::{Criterion, Units};
 use crate::real::Real;
 use crate::simd::{Level, Loops, with_simd};
 use crate::sort::words as sort;
@@ -140,7 +140,8 @@ impl<'w> Buckets<'w> {
                 blocked.get(from + begin..from + end(bucket)).unwrap_or(&[])
             });
             words.iter_mut().zip(parts.flatten()).for_each(|(to, &from)| *to = from);
-            let [mass, heaviest] = masses.get(at).map_or([T::ZERO; 2], |load| load.map(T::from_f64));
+            let unit = criterion.units.mass;
+            let [mass, heaviest] = masses.get(at).map_or([T::ZERO; 2], |load| load.map(|m| T::from_f64(m) * unit));
             let heavy = words.len() > 2 && criterion.grouped(mass, heaviest);
             let reach = if heavy { None } else { reaches.of(heaviest) };
             let sieve = Sieve { words: &mut *words, spare: &mut *spare, beyond, reach, positions };
@@ -239,7 +240,7 @@ impl<'w> Buckets<'w> {
         })
     }
 
-    /// What bounds second moments.
+    /// What bounds second moments, with the smallest mass in the unit that they have.
     pub fn bound<T: Real>(&self, mesh: &Mesh<T>, smallest: T) -> Bound<'_, T> {
         Bound {
             // KeyLayout the occupied ones nothing is in order.
@@ -255,9 +256,11 @@ impl<'w> Buckets<'w> {
 struct Reaches<T>([(T, Option<Reach<T>>); RATIOS + 1]);
 
 impl<T: Real> Reaches<T> {
-    /// For masses from the smallest to the largest of the buckets' largest.
+    /// For masses from the smallest to the largest of the buckets' largest, given as they are.
     fn new(mesh: &Mesh<T>, criterion: &Criterion<T>, smallest: T, masses: &[[f64; 2]], beyond: KeyLayout) -> Self {
-        let heaviest = masses.iter().fold(smallest, |most, &[_, h]| most.max(T::from_f64(h)));
+        let Units { mass: unit, length, .. } = criterion.units;
+        let smallest = smallest * unit;
+        let heaviest = masses.iter().fold(smallest, |most, &[_, h]| most.max(T::from_f64(h) * unit));
         let width = mesh.side.ldexp(-((FIRST + beyond.levels) as i32));
         // In cells, what the coordinates of two particles are rounded by at most: each is a difference, next to the mesh's far side to a whole epsilon of it if
         // its side is just above a power of two, else to half of one, and a product, to half of one.
@@ -272,6 +275,7 @@ impl<T: Real> Reaches<T> {
                 // Rounded up (test `two_within_reach_are_never_more_cells_apart`).
                 cells: (reach / width * (T::ONE + T::TWO * T::EPSILON) + roundings).to_u32().saturating_add(1),
                 square: reach * reach,
+                unit: length,
             });
             let known = (largest, reach);
             largest = T::TWO * largest;
@@ -280,7 +284,7 @@ impl<T: Real> Reaches<T> {
     }
 
     fn of(&self, heaviest: T) -> Option<Reach<T>> {
-        let any = Some(Reach { cells: u32::MAX, square: T::INFINITY });
+        let any = Some(Reach { cells: u32::MAX, square: T::INFINITY, unit: T::ONE });
         self.0.iter().find(|&&(largest, _)| heaviest <= largest).map_or(any, |&(_, reach)| reach)
     }
 }
@@ -476,7 +480,7 @@ mod tests {
             let corner = c(2.0 * uniform() - 1.0);
             let extent =
                 Extent { low: [corner; 2], high: [corner + size; 2], smallest: T::ONE, largest: T::ONE, total: T::ONE };
-            let mesh = Mesh::new(&Search::default(), &extent, (1000.0 * uniform()) as u64);
+            let mesh = Mesh::new(&Search::default(), &extent, (1000.0 * uniform()) as u64, T::ONE);
             // A reach of a few cells.
             let width = mesh.side.to_f64() / (1_u64 << (FIRST + beyond.levels)) as f64;
             let dt = (width * 4.0 * uniform()).powi(2);
@@ -526,7 +530,7 @@ mod tests {
         let start = memory.as_ptr().align_offset(ALIGN);
         let mut buckets = Buckets::layout(&mut Carve::reopen(&mut memory[start..]).unwrap(), n);
         for step in 0..10 {
-            let mesh = Mesh::new(&Search::default(), &extent, step);
+            let mesh = Mesh::new(&Search::default(), &extent, step, 1.0);
             let particles = Particles { positions: &positions, masses: &masses, smallest: extent.smallest };
             let (mut words, mut shared) = (vec![0; n], vec![0; n]);
             buckets.sort(&mesh, &criterion, particles, &Serial, (&mut words, &mut shared)).unwrap();

@@ -7,6 +7,8 @@ use crate::real::Real;
 /// The mesh of one step: a square whose halvings are the quadtree's cells.
 #[derive(Clone, Copy, Debug)]
 pub struct Mesh<T> {
+    /// What positions are multiplied by first; the rest is in that unit.
+    unit: T,
     origin: [T; 2],
     /// Of the square.
     pub(super) side: T,
@@ -17,9 +19,9 @@ pub struct Mesh<T> {
 }
 
 impl<T: Real> Mesh<T> {
-    /// The mesh for particles of this extent; `step` chooses its shift.
+    /// The mesh for particles of this extent; `step` chooses its shift, and `unit` is what all lengths are multiplied by, a power of two.
     #[cfg_attr(feature = "small", inline(never))]
-    pub fn new(search: &Search<T>, extent: &Extent<T>, step: u64) -> Self {
+    pub fn new(search: &Search<T>, extent: &Extent<T>, step: u64, unit: T) -> Self {
         let Extent { mut low, mut high, .. } = *extent;
         if let Some([lower, upper]) = &search.domain {
             for ((low, high), (&l, &h)) in low.iter_mut().zip(&mut high).zip(lower.iter().zip(upper)) {
@@ -27,6 +29,7 @@ impl<T: Real> Mesh<T> {
                 *high = if h > *high { h } else { *high };
             }
         }
+        let [low, high] = [low, high].map(|corner| corner.map(|x| x * unit));
         let [nx, ny] = search.mesh;
         let (nx, ny) = (nx.max(1), ny.max(1));
         let extent = [high[0] - low[0], high[1] - low[1]];
@@ -49,14 +52,14 @@ impl<T: Real> Mesh<T> {
         };
         let corner = |low: T, extent: T, free: T| low - free * (side - extent).max(T::ZERO);
         let origin = [corner(low[0], extent[0], free[0]), corner(low[1], extent[1], free[1])];
-        Self { origin, side, scale: T::ONE.ldexp(32) / side, coarsest: levels }
+        Self { unit, origin, side, scale: T::ONE.ldexp(32) / side, coarsest: levels }
     }
 
     /// The cell coordinates at the finest level.
     #[inline]
     pub(super) fn cell(&self, x: &[T; 2]) -> [u32; 2] {
         // Conversions saturate.
-        let at = |x: T, origin: T| ((x - origin) * self.scale).to_u32();
+        let at = |x: T, origin: T| ((x * self.unit - origin) * self.scale).to_u32();
         [at(x[0], self.origin[0]), at(x[1], self.origin[1])]
     }
 
@@ -66,7 +69,7 @@ impl<T: Real> Mesh<T> {
         // 2^52: added to a number below, it leaves the nearest whole number in the low bits.
         const ROUND: f64 = 4_503_599_627_370_496.0;
         let at = |x: T, origin: T| {
-            let place = ((x - origin) * self.scale).to_f64();
+            let place = ((x * self.unit - origin) * self.scale).to_f64();
             let place = if place > 0.0 { place } else { 0.0 };
             let place = if place < f64::from(u32::MAX) { place } else { f64::from(u32::MAX) };
             let rounded = place + ROUND;
@@ -97,10 +100,9 @@ pub struct Areas<T>([T; if cfg!(feature = "small") { 1 } else { DEPTH as usize +
 
 impl<T: Real> Areas<T> {
     pub fn new(mesh: &Mesh<T>, search: &Search<T>) -> Self {
-        let mut area = search.separation * (T::TWO * mesh.side * mesh.side);
-        Self(core::array::from_fn(|_| {
-            let quarter = area * T::from_f64(0.25);
-            core::mem::replace(&mut area, quarter)
+        Self(core::array::from_fn(|level| {
+            let side = mesh.side.ldexp(-(level as i32));
+            search.separation * (T::TWO * side * side)
         }))
     }
 
@@ -152,7 +154,7 @@ mod tests {
             let extent =
                 Extent { low: [c(-1.0); 2], high: [c(1.0); 2], smallest: c(1.0), largest: c(1.0), total: c(1.0) };
             for shifted in [false, true] {
-                let mesh = Mesh::new(&Search { shifted, ..Search::default() }, &extent, 3);
+                let mesh = Mesh::new(&Search { shifted, ..Search::default() }, &extent, 3, T::ONE);
                 let mut uniform = Uniform(7);
                 for i in 0..20_000_u32 {
                     let x = c(8.0 * uniform.next() - 4.0);

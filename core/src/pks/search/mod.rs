@@ -152,7 +152,7 @@ impl<'w, T: Real> Scratch<'w, T> {
         self.found.count = 0;
     }
 
-    /// The clusters of the last search, in the order of the quadtree.
+    /// The clusters of the last search, in the order of the quadtree, their numbers in the criterion's units.
     pub fn clusters(&self) -> impl Iterator<Item = Cluster<T>> + '_ {
         self.found.ranges.iter().zip(self.found.values.iter()).take(self.found.count).map(
             |(&[first, count], &[mass, pairs, moment, x, y])| Cluster {
@@ -189,7 +189,7 @@ pub struct Particles<'a, T> {
 
 /// Finds the clusters of particles that may collide; the result is in `scratch`.
 ///
-/// `mesh` is that of the step for these particles' extent. Deterministic: the result does not depend on the executor.
+/// `mesh` is that of the step for these particles' extent, in the criterion's unit of length. Deterministic: the result does not depend on the executor.
 ///
 /// # Errors
 /// The executor's.
@@ -223,7 +223,7 @@ pub fn find<T: Real>(
         order::sort_small(mesh, positions, words, shared);
     }
     #[cfg(all(target_has_atomic = "ptr", not(feature = "small")))]
-    let bound = many.bound(mesh, particles.smallest);
+    let bound = many.bound(mesh, particles.smallest * criterion.units.mass);
     let mut tree = Tree {
         areas: Areas::new(mesh, search),
         mesh,
@@ -245,7 +245,7 @@ pub fn find<T: Real>(
             if let Some(pairs) = pairs {
                 let clusters = tree.found.count;
                 pairs.iter().for_each(|&k| tree.noted(first + k as usize));
-                tree.leaf(stack, [first, count, clusters], T::from_f64(mass));
+                tree.leaf(stack, [first, count, clusters], T::from_f64(mass) * criterion.units.mass);
             } else {
                 walk(&mut tree, stack, first, count);
             }

@@ -22,6 +22,8 @@ pub struct Reach<T> {
     pub cells: u32,
     /// The square of the distance.
     pub square: T,
+    /// What positions are multiplied by for it.
+    pub unit: T,
 }
 
 /// Looks for two particles near to one another. If there are none, leaves the numbers in the words, and returns the sums of the keys' coordinates in the
@@ -93,7 +95,7 @@ impl<T: Real> Reach<T> {
     /// Whether two places are within the distance.
     #[inline(always)]
     pub fn holds(self, a: &[T; 2], b: &[T; 2]) -> bool {
-        let [dx, dy] = [b[0] - a[0], b[1] - a[1]];
+        let [dx, dy] = [(b[0] - a[0]) * self.unit, (b[1] - a[1]) * self.unit];
         dx * dx + dy * dy <= self.square
     }
 }
@@ -356,7 +358,7 @@ mod tests {
             let near = |x: &[u32; 2], y: &[u32; 2]| x[0].abs_diff(y[0]).max(x[1].abs_diff(y[1])) <= cells;
             let two = places.iter().enumerate().any(|(k, x)| places[..k].iter().any(|y| near(x, y)));
             // By coordinates alone: any distance of those counts.
-            let reach = Some(Reach { cells, square: f64::INFINITY });
+            let reach = Some(Reach { cells, square: f64::INFINITY, unit: 1.0 });
             let (positions, mut spare) = (std::vec![[0.0; 2]; count], words.clone());
             let sieve = Sieve { words: &mut words, spare: &mut spare, beyond, reach, positions: &positions };
             let sums = sieve.run();
@@ -392,7 +394,7 @@ mod tests {
             let positions: Vec<[f64; 2]> = (0..count).map(|i| [i as f64, 0.0]).collect();
             // In one cell, but apart.
             let (words, spare) = (&mut *words.clone(), &mut *words.clone());
-            let reach = Some(Reach { cells: 1, square: 0.0 });
+            let reach = Some(Reach { cells: 1, square: 0.0, unit: 1.0 });
             let passes = Sieve { words, spare, beyond, reach, positions: &positions }.run().is_some();
             assert_eq!(passes, crowd == 3, "{crowd}");
         }
@@ -410,7 +412,7 @@ mod tests {
                 let (words, spare) = (&mut *words.clone(), &mut *words.clone());
                 Sieve { words, spare, beyond, reach, positions: &positions }.run().is_some()
             };
-            assert!(!passes(Some(Reach { cells: 1, square: 0.0 })));
+            assert!(!passes(Some(Reach { cells: 1, square: 0.0, unit: 1.0 })));
             assert_eq!(passes(None), count >= WORTH);
         }
     }

@@ -6,7 +6,7 @@ use super::bound::Bound;
 use super::mesh::{Areas, Mesh};
 use super::moments::Moments;
 use super::order::particle;
-use crate::pks::collision::Criterion;
+use crate::pks::collision::{Criterion, Units};
 use crate::real::Real;
 
 /// Particles whose moments are summed together: few roundings, and they are in the nearest cache for the second pass.
@@ -96,13 +96,15 @@ pub struct Tree<'a, 'w, T> {
 }
 
 impl<T: Real> Tree<'_, '_, T> {
-    /// Positions and masses of `count` particles in the sorted order.
+    /// Positions and masses of `count` particles in the sorted order, in the criterion's units.
     #[inline]
     pub fn members(&self, first: usize, count: usize) -> impl Iterator<Item = ([T; 2], T)> + Clone + use<'_, T> {
         let words = self.words.get(first..first.saturating_add(count)).unwrap_or(&[]);
-        words.iter().map(|&word| {
+        let (positions, masses, Units { mass, length, .. }) = (self.positions, self.masses, self.criterion.units);
+        words.iter().map(move |&word| {
             let i = particle(word);
-            (self.positions.get(i).copied().unwrap_or_default(), self.masses.get(i).copied().unwrap_or_default())
+            let [x, y] = positions.get(i).copied().unwrap_or_default();
+            ([x * length, y * length], masses.get(i).copied().unwrap_or_default() * mass)
         })
     }
 

@@ -432,6 +432,11 @@ where
 /// run is: copied away and back between calls it continues bit for bit. With the built-in generator the result does not
 /// depend on the executor.
 ///
+/// Range: the result does not depend on the units, up to rounding. Masses have to be normal numbers, and the gradient (mass / length) and chi times it have to be
+/// in range, as must mass / length^2 for heavy particles; what leaves the range ends in MOLLIS_ERR_BECAME_NOT_FINITE or MOLLIS_ERR_TOO_MANY_SUBSTEPS. An attraction so strong against
+/// a positive noise that indices are out of range (chi M^2 / noise above 1e38 for f32, M being the mass of all particles) is MOLLIS_ERR_OUT_OF_DOMAIN.
+/// Masses below 1e-19 of M (f32; 1e-154 for f64) do not collide with one another.
+///
 /// MOLLIS_ERR_EVENTS_FULL: the step stopped before a merge that has no room; empty the buffers (or give larger ones) and call again with the
 /// same workspace content: it goes on with counters->pending merges. Any other status leaves the state of the last completed step:
 /// MOLLIS_ERR_TOO_MANY_SUBSTEPS, MOLLIS_ERR_BECAME_NOT_FINITE, MOLLIS_ERR_STOPPED, the generator's or executor's own, as they returned it. Refused with nothing

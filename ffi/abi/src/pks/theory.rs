@@ -22,7 +22,7 @@ pub struct mollis_pks_prediction {
 unsafe impl Plain for mollis_pks_prediction {}
 
 /// Overwrites `out` with what is known of a mass: `second_moment` is the integral of |x|^2 rho about its centre, `heavy` the n_heavy masses that
-/// have become points (their sum at most the mass). MOLLIS_ERR_NOT_FINITE: some number is not.
+/// have become points (their sum at most the mass). The rate of no mass is 0. MOLLIS_ERR_NOT_FINITE: some number is not.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_pks_prediction_eval(
     mass: f64,
@@ -54,7 +54,7 @@ pub unsafe extern "C" fn mollis_pks_prediction_eval(
 
 /// Overwrites index[0] with nu of (2.7), (4.30) for n particles of these masses, and index[1], index[2] with alpha and beta^2 of (2.4).
 ///
-/// gamma: the potential is gamma log r near zero, 1 / (2 pi) for the logarithmic and the screened one.
+/// gamma: the potential is gamma log r near zero, 1 / (2 pi) for the logarithmic and the screened one. Without mass alpha and beta^2 are 0.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_pks_index_eval(
     n: usize,
@@ -72,8 +72,7 @@ pub unsafe extern "C" fn mollis_pks_index_eval(
         if ![chi, noise, gamma].iter().chain(masses).all(|v| v.is_finite()) {
             return Err(Error::NotFinite);
         }
-        let (law, group) = (theory::Law { chi, noise, gamma }, theory::Group::of(masses));
-        let values = [law.index(&group), law.alpha(&group), law.beta_squared(&group)];
+        let values = theory::Law { chi, noise, gamma }.rates(masses);
         index.iter_mut().zip(values).for_each(|(slot, value)| *slot = value);
         Ok(())
     })())
