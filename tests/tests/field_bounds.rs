@@ -309,6 +309,97 @@ fn masses_of_any_ratio_take_the_fast_path() {
     }
 }
 
+/// The largest |K|, |K'/r| and Laplacian (or D |K'/r|) at distances of a range.
+fn sizes<const D: usize>(kernel: &Kernel<'_, f64, D>, from: f64, to: f64) -> [f64; 3] {
+    let mut most = [0.0_f64; 3];
+    for k in 0..=24 {
+        let [value, factor, laplacian] = kernel.at(from + (to - from) * f64::from(k) / 24.0).map(f64::abs);
+        most = [most[0].max(value), most[1].max(factor), most[2].max(laplacian).max(D as f64 * factor)];
+    }
+    most
+}
+
+/// The bound that the header states for kernels in tables, at random parameters, on every level.
+#[test]
+fn single_pairs_of_random_kernels_are_within_the_bound() {
+    fn check<T: Real, const D: usize>(split: &mut Split, law: Law, (mollifier, delta): (Mollifier, f64)) {
+        let delta = T::from_f64(delta).to_f64();
+        let terms = [term(law, 1.0)];
+        let decays = matches!(law, Law::Exponential { .. } | Law::Screened { .. });
+        let singular = mollifier == Mollifier::None;
+        let distances: Vec<T> = (0..120)
+            .map(|k| match k % 4 {
+                0 => 0.05 * split.uniform(),
+                1 => 2.0_f64.powf(12.0 * split.uniform() - 6.0),
+                _ => split.uniform(),
+            })
+            .map(|ratio| T::from_f64(ratio * if singular { 1.0 } else { delta }))
+            .collect();
+        let (mut wants, mut scales) = (Vec::new(), Vec::new());
+        with_kernel::<f64, D, _>(&terms, (mollifier, delta), |kernel| {
+            for r in distances.iter().map(|r| r.to_f64()) {
+                let [value, factor, laplacian] = kernel.at(r);
+                wants.push([value, factor * r, laplacian]);
+                let mut most = sizes(kernel, 0.5 * r, r);
+                if !singular && (r < delta || decays && matches!(mollifier, Mollifier::Gaussian { .. })) {
+                    most.iter_mut().zip(sizes(kernel, 0.0, delta)).for_each(|(most, s)| *most = most.max(s));
+                }
+                scales.push([most[0].max(r * r * most[1]), most[1] * r, most[2]]);
+            }
+        });
+        let c = match (T::DIGITS > 24, decays && delta > 5.0) {
+            (false, _) => [32.0; 3],
+            (true, false) => [128.0, 128.0, 1000.0],
+            (true, true) => [400.0, 400.0, 3000.0],
+        };
+        let options = Options { method: Some(Method::Direct), ..Options::default() };
+        let targets: Vec<[T; D]> =
+            distances.iter().map(|&r| std::array::from_fn(|k| if k == 0 { r } else { T::ZERO })).collect();
+        with_kernel::<T, D, _>(&terms, (mollifier, delta), |kernel| {
+            for level in Level::available() {
+                let got = sums_of(kernel, (&[[T::ZERO; D]], &[T::ONE], &targets), ALL, &options, level);
+                for (i, (want, scale)) in wants.iter().zip(&scales).enumerate() {
+                    let got = [got.potential[i], got.gradient[i][0], got.laplacian[i]].map(T::to_f64);
+                    for k in 0..3 {
+                        let error = (got[k] - want[k]).abs() / (0.5 * T::EPSILON.to_f64());
+                        let what =
+                            format!("{D}D {law:?} {mollifier:?} {delta} r {:?} {k} {}", distances[i], level.name());
+                        assert!(error <= c[k] * scale[k], "{what}: {} u s", error / scale[k]);
+                    }
+                }
+            }
+        });
+    }
+    fn random<T: Real, const D: usize>(count: usize) {
+        let mut split = Split(D as u64 + u64::from(T::DIGITS));
+        for _ in 0..count {
+            let law = match (3.0 * split.uniform()) as u32 {
+                0 => power(8.0 * split.uniform() + 1.05),
+                1 => Law::Exponential { length: 1.0 },
+                _ => Law::Screened { k: 1.0 },
+            };
+            let order = 2 * (1 + (4.0 * split.uniform()) as u32);
+            let mollifier = match (6.0 * split.uniform()) as u32 {
+                0 => Mollifier::Gaussian { order: order.min(6) },
+                1 if !matches!(law, Law::Power { .. }) => Mollifier::None,
+                _ => Mollifier::Compact { order, exponent: 2 + (8.0 * split.uniform()) as u32 },
+            };
+            let delta = 2.0_f64.powf(8.0 * split.uniform() - 4.0);
+            check::<T, D>(&mut split, law, (mollifier, delta));
+        }
+    }
+    let mut split = Split(9);
+    let steepest = Mollifier::Compact { order: 8, exponent: 9 };
+    check::<f64, 1>(&mut split, Law::Exponential { length: 4.382_391_825_094_345 }, (steepest, 3.516_648_530_960_083));
+    check::<f64, 1>(&mut split, power(5.643_698_267_871_514), (steepest, 49.000_156_402_587_89));
+    random::<f64, 1>(40);
+    random::<f64, 2>(8);
+    random::<f64, 3>(40);
+    random::<f32, 1>(40);
+    random::<f32, 2>(8);
+    random::<f32, 3>(40);
+}
+
 #[test]
 fn outputs_do_not_change_each_others_bits() {
     fn check<T: Real, const D: usize>(terms: &[Term], shape: (Mollifier, f64)) {

@@ -16,7 +16,7 @@ use crate::simd::{ROW, ROWS};
 /// "mollis K" in ASCII, as a number: swapped bytes show another machine's block.
 const MAGIC: u64 = 0x6D6F_6C6C_6973_204B;
 /// Changes whenever the meaning of a block does.
-const VERSION: u64 = 3;
+const VERSION: u64 = 4;
 /// Numbers of the head.
 const HEAD: usize = 8;
 /// Numbers of a term's record.
@@ -146,13 +146,13 @@ fn domain(terms: &[Term], supplied: Option<Supplied<'_>>, mollifier: Mollifier, 
         None => (f64::INFINITY, false),
     };
     if mollifier == Mollifier::None {
-        // The middle of the octaves, from a 2^16-th of the reach to it: powers of u then stay in the range of f32.
+        // u is 1 at a 2^8-th of the reach: powers of u then stay in the range of f32.
         let unit = if until.is_finite() { until } else { longest } / 256.0;
         return Domain { unit, shift: 0.0, until: 65536.0, ends, edge: false };
     }
     let edge = matches!(mollifier, Mollifier::Compact { .. });
     let ratio = quotient(until, delta);
-    Domain { unit: delta, shift: 1.0, until: ratio * ratio + 1.0, ends, edge }
+    Domain { unit: delta, shift: table::SHIFT, until: ratio * ratio + table::SHIFT, ends, edge }
 }
 
 impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {

@@ -32,7 +32,7 @@
 //! [`Kernel::fit_error`] says. [`Kernel::pair`] evaluates the same series plainly in the scalar.
 //!
 //! Sums over particles don't search for panels: a kernel with terms that are not Newtonian, and a Newtonian one under a Gaussian mollifier, has a table in
-//! r^2 besides (`table`; 128 KiB in f64, 64 KiB in f32), from which sums read at any distance in the same few operations, whatever the terms.
+//! r^2 besides (`table`; 256 KiB in f64, 128 KiB in f32), from which sums read at any distance in the same few operations, whatever the terms.
 
 mod block;
 mod chebyshev;

@@ -8,7 +8,7 @@ pub const ROW: usize = 8;
 /// An octave of the argument has 2^this rows.
 pub const PANEL_BITS: u32 = 6;
 /// Octaves that a table holds.
-pub const OCTAVES: u32 = 32;
+pub const OCTAVES: u32 = 64;
 /// Rows of a table: a power of two.
 pub const ROWS: usize = (OCTAVES as usize) << PANEL_BITS;
 

@@ -27,7 +27,8 @@
 //!
 //! `|computed - exact| <= (c + B + n / B) u S`, S = sum_j |m_j| s(x_i - x_j), componentwise for gradients,
 //!
-//! where s is the kernel's scale: |K|, |grad K|, for the Newtonian kernel |K| + 1/(2 pi) in the plane and max psi_delta for its Laplacian. B = 256, or with
+//! where s is the kernel's scale: |K|, |grad K|, for the Newtonian kernel |K| + 1/(2 pi) in the plane and max psi_delta for its Laplacian; for kernels
+//! in tables the largest of each over a range of distances ([`tabulated`]). B = 256, or with
 //! [`Accumulation::Compensated`] B = 8 and blocks are added in double-word arithmetic: `(c + 8 + 4) u S + (n / 4) u^2 S`.
 //! Roundings of sums are as good as independent, so errors of a few u are what is seen. The bound supposes that no result underflows.
 //! Tests: `field_direct::the_error_bound_holds_in_f64` and `.._f32`, `field_bounds`.
