@@ -250,7 +250,8 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Tabulated<'a, T> {
     }
 }
 
-/// Adds what one source gives to the lanes below the edge, and to no other, from a table that serves all of these; its potential and gradient
+/// Adds what one source gives to the lanes below the edge, and to no other, from a table that serves all of these and from the differences, source
+/// minus target, and their squares; its potential and gradient
 /// factor are multiplied by `scales`. Returns one word of lanes a vector.
 #[inline(always)]
 pub(super) fn add_below<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool>(
@@ -258,16 +259,15 @@ pub(super) fn add_below<T: Real, I: Isa<T>, const D: usize, const NB: usize, con
     edge: I::V,
     (prepared, numbers, [potential, gradient]): (&Prepared<'_, T>, &Lanes<I::V>, [I::V; 2]),
     laplacian: bool,
-    source: &[T; D],
+    (d, r2): (&[[I::V; D]; NB], &[I::V; NB]),
     mass: T,
     groups: &mut [Group<I::V, D>; NB],
 ) -> [u32; NB] {
     let zero = isa.splat(T::ZERO);
-    let (d, r2) = distances(isa, source, groups);
     let mass = isa.splat(mass);
     let (potential, gradient) = (isa.mul(mass, potential), isa.mul(mass, gradient));
     let mut lanes = [0; NB];
-    for (((group, d), &r2), lanes) in groups.iter_mut().zip(&d).zip(&r2).zip(&mut lanes) {
+    for (((group, d), &r2), lanes) in groups.iter_mut().zip(d).zip(r2).zip(&mut lanes) {
         let below = isa.lt(r2, edge);
         *lanes = isa.bits(below);
         let u = isa.select(below, numbers.u(isa, r2), numbers.held);
