@@ -634,6 +634,191 @@ fn masses_of_any_ratio_take_the_fast_path() {
     }
 }
 
+/// The largest |K|, |K'/r| and Laplacian (or D |K'/r|) at distances of a range.
+fn sizes<const D: usize>(kernel: &Kernel<'_, f64, D>, from: f64, to: f64) -> [f64; 3] {
+    let mut most = [0.0_f64; 3];
+    for k in 0..=24 {
+        let [value, factor, laplacian] = kernel.at(from + (to - from) * f64::from(k) / 24.0).map(f64::abs);
+        most = [most[0].max(value), most[1].max(factor), most[2].max(laplacian).max(D as f64 * factor)];
+    }
+    most
+}
+
+/// The bound that the header states for kernels in tables, at random parameters, on every level.
+#[test]
+fn single_pairs_of_random_kernels_are_within_the_bound() {
+    fn check<T: Real, const D: usize>(split: &mut Split, law: Law, (mollifier, delta): (Mollifier, f64)) {
+        let delta = T::from_f64(delta).to_f64();
+        let terms = [term(law, 1.0)];
+        let decays = matches!(law, Law::Exponential { .. } | Law::Screened { .. });
+        let singular = mollifier == Mollifier::None;
+        let distances: Vec<T> = (0..120)
+            .map(|k| match k % 4 {
+                0 => 0.05 * split.uniform(),
+                1 => 2.0_f64.powf(12.0 * split.uniform() - 6.0),
+                _ => split.uniform(),
+            })
+            .map(|ratio| T::from_f64(ratio * if singular { 1.0 } else { delta }))
+            .collect();
+        let (mut wants, mut scales) = (Vec::new(), Vec::new());
+        with_kernel::<f64, D, _>(&terms, (mollifier, delta), |kernel| {
+            for r in distances.iter().map(|r| r.to_f64()) {
+                let [value, factor, laplacian] = kernel.at(r);
+                wants.push([value, factor * r, laplacian]);
+                let mut most = sizes(kernel, 0.5 * r, r);
+                if !singular && (r < delta || decays && matches!(mollifier, Mollifier::Gaussian { .. })) {
+                    most.iter_mut().zip(sizes(kernel, 0.0, delta)).for_each(|(most, s)| *most = most.max(s));
+                }
+                scales.push([most[0].max(r * r * most[1]), most[1] * r, most[2]]);
+            }
+        });
+        let c = match (T::DIGITS > 24, decays && delta > 5.0) {
+            (false, _) => [32.0; 3],
+            (true, false) => [128.0, 128.0, 1000.0],
+            (true, true) => [400.0, 400.0, 3000.0],
+        };
+        let options = Options { method: Some(Method::Direct), ..Options::default() };
+        let targets: Vec<[T; D]> =
+            distances.iter().map(|&r| std::array::from_fn(|k| if k == 0 { r } else { T::ZERO })).collect();
+        with_kernel::<T, D, _>(&terms, (mollifier, delta), |kernel| {
+            for level in Level::available() {
+                let got = sums_of(kernel, (&[[T::ZERO; D]], &[T::ONE], &targets), ALL, &options, level);
+                for (i, (want, scale)) in wants.iter().zip(&scales).enumerate() {
+                    let got = [got.potential[i], got.gradient[i][0], got.laplacian[i]].map(T::to_f64);
+                    for k in 0..3 {
+                        let error = (got[k] - want[k]).abs() / (0.5 * T::EPSILON.to_f64());
+                        let what =
+                            format!("{D}D {law:?} {mollifier:?} {delta} r {:?} {k} {}", distances[i], level.name());
+                        assert!(error <= c[k] * scale[k], "{what}: {} u s", error / scale[k]);
+                    }
+                }
+            }
+        });
+    }
+    fn random<T: Real, const D: usize>(count: usize) {
+        let mut split = Split(D as u64 + u64::from(T::DIGITS));
+        for _ in 0..count {
+            let law = match (3.0 * split.uniform()) as u32 {
+                0 => power(8.0 * split.uniform() + 1.05),
+                1 => Law::Exponential { length: 1.0 },
+                _ => Law::Screened { k: 1.0 },
+            };
+            let order = 2 * (1 + (4.0 * split.uniform()) as u32);
+            let mollifier = match (6.0 * split.uniform()) as u32 {
+                0 => Mollifier::Gaussian { order: order.min(6) },
+                1 if !matches!(law, Law::Power { .. }) => Mollifier::None,
+                _ => Mollifier::Compact { order, exponent: 2 + (8.0 * split.uniform()) as u32 },
+            };
+            let delta = 2.0_f64.powf(8.0 * split.uniform() - 4.0);
+            // Not every order is there in every dimension, nor every exterior factor in the scalar's range.
+            let Ok(bytes) = Kernel::<T, D>::workspace_bytes(&[term(law, 1.0)], mollifier) else { continue };
+            let mut block = Aligned::new(bytes);
+            if Kernel::<T, D>::prepare(block.bytes(), &[term(law, 1.0)], mollifier, T::from_f64(delta)).is_err() {
+                continue;
+            }
+            check::<T, D>(&mut split, law, (mollifier, delta));
+        }
+    }
+    let mut split = Split(9);
+    let steepest = Mollifier::Compact { order: 8, exponent: 9 };
+    check::<f64, 1>(&mut split, Law::Exponential { length: 4.382_391_825_094_345 }, (steepest, 3.516_648_530_960_083));
+    check::<f64, 1>(&mut split, power(5.643_698_267_871_514), (steepest, 49.000_156_402_587_89));
+    random::<f64, 1>(60);
+    random::<f64, 2>(16);
+    random::<f64, 3>(60);
+    random::<f32, 1>(60);
+    random::<f32, 2>(16);
+    random::<f32, 3>(60);
+}
+
+/// A cluster that is tiny beside the coordinates of one particle: its pairs are too close for the first units, and are summed in lanes in closer ones.
+#[test]
+fn close_pairs_are_within_the_bound() {
+    fn check<T: Real, const D: usize>(width: f64, mollifier: Mollifier, delta: f64) {
+        let terms = [term(Law::Newtonian, 1.0)];
+        let n = 150;
+        let (mut positions, masses) = cloud::<T, D>(n, 11);
+        positions.as_flattened_mut().iter_mut().for_each(|x| *x = T::from_f64(x.to_f64() * width));
+        positions[7] = [T::ONE; D];
+        // A coincident pair.
+        positions[9] = positions[20];
+        let delta = T::from_f64(delta * width).to_f64();
+        let singular = mollifier == Mollifier::None;
+        let least = 2.0_f64.powi(if T::DIGITS > 24 { -120 } else { -56 });
+        let wide = positions.iter().map(|x| x.map(T::to_f64)).collect::<Vec<_>>();
+        let c = if matches!(mollifier, Mollifier::Gaussian { .. }) { [128.0, 128.0, 1000.0] } else { [32.0; 3] };
+        // r, K, g, Laplacian of each pair of a target.
+        let (mut wants, mut scales, mut close) = (vec![[0.0; 5]; n], vec![[0.0; 5]; n], 0);
+        with_kernel::<f64, D, _>(&terms, (mollifier, delta), |kernel| {
+            let most = if singular { [0.0; 3] } else { kernel.at(0.0).map(f64::abs) };
+            for ((want, scale), x) in wants.iter_mut().zip(&mut scales).zip(&wide) {
+                for (y, m) in wide.iter().zip(&masses).filter(|(y, _)| !singular || *y != x) {
+                    let d: [f64; D] = std::array::from_fn(|k| x[k] - y[k]);
+                    let r2 = d.iter().map(|d| d * d).sum::<f64>();
+                    close += u64::from(r2 < least);
+                    let (m, [value, factor, laplacian]) = (m.to_f64(), kernel.at(r2.sqrt()));
+                    want[3] += m * value;
+                    scale[3] += m.abs() * (value.abs() + 1.0).max(most[0]);
+                    want[4] += m * laplacian;
+                    scale[4] += m.abs() * most[2].max(laplacian.abs());
+                    for k in 0..D {
+                        want[k] += m * factor * d[k];
+                        scale[k] +=
+                            m.abs() * factor.abs().max(if r2.sqrt() < delta { most[1] } else { 0.0 }) * d[k].abs();
+                    }
+                }
+            }
+        });
+        with_kernel::<T, D, _>(&terms, (mollifier, delta), |kernel| {
+            let options = Options { method: Some(Method::Direct), ..Options::default() };
+            for level in Level::available() {
+                let got = sums_of(kernel, (&positions, &masses, &positions), ALL, &options, level);
+                let what = format!("{D}D {width} {mollifier:?} {delta} {} {}", level.name(), T::DIGITS);
+                if least.sqrt() > 10.0 * width {
+                    assert!(got.counters.scaled_pairs >= close && close > 20_000, "{what} {:?} {close}", got.counters);
+                }
+                for i in 0..n {
+                    let mut all = [got.potential[i].to_f64(); 5];
+                    all[4] = got.laplacian[i].to_f64();
+                    all.iter_mut().zip(got.gradient[i]).for_each(|(to, g)| *to = g.to_f64());
+                    for k in (0..D).chain(3..5) {
+                        let bound = (c[match k {
+                            3 => 0,
+                            4 => 2,
+                            _ => 1,
+                        }] + 256.0)
+                            * 0.5
+                            * T::EPSILON.to_f64();
+                        let error = (all[k] - wants[i][k]).abs();
+                        assert!(
+                            error <= bound * scales[i][k],
+                            "{what} {i} {k}: {} {} {}",
+                            all[k],
+                            wants[i][k],
+                            scales[i][k]
+                        );
+                    }
+                }
+            }
+        });
+    }
+    fn shapes<T: Real, const D: usize>(widths: &[f64]) {
+        for &width in widths {
+            check::<T, D>(width, Mollifier::None, 0.0);
+            check::<T, D>(width, COMPACT, 0.1);
+            check::<T, D>(width, COMPACT, 1e-3);
+            check::<T, D>(width, Mollifier::Gaussian { order: 4 }, 0.1);
+        }
+    }
+    // Some pairs too close; all; some too close even in closer units.
+    shapes::<f32, 1>(&[1e-8, 1e-10, 1e-17]);
+    shapes::<f32, 2>(&[1e-8, 1e-10, 1e-17]);
+    shapes::<f32, 3>(&[1e-8, 1e-10]);
+    shapes::<f64, 1>(&[1e-18, 1e-25, 1e-36]);
+    shapes::<f64, 2>(&[1e-18, 1e-25, 1e-36]);
+    shapes::<f64, 3>(&[1e-18, 1e-25, 1e-36]);
+}
+
 #[test]
 fn outputs_do_not_change_each_others_bits() {
     fn check<T: Real, const D: usize>(terms: &[Term], shape: (Mollifier, f64)) {

@@ -16,7 +16,7 @@ use crate::simd::{ROW, ROWS};
 /// "mollis K" in ASCII, as a number. Swapped bytes identify a block of the other byte order.
 const MAGIC: u64 = 0x6D6F_6C6C_6973_204B;
 /// Incremented whenever the format of a block changes.
-const VERSION: u64 = 3;
+const VERSION: u64 = 4;
 /// Length of the head, in numbers.
 const HEAD: usize = 8;
 /// Length of a term's record, in numbers.
@@ -146,13 +146,13 @@ fn domain(terms: &[Term], supplied: Option<Supplied<'_>>, mollifier: Mollifier, 
         None => (f64::INFINITY, false),
     };
     if mollifier == Mollifier::None {
-        // The table covers octaves from 2^-16 of the reach up to it; the unit is in their middle, so that powers of u stay in the range of f32.
+        // u is 1 at the 2^8-th part of the reach, so that powers of u stay in the range of f32.
         let unit = if until.is_finite() { until } else { longest } / 256.0;
         return Domain { unit, shift: 0.0, until: 65536.0, ends, edge: false };
     }
     let edge = matches!(mollifier, Mollifier::Compact { .. });
     let ratio = quotient(until, delta);
-    Domain { unit: delta, shift: 1.0, until: ratio * ratio + 1.0, ends, edge }
+    Domain { unit: delta, shift: table::SHIFT, until: ratio * ratio + table::SHIFT, ends, edge }
 }
 
 impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {

@@ -32,7 +32,7 @@
 //! user's kernel is [`Kernel::fit_error`]. [`Kernel::pair`] evaluates the same series in the arithmetic of the scalar.
 //!
 //! Sums over particles do not search for panels. A kernel with non-Newtonian terms, or a Newtonian one under a Gaussian mollifier, also has a
-//! table in r^2 (`table`; 128 KiB in f64, 64 KiB in f32), from which sums read at any distance in the same few operations for any terms.
+//! table in r^2 (`table`; 256 KiB in f64, 128 KiB in f32), from which sums read at any distance in the same few operations for any terms.
 
 mod block;
 mod chebyshev;

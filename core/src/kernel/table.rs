@@ -1,17 +1,33 @@
 //! A prepared kernel as one table in r^2, for sums: see [`crate::simd::Rows`] for how a row is found.
 //!
 //! With u = (r / unit)^2 + shift the table holds, for each of 2^6 panels of each octave of u, a polynomial of the gradient factor
-//! g = K'(r) / r in t = u - (the panel's least u), and K at t = 0. Under a mollifier unit = delta and shift = 1, so that the edge of a compact support,
-//! u = 2, is a panel's border, and the first octave holds the inside. Without one shift = 0, and the table ends at a multiple of the
-//! kernel's own length.
+//! g = K'(r) / r in t = u - (the panel's least u), and K at t = 0. Under a mollifier unit = delta and shift = [`SHIFT`] = 1/16: panels are 2^-10
+//! wide, in r^2 / delta^2, at the centre and 2^-6 at the edge, u = 17/16, which is a panel's border. Without one shift = 0, and the table ends at a
+//! multiple of the kernel's own length.
 //!
 //! # Accuracy
 //! The derivative of g, which follows from the Laplacian, is interpolated in 6 (f32: 3) Chebyshev nodes a panel and integrated; the constant is the
-//! mean of what g's values ask for. (Differentiating an interpolation of g would multiply the samples' rounding by 2^8 in the Laplacian.) As far
-//! as g is analytic in u but for u = 0, its ellipse of analyticity has rho >= 4 * 64 in units of a panel, so the degree costs 256^-6 =
-//! 4e-15 (256^-3 = 6e-8) of g's change within a panel, a 64th of g. Rounding adds a few u. Where a compact mollifier is so rough that its edge is seen
-//! beside it (t^a with a small a, not whole), the panels that miss their goal are measured and left out: [`Head::gap`], [`Head::rough`]. Where a host's three functions do not
-//! belong together, g is interpolated alone.
+//! mean of what g's values ask for. (Differentiating an interpolation of g would multiply the samples' rounding by 2^8 in the Laplacian. In the
+//! first panel alone, where the derivative would be a quotient of two small numbers, g's values are used.)
+//!
+//! A kernel that changes over lengths of r has an interpolation error of 256^-6 = 4e-15 (f32: 256^-3 = 6e-8) of g's change within a panel, a 64th of g.
+//! A compact mollifier of high order and exponent changes faster: with psi = (1 - s)^9 times a cubic, s = (r / delta)^2, panels of 2^-6 would lose
+//! 10^5 u of Laplacians and 2000 u of gradients, most of it far from the edge. With those of this table the samples' errors remain.
+//!
+//! Measured (test `tables_of_random_kernels_are_within_their_bound`, with 20 times as many kernels) against [`Kernel::at`](super::Kernel::at) at one
+//! distance, in units of u s, s being the largest size of what is computed (of a Laplacian: of D g too) at distances from r/2 to r, below delta
+//! at all below delta, and of exponential and screened kernels under Gaussian mollifiers at all below r:
+//!
+//! | | K | g | Laplacian |
+//! |---|---|---|---|
+//! | f64 | 93 | 109 | 902 |
+//! | f64, exponential and screened kernels whose delta is over 5 lengths | 114 | 327 | 2190 |
+//! | f32 | 4 | 10 | 22 |
+//!
+//! In f64 these are the errors of the kernel's own fits, 1e-13 = 900 u, in the samples or at the distance itself.
+//!
+//! Where a compact mollifier is so rough that its edge is seen beside it (t^a with a small a, not whole), the panels that miss their goal are
+//! measured and left out: [`Head::gap`], [`Head::rough`]. Where a host's three functions do not belong together, g is interpolated alone.
 
 use core::f64::consts::PI;
 
@@ -24,7 +40,7 @@ use crate::simd::{OCTAVES, PANEL_BITS, ROW, ROWS, Rows};
 pub(crate) struct Head {
     /// The length that divides r.
     pub(crate) unit: f64,
-    /// Added to the square: 1 under a mollifier, else 0.
+    /// Added to the square: [`SHIFT`] under a mollifier, else 0.
     pub(crate) shift: f64,
     /// The table holds u from `first` to below `last`, but not from `gap[0]` to below `gap[1]`.
     pub(crate) first: f64,
@@ -56,7 +72,7 @@ pub(crate) struct Domain {
     pub(crate) until: f64,
     /// Whether the kernel is zero from there on.
     pub(crate) ends: bool,
-    /// Whether the kernel is rough at u = 2.
+    /// Whether the kernel is rough at r = unit.
     pub(crate) edge: bool,
 }
 
@@ -92,6 +108,27 @@ impl Head {
 pub(crate) const fn terms<T: Real>() -> usize {
     if T::DIGITS > 24 { 7 } else { 4 }
 }
+
+/// The shift under a mollifier: the less, the narrower are the panels near the centre, and the more of them serve distances below delta.
+pub(crate) const SHIFT: f64 = 0.0625;
+
+/// The octave at which tables of kernels without a mollifier end.
+const SINGULAR_END: i32 = 16;
+
+/// Octaves of a table: all that the rows hold, but in f32 as many as leave the coefficients of t^3 in its range.
+fn octaves<T: Real>(shift: f64) -> i32 {
+    if T::DIGITS > 24 {
+        OCTAVES as i32
+    } else if shift > 0.0 {
+        36
+    } else {
+        32
+    }
+}
+
+/// Terms of g in the first panel, from its values alone: there the slope would be the quotient of a small difference by a small square. The panel
+/// is so short that no more terms are seen.
+const FIRST_TERMS: usize = 6;
 
 /// The polynomial through N points, from its values in the Chebyshev nodes.
 struct Interpolation<const N: usize> {
@@ -134,7 +171,14 @@ impl<const N: usize> Interpolation<N> {
 
     /// The coefficients of y^0, y^1, ...
     fn coefficients(&self, values: [f64; N]) -> [f64; N] {
-        times(&self.powers, &times(&self.transform, &values))
+        self.up_to(N, values)
+    }
+
+    /// The same of the polynomial of so many terms that is nearest to the values.
+    fn up_to(&self, terms: usize, values: [f64; N]) -> [f64; N] {
+        let mut series = times(&self.transform, &values);
+        series.iter_mut().skip(terms).for_each(|c| *c = 0.0);
+        times(&self.powers, &series)
     }
 }
 
@@ -159,12 +203,22 @@ pub(crate) fn build<T: Real, const D: usize>(
     if T::DIGITS > 24 { fill::<T, D, 7, 6>(rows, domain, sample) } else { fill::<T, D, 4, 3>(rows, domain, sample) }
 }
 
-/// The coefficients of g in y, from 0 to 1 in a panel; `at(y)` returns the square of the distance, K, g and the Laplacian.
+/// The coefficients of g in y, from 0 to 1 in a panel; `at(y)` returns the square of the distance, K, g and the Laplacian. `first`: distances begin
+/// from zero.
 fn polynomial<const D: usize, const N: usize, const M: usize>(
     (values, slopes): (&Interpolation<N>, &Interpolation<M>),
     width: f64,
+    first: bool,
     at: impl Fn(f64) -> (f64, [f64; 3]),
 ) -> [f64; N] {
+    let alone = |terms: usize| {
+        let mut found = [0.0; N];
+        found.iter_mut().zip(&values.nodes).for_each(|(value, &node)| *value = at(node).1[1]);
+        values.up_to(terms, found)
+    };
+    if first {
+        return alone(FIRST_TERMS);
+    }
     let (mut found, mut slope) = ([0.0; M], [0.0; M]);
     for ((value, slope), &node) in found.iter_mut().zip(&mut slope).zip(&slopes.nodes) {
         let (square, [_, factor, laplacian]) = at(node);
@@ -185,9 +239,7 @@ fn polynomial<const D: usize, const N: usize, const M: usize>(
         coefficients.iter_mut().take(1).for_each(|c| *c = constant);
         return coefficients;
     }
-    let mut alone = [0.0; N];
-    alone.iter_mut().zip(&values.nodes).for_each(|(value, &node)| *value = at(node).1[1]);
-    values.coefficients(alone)
+    alone(N)
 }
 
 /// The row of u.
@@ -207,12 +259,12 @@ fn fill<T: Real, const D: usize, const N: usize, const M: usize>(
 ) -> Result<Head> {
     let &Domain { unit, shift, until, ends, edge } = domain;
     let interpolations = (&Interpolation::<N>::new(), &Interpolation::<M>::new());
-    let octaves = OCTAVES as i32;
-    let first_octave = if shift > 0.0 { 0 } else { -octaves / 2 };
+    let first_octave = if shift > 0.0 { Scalar::frexp(shift).1 - 1 } else { SINGULAR_END - octaves::<T>(shift) };
+    let octaves = octaves::<T>(shift);
     // Values in units of `unit`, and of a power of two near their size within a unit.
     let mut largest = if shift > 0.0 { size(0.0, sample(0.0)) } else { 0.0 };
-    for k in 0..=OCTAVES / 2 {
-        let r = unit * 1.0_f64.ldexp(-(k as i32));
+    for k in 0..=16 {
+        let r = unit * 1.0_f64.ldexp(-k);
         largest = largest.max(size(r, sample(r)));
     }
     let exponent = Scalar::frexp(largest).1;
@@ -249,7 +301,7 @@ fn fill<T: Real, const D: usize, const N: usize, const M: usize>(
                 let square = least - shift + width * y;
                 (square, at(square))
             };
-            let coefficients = polynomial::<D, N, M>(interpolations, width, within);
+            let coefficients = polynomial::<D, N, M>(interpolations, width, least == shift, within);
             let constant = at(least - shift)[0];
             let mut numbers = [0.0; ROW];
             let mut power = 1.0;
@@ -265,7 +317,7 @@ fn fill<T: Real, const D: usize, const N: usize, const M: usize>(
                 (head.last, head.ends) = (least, false);
                 return Ok(head);
             }
-            let close = edge && (least - 2.0).abs() < 0.5;
+            let close = edge && (least - (1.0 + shift)).abs() < 0.5;
             if close || panel % 16 == 8 {
                 let [error, of_slope] = errors::<D, N>(&coefficients, width, within);
                 let widen = |gap: &mut [f64; 2]| {
@@ -313,6 +365,8 @@ fn errors<const D: usize, const N: usize>(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::kernel::{Kernel, Law, Term};
+    use crate::mollifier::Mollifier;
     use std::vec;
 
     fn rows<T: Real>() -> std::boxed::Box<Rows<T>> {
@@ -330,7 +384,7 @@ mod tests {
         let domain = Domain { unit: 0.7, shift: 1.0, until: f64::INFINITY, ends: false, edge: true };
         let mut table = rows::<f64>();
         let head = build::<f64, 3>(&mut table, &domain, &plummer).unwrap();
-        assert_eq!((head.gap, head.last, head.ends), ([0.0; 2], 4_294_967_296.0, false));
+        assert_eq!((head.gap, head.last, head.ends), ([0.0; 2], 2.0_f64.powi(64), false));
         assert!(head.error < 2e-15, "{}", head.error);
         for k in 0..2000 {
             let r = 1e-3 * 1.008_f64.powi(k);
@@ -372,5 +426,170 @@ mod tests {
         let got = f64::from(g) * 2.0_f64.powi(head.exponent);
         let want = plummer(4.005_f64.sqrt())[1];
         assert!((got - want).abs() < 3e-7 * want, "{got} {want}");
+    }
+
+    /// Deterministic numbers in [0, 1).
+    struct Split(u64);
+
+    impl Split {
+        fn uniform(&mut self) -> f64 {
+            self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+            let mut z = self.0;
+            z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+            z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+            ((z ^ (z >> 31)) >> 11) as f64 / 2.0_f64.powi(53)
+        }
+        fn below(&mut self, n: u32) -> u32 {
+            (self.uniform() * f64::from(n)) as u32
+        }
+    }
+
+    fn aligned(bytes: usize) -> (vec::Vec<u8>, usize) {
+        let memory = vec![0_u8; bytes + 64];
+        let start = memory.as_ptr().align_offset(64);
+        (memory, start)
+    }
+
+    /// K, g and the Laplacian of a table's row at r, in the scalar and with the operations of sums; none where it is left out.
+    fn read<T: Real, const D: usize>(table: &Table<'_, T>, r: T) -> [Option<f64>; 3] {
+        let head = &table.head;
+        let scale = T::from_f64(1.0 / (head.unit * head.unit));
+        let u = r * r * scale + T::from_f64(head.shift);
+        let inside = |range: &[f64; 2]| u.to_f64() >= range[0] && u.to_f64() < range[1];
+        if u.to_f64() < head.first || u.to_f64() >= head.last || inside(&head.gap) {
+            return [None; 3];
+        }
+        let row = table.rows[row::<T>(u.to_f64())];
+        let bits = T::DIGITS - 1 - PANEL_BITS;
+        let t = if T::DIGITS > 24 {
+            T::from_f64(u.to_f64() - f64::from_bits(u.bits() >> bits << bits))
+        } else {
+            T::from_f64(u.to_f64() - f64::from(f32::from_bits((u.bits() >> bits << bits) as u32)))
+        };
+        let n = terms::<T>();
+        let horner = |from: usize, f: &dyn Fn(usize) -> f64| {
+            row[from..n].iter().enumerate().rev().fold(T::ZERO, |sum, (k, &c)| sum * t + c * T::from_f64(f(k + from)))
+        };
+        let g = horner(0, &|_| 1.0);
+        let value = horner(0, &|k| 0.5 / (k as f64 + 1.0)) * t + row[n];
+        let slope = horner(1, &|k| 2.0 * k as f64);
+        let laplacian = (u - T::from_f64(head.shift)) * slope + T::from_usize(D) * g;
+        let of_value = 1.0_f64.ldexp(head.exponent);
+        let of_g = of_value / (head.unit * head.unit);
+        let smooth = !inside(&head.rough);
+        [Some(value.to_f64() * of_value), Some(g.to_f64() * of_g), smooth.then(|| laplacian.to_f64() * of_g)]
+    }
+
+    /// The sizes that errors of sums are relative to: the largest |K|, |K'/r| and of |Laplacian| and D |K'/r|, at distances from r / 2 to r, and
+    /// below delta at all distances below it.
+    fn sizes<const D: usize>(kernel: &Kernel<'_, f64, D>, from: f64, to: f64) -> [f64; 3] {
+        let mut most = [0.0_f64; 3];
+        for k in 0..=24 {
+            let [v, g, l] = kernel.at(from + (to - from) * f64::from(k) / 24.0).map(f64::abs);
+            most = [most[0].max(v), most[1].max(g), most[2].max(l).max(D as f64 * g)];
+        }
+        most
+    }
+
+    /// The errors of K, g and the Laplacian in units of u s, s as in the module's description; none where the kernel has no table.
+    fn errors_in_u<T: Real, const D: usize>(
+        split: &mut Split,
+        law: Law,
+        (mollifier, delta): (Mollifier, f64),
+        distances: usize,
+    ) -> Option<[f64; 3]> {
+        let terms = [Term { law, coefficient: 1.0 }];
+        let delta = T::from_f64(delta);
+        let (mut memory, start) = aligned(Kernel::<f64, D>::workspace_bytes(&terms, mollifier).ok()?);
+        let double = Kernel::<f64, D>::prepare(&mut memory[start..], &terms, mollifier, delta.to_f64()).ok()?;
+        let (mut memory, start) = aligned(Kernel::<T, D>::workspace_bytes(&terms, mollifier).unwrap());
+        let kernel = Kernel::<T, D>::prepare(&mut memory[start..], &terms, mollifier, delta).ok()?;
+        let table = kernel.table()?;
+        let delta = delta.to_f64();
+        let unit = if kernel.is_singular() { table.head.unit } else { delta };
+        let inside = (!kernel.is_singular()).then(|| sizes(&double, 0.0, delta));
+        let decays = matches!(law, Law::Exponential { .. } | Law::Screened { .. });
+        let from_centre = decays && matches!(mollifier, Mollifier::Gaussian { .. });
+        let mut worst = [0.0_f64; 3];
+        for k in 0..distances {
+            let ratio = match k % 6 {
+                0 => 0.05 * split.uniform(),
+                1 | 2 => 2.0_f64.powf(14.0 * split.uniform() - 7.0),
+                _ => split.uniform(),
+            };
+            let r = T::from_f64(unit * ratio);
+            let got = read::<T, D>(&table, r);
+            let r = r.to_f64();
+            let want = double.at(r);
+            let mut scale = sizes(&double, 0.5 * r, r);
+            if let Some(inside) = inside.filter(|_| r < delta || from_centre) {
+                scale.iter_mut().zip(inside).for_each(|(s, i)| *s = s.max(i));
+            }
+            // K of a logarithm is zero somewhere.
+            scale[0] = scale[0].max(r * r * scale[1]);
+            for ((worst, scale), (got, want)) in worst.iter_mut().zip(scale).zip(got.into_iter().zip(want)) {
+                // What underflows has no relative error.
+                let least = 1.0_f64.ldexp(64 - T::MAX_EXPONENT + table.head.exponent);
+                let error = (got.unwrap_or(want) - want).abs() / scale / (0.5 * T::EPSILON.to_f64());
+                *worst = if scale < least || error <= *worst { *worst } else { error };
+            }
+        }
+        Some(worst)
+    }
+
+    fn check<T: Real, const D: usize>(split: &mut Split, law: Law, shape: (Mollifier, f64)) {
+        let Some(errors) = errors_in_u::<T, D>(split, law, shape, 300) else { return };
+        let far = shape.1 > 5.0 && matches!(law, Law::Exponential { .. } | Law::Screened { .. });
+        let bounds = match (T::DIGITS > 24, far) {
+            (false, _) => [32.0; 3],
+            (true, false) => [128.0, 128.0, 1000.0],
+            (true, true) => [400.0, 400.0, 3000.0],
+        };
+        let within = errors.iter().zip(bounds).all(|(error, bound)| *error <= bound);
+        assert!(within, "{D}D {law:?} {shape:?}: {errors:?}");
+    }
+
+    /// Exponentials of length 1 and powers under random mollifiers.
+    #[test]
+    fn tables_of_random_kernels_are_within_their_bound() {
+        fn random<T: Real, const D: usize>(count: usize) {
+            let mut split = Split(D as u64 + u64::from(T::DIGITS));
+            for _ in 0..count {
+                let law = match split.below(4) {
+                    0 => Law::Power { exponent: (8.0 + D as f64) * split.uniform() + 2.05 - D as f64 },
+                    1 => Law::Exponential { length: 1.0 },
+                    2 => Law::Screened { k: 1.0 },
+                    _ => Law::Newtonian,
+                };
+                let mollifier = match split.below(8) {
+                    0 => Mollifier::None,
+                    1 | 2 => Mollifier::Gaussian { order: 2 * (1 + split.below(3)) },
+                    _ => Mollifier::Compact { order: 2 * (1 + split.below(4)), exponent: 1 + split.below(9) },
+                };
+                let delta = 2.0_f64.powf(12.0 * split.uniform() - 6.0);
+                check::<T, D>(&mut split, law, (mollifier, delta));
+            }
+        }
+        random::<f64, 1>(45);
+        random::<f64, 2>(10);
+        random::<f64, 3>(45);
+        random::<f32, 1>(45);
+        random::<f32, 2>(10);
+        random::<f32, 3>(45);
+    }
+
+    /// The mollifiers that change fastest within their support.
+    #[test]
+    fn tables_of_the_highest_orders_are_within_their_bound() {
+        let mut split = Split(5);
+        for (order, exponent) in [(8, 9), (8, 8), (6, 9)] {
+            let mollifier = Mollifier::Compact { order, exponent };
+            check::<f64, 1>(&mut split, Law::Exponential { length: 4.382_391_825_094_345_9 }, (mollifier, 3.5166));
+            check::<f64, 1>(&mut split, Law::Power { exponent: 5.643_698_267_871_514 }, (mollifier, 49.0));
+            check::<f64, 2>(&mut split, Law::Power { exponent: 1.5 }, (mollifier, 0.1));
+            check::<f64, 3>(&mut split, Law::Screened { k: 1.0 }, (mollifier, 0.5));
+            check::<f32, 1>(&mut split, Law::Exponential { length: 4.382_391_825_094_345_9 }, (mollifier, 3.5166));
+            check::<f32, 3>(&mut split, Law::Screened { k: 1.0 }, (mollifier, 0.5));
+        }
     }
 }

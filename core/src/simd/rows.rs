@@ -8,7 +8,7 @@ pub const ROW: usize = 8;
 /// An octave of the argument has 2 to this power rows.
 pub const PANEL_BITS: u32 = 6;
 /// Number of octaves of a table.
-pub const OCTAVES: u32 = 32;
+pub const OCTAVES: u32 = 64;
 /// Number of rows of a table, a power of two.
 pub const ROWS: usize = (OCTAVES as usize) << PANEL_BITS;
 

@@ -113,6 +113,11 @@ impl Noted {
         }
     }
 
+    #[inline(always)]
+    pub fn is_empty(&self) -> bool {
+        self.n == 0
+    }
+
     /// Takes them all out.
     #[inline(always)]
     pub fn take(&mut self) -> impl Iterator<Item = usize> {

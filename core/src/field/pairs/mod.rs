@@ -6,7 +6,8 @@
 //!         for each mass class (one, unless masses span more than 2^100 in f32, 2^900 in f64)
 //!             for each block of 256 sources
 //!                 kernel.add_block: one source after the other against the register block
-//!                 pairs that the kernel leaves out (too close or too far for its fast path): `exact`, one by one
+//!                 pairs that the kernel leaves out as too close for its fast path: `close`, in lanes
+//!                 other pairs that it leaves out: `exact`, one by one
 //!                 the block's sums join the total
 //!         the totals in true units go to the outputs
 //! ```
@@ -14,7 +15,7 @@
 //! * [`packed`]: sources without the massless ones, in units in which nothing overflows, with the bounds of each block;
 //! * [`lanes`]: a register block of targets, its sums, and what is common to all kernels;
 //! * [`newtonian`], [`tabulated`], [`called`]: the kernels, each an implementation of [`PairKernel`];
-//! * [`exact`]: pairs outside the range of the fast path;
+//! * [`close`], [`exact`]: pairs outside the range of the fast path;
 //! * [`output`]: from sums in units to results.
 //!
 //! # Outputs
@@ -27,12 +28,14 @@
 //!
 //! `|computed - exact| <= (c + B + n / B) u S`, S = sum_j |m_j| s(x_i - x_j), componentwise for gradients,
 //!
-//! where s is the kernel's scale: |K|, |grad K|, for the Newtonian kernel |K| + 1/(2 pi) in the plane and max psi_delta for its Laplacian. B = 256, or with
+//! where s is the kernel's scale: |K|, |grad K|, for the Newtonian kernel |K| + 1/(2 pi) in the plane and max psi_delta for its Laplacian; for kernels
+//! in tables the largest of each over a range of distances ([`tabulated`]). B = 256, or with
 //! [`Accumulation::Compensated`] B = 8 and blocks are added in double-word arithmetic: `(c + 8 + 4) u S + (n / 4) u^2 S`.
 //! Roundings of sums are as good as independent, so errors of a few u are what is seen. The bound supposes that no result underflows.
 //! Tests: `field_direct::the_error_bound_holds_in_f64` and `.._f32`, `field_bounds`.
 
 mod called;
+mod close;
 #[allow(dead_code, reason = "`exact::product` serves no kernel that is called")]
 mod exact;
 mod instances;
@@ -58,6 +61,7 @@ use crate::exec::{Chunks, Run, Statistics, par_chunks};
 use crate::memory::{Carve, Measure};
 use crate::real::Real;
 use crate::simd::{BlockJob, Isa, Job, Level, MAX_LANES, portable};
+use close::Close;
 use lanes::{Bounds, Group, List, Noted, Sums, Total, WIDE, Want, valid_lanes};
 use output::{Contribution, Scales, Writer};
 use packed::{Class, Packed, bounds_of, load};
@@ -118,6 +122,25 @@ pub(in crate::field) trait PairKernel<T: Real, const D: usize>: Sync {
         laplacian: bool,
     ) -> [u32; NB];
 
+    /// Whether pairs that are left out may be served by [`PairKernel::add_close`] in closer units.
+    fn has_closer(_prepared: &Self::Prepared) -> bool {
+        false
+    }
+
+    /// Adds what a source gives to the lanes that the outer units leave out and the inner ones don't. `pairs`: differences, source minus target,
+    /// and their squares in the outer units; afterwards in the inner ones. Returns the lanes that either leaves out.
+    #[inline(always)]
+    fn add_close<I: Isa<T>, const NB: usize, const P: bool>(
+        _isa: I,
+        _kernels: (&Self::Lanes<I::V>, &Self::Prepared, &Self::Lanes<I::V>),
+        _laplacian: bool,
+        _pairs: &mut ([[I::V; D]; NB], [I::V; NB]),
+        _mass: T,
+        _groups: &mut [Group<I::V, D>; NB],
+    ) -> [[u32; NB]; 2] {
+        [[0; NB]; 2]
+    }
+
     /// What a source of this mass gives to a target at x = target - source, in true units and at any distance.
     fn exact(&self, x: &[T; D], mass: T, want: Want) -> Contribution<T, D>;
 }
@@ -168,7 +191,17 @@ fn sums<T: Real, const D: usize, K: PairKernel<T, D>>(
     );
     let tally = Tally::default();
     let prepared = kernel.prepare(units);
-    let shared = Shared { kernel, prepared: &prepared, packed: &packed, units, options, sources, tally: &tally };
+    let closer = close::prepare(kernel, units, &prepared);
+    let shared = Shared {
+        kernel,
+        prepared: &prepared,
+        closer: &closer,
+        packed: &packed,
+        units,
+        options,
+        sources,
+        tally: &tally,
+    };
     let (level, should_stop) = (run.level, run.should_stop);
     par_chunks(
         run.executor,
@@ -245,6 +278,8 @@ impl Tally {
 struct Shared<'a, T: Real, const D: usize, K: PairKernel<T, D>> {
     kernel: &'a K,
     prepared: &'a K::Prepared,
+    /// The same in the units of close pairs.
+    closer: &'a [Option<K::Prepared>; close::LEVELS],
     packed: &'a Packed<'a, T, D>,
     units: Units<T>,
     options: &'a Options,
@@ -291,8 +326,15 @@ impl<T: Real, const D: usize, K: PairKernel<T, D>, const P: bool> BlockJob<T> fo
             let results = results.get_mut(..targets.len()).unwrap_or_default();
             results.fill(Contribution::ZERO);
             for (number, class) in shared.packed.classes() {
-                let totals =
-                    class_sums::<T, I, D, NB, K, P>(isa, shared, &lanes, want, (targets, results), &class, &mut counts);
+                let totals = class_sums::<T, I, D, NB, K, P>(
+                    isa,
+                    shared,
+                    &lanes,
+                    want,
+                    (targets, results),
+                    (number, &class),
+                    &mut counts,
+                );
                 let scales = shared.kernel.scales(shared.units, number);
                 for (results, total) in results.chunks_mut(I::LANES).zip(&totals) {
                     output::add(isa, results, &total.sums, &scales);
@@ -314,7 +356,7 @@ fn class_sums<T: Real, I: Isa<T>, const D: usize, const NB: usize, K: PairKernel
     lanes: &K::Lanes<I::V>,
     want: Want,
     (targets, results): (&[[T; D]], &mut [Contribution<T, D>]),
-    class: &Class<'_, T, D>,
+    (number, class): (usize, &Class<'_, T, D>),
     counts: &mut Statistics,
 ) -> [Total<I::V, D>; NB] {
     let zero = isa.splat(T::ZERO);
@@ -329,6 +371,7 @@ fn class_sums<T: Real, I: Isa<T>, const D: usize, const NB: usize, K: PairKernel
     let each = if compensated { SHORT_BLOCK } else { BLOCK };
     let mut totals = [Total::splat(zero); NB];
     let mut noted = [Noted::new(), Noted::new()];
+    let mut close = None;
     let prepared = (shared.prepared, lanes);
     for (start, source_bounds, (positions, masses)) in class.blocks() {
         for (k, sources) in positions.chunks(each).zip(masses.chunks(each)).enumerate() {
@@ -336,9 +379,28 @@ fn class_sums<T: Real, I: Isa<T>, const D: usize, const NB: usize, K: PairKernel
             K::add_block::<I, NB, P>(isa, prepared, &block, &mut groups, &mut noted, counts);
             for (list, laplacian) in noted.iter_mut().zip([false, true]) {
                 let want = if laplacian { Want { laplacian, ..Want::default() } } else { want };
+                let (mut closer, some) = ([const { None }; close::LEVELS], !list.is_empty() && !laplacian);
+                if some && let [Some(_), ..] = shared.closer {
+                    for (to, prepared) in closer.iter_mut().zip(shared.closer) {
+                        *to = prepared.as_ref().map(|prepared| (prepared, K::lanes(prepared, isa)));
+                    }
+                }
                 for at in list.take() {
-                    let Some(x) = sources.0.get(at) else { continue };
-                    let left_out = K::left_out::<I, NB>(isa, prepared, x, &groups, laplacian);
+                    let (Some(x), Some(&mass)) = (sources.0.get(at), sources.1.get(at)) else { continue };
+                    let left_out = if closer[0].is_some() {
+                        let close = close.get_or_insert_with(|| Close::new(zero));
+                        let [served, left] =
+                            close.add::<T, I, K, P>(isa, (lanes, &closer), want.laplacian, (x, mass), &groups);
+                        for ((served, left), valid) in served.iter().zip(&left).zip(&valid) {
+                            counts.scaled_pairs += u64::from((served & !left & valid).count_ones());
+                        }
+                        left
+                    } else {
+                        K::left_out::<I, NB>(isa, prepared, x, &groups, laplacian)
+                    };
+                    if left_out.iter().all(|&lanes| lanes == 0) {
+                        continue;
+                    }
                     let origin = class.origins.get(start + k * each + at).map_or(usize::MAX, |&origin| origin as usize);
                     let pairs = (shared.sources, origin);
                     counts.scaled_pairs +=
@@ -353,6 +415,15 @@ fn class_sums<T: Real, I: Isa<T>, const D: usize, const NB: usize, K: PairKernel
                 }
                 group.sums = Sums::splat(zero);
             }
+            if let Some(close) = &mut close {
+                close.finish_block(isa, compensated);
+            }
+        }
+    }
+    for (level, totals) in close.iter().flat_map(Close::totals).enumerate() {
+        let scales = shared.kernel.scales(close::units_of(shared.units, level + 1), number);
+        for (results, total) in results.chunks_mut(I::LANES).zip(totals) {
+            output::add(isa, results, &total.sums, &scales);
         }
     }
     totals

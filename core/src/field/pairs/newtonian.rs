@@ -25,6 +25,7 @@
 //! The 2D potential is the logarithm of a rounded number, which has a zero at r = 1: its error is relative to |log r| + 1. The density has zeros too:
 //! its error is relative to its maximum.
 
+use super::close::step;
 use super::lanes::{Group, List, Noted, Want, distances};
 use super::output::{Contribution, Scales};
 use super::packed::{Units, farthest, least_square_exponent, power_of_two};
@@ -49,6 +50,8 @@ pub(in crate::field) struct Prepared<'a, T: Real> {
     softened: Softened<T>,
     /// A Gaussian mollifier's table, and what its potential and gradient factor are multiplied by to be S_D K (twice that in 2D) and S_D g.
     table: Option<(tabulated::Prepared<'a, T>, [T; 2])>,
+    /// Whether it is too close for lanes alone that pairs are left out.
+    has_closer: bool,
 }
 
 /// Coefficients in powers of t, highest first.
@@ -248,7 +251,7 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Newtonian<'a, T, D> {
     fn prepare(&self, units: Units<T>) -> Prepared<'a, T> {
         let blob = self.blob;
         let least = power_of_two::<T>(-least_square_exponent::<T>());
-        let delta = blob.delta() * power_of_two(units.position);
+        let delta = blob.delta().ldexp(units.position);
         let square = delta * delta;
         let (mut edge, mut inside, mut table) = (least, None, None);
         if square >= least {
@@ -278,6 +281,13 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Newtonian<'a, T, D> {
                 Mollifier::None => {}
             }
         }
+        let has_closer = square < least || blob.mollifier() == Mollifier::None;
+        if let Mollifier::Gaussian { order } = blob.mollifier()
+            && has_closer
+        {
+            let support = gaussian_support::<T>(D, order);
+            edge = edge.max(square * (support * support));
+        }
         let softened = Softened {
             edge,
             inside,
@@ -285,7 +295,7 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Newtonian<'a, T, D> {
             table: table.as_ref().map(|(table, _)| *table.numbers()),
             table_scales: table.as_ref().map_or([T::ZERO; 2], |(_, scales)| *scales),
         };
-        Prepared { softened, table }
+        Prepared { softened, table, has_closer }
     }
 
     fn scales(&self, units: Units<T>, class: usize) -> Scales<T> {
@@ -374,6 +384,71 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Newtonian<'a, T, D> {
         distances(isa, source, groups).1.map(|r2| isa.bits(isa.lt(r2, kernel.edge)))
     }
 
+    fn has_closer(prepared: &Prepared<'a, T>) -> bool {
+        prepared.has_closer
+    }
+
+    #[inline(always)]
+    fn add_close<I: Isa<T>, const NB: usize, const P: bool>(
+        isa: I,
+        (outer, prepared, inner): (&Softened<I::V>, &Prepared<'a, T>, &Softened<I::V>),
+        laplacian: bool,
+        (d, r2): &mut ([[I::V; D]; NB], [I::V; NB]),
+        mass: T,
+        groups: &mut [Group<I::V, D>; NB],
+    ) -> [[u32; NB]; 2] {
+        // A lane that takes no part has d = 0 and a square that is larger than any other: those are below the outer edge, which is 1 here
+        // or the square of a Gaussian mollifier's support, of at most 25 times a delta below 1.
+        let (zero, served) = (isa.splat(T::ZERO), isa.splat(power_of_two::<T>(12)));
+        let factor = isa.splat(power_of_two::<T>(step::<T>()));
+        let (mut before, mut after, mut some) = ([0; NB], [0; NB], 0);
+        for ((d, r2), (before, after)) in d.iter_mut().zip(r2.iter_mut()).zip(before.iter_mut().zip(&mut after)) {
+            let left = isa.lt(*r2, outer.edge);
+            *before = isa.bits(left);
+            let mut square = zero;
+            for d in d.iter_mut() {
+                *d = isa.select(left, isa.mul(*d, factor), zero);
+                square = isa.mul_add(*d, *d, square);
+            }
+            *r2 = isa.select(left, square, served);
+            *after = isa.bits(isa.lt(*r2, inner.edge));
+            some |= *before & !*after;
+        }
+        if some != 0 {
+            let (mut far, mut squares, mut outside) = (*d, *r2, [isa.lt(zero, zero); NB]);
+            for ((far, square), outside) in far.iter_mut().zip(&mut squares).zip(&mut outside) {
+                *square = isa.select(isa.lt(*square, inner.edge), served, *square);
+                *outside = isa.lt(*square, served);
+                far.iter_mut().for_each(|d| *d = isa.select(*outside, *d, zero));
+            }
+            let lanes_mass = isa.splat(mass);
+            if P {
+                let values = outside_potential::<T, I, D, NB>(isa, inner.log_exponent, &far, &squares);
+                for ((group, k), &outside) in groups.iter_mut().zip(values).zip(&outside) {
+                    group.add_potential(isa, lanes_mass, isa.select(outside, k, zero));
+                }
+            }
+            if !P || D == 3 {
+                let factors = outside_gradient::<T, I, D, NB>(isa, lanes_mass, &squares);
+                for ((group, d), g) in groups.iter_mut().zip(&far).zip(factors) {
+                    group.add_gradient(isa, g, d);
+                }
+            }
+        }
+        if after.iter().any(|&lanes| lanes != 0) {
+            let pairs = (&*d, &*r2);
+            if let Some(inside) = &inner.inside {
+                inside_pairs::<T, I, D, NB, P>(isa, inner.edge, inside, laplacian, pairs, mass, groups);
+                after = [0; NB];
+            } else if TABLES && let Some(((table, _), numbers)) = prepared.table.as_ref().zip(inner.table.as_ref()) {
+                let sums = (table, numbers, inner.table_scales);
+                tabulated::add_below::<T, I, D, NB, P>(isa, inner.edge, sums, laplacian, pairs, mass, groups);
+                after = [0; NB];
+            }
+        }
+        [before, after]
+    }
+
     fn exact(&self, x: &[T; D], mass: T, want: Want) -> Contribution<T, D> {
         let mut sums = Contribution::ZERO;
         if self.blob.mollifier() == Mollifier::None && x.iter().all(|&x| x == T::ZERO) {
@@ -410,7 +485,9 @@ fn add_noted<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool>
         let sums = (table, numbers, kernel.table_scales);
         for at in noted.take() {
             let (Some(x), Some(&m)) = (block.sources.0.get(at), block.sources.1.get(at)) else { continue };
-            count(tabulated::add_below::<T, I, D, NB, P>(isa, kernel.edge, sums, block.laplacian, x, m, groups));
+            let (d, r2) = distances(isa, x, groups);
+            let pairs = (&d, &r2);
+            count(tabulated::add_below::<T, I, D, NB, P>(isa, kernel.edge, sums, block.laplacian, pairs, m, groups));
         }
     }
 }
@@ -596,10 +673,24 @@ fn inside_lanes<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bo
     mass: T,
     groups: &mut [Group<I::V, D>; NB],
 ) -> [u32; NB] {
-    let (zero, mass) = (isa.splat(T::ZERO), isa.splat(mass));
     let (d, r2) = distances(isa, source, groups);
+    inside_pairs::<T, I, D, NB, P>(isa, edge, inside, laplacian, (&d, &r2), mass, groups)
+}
+
+/// The same from the differences, source minus target, and their squares.
+#[inline(always)]
+fn inside_pairs<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool>(
+    isa: I,
+    edge: I::V,
+    inside: &Inside<I::V>,
+    laplacian: bool,
+    (d, r2): (&[[I::V; D]; NB], &[I::V; NB]),
+    mass: T,
+    groups: &mut [Group<I::V, D>; NB],
+) -> [u32; NB] {
+    let (zero, mass) = (isa.splat(T::ZERO), isa.splat(mass));
     let mut lanes = [0; NB];
-    for (((group, d), &r2), lanes) in groups.iter_mut().zip(&d).zip(&r2).zip(&mut lanes) {
+    for (((group, d), &r2), lanes) in groups.iter_mut().zip(d).zip(r2).zip(&mut lanes) {
         let below = isa.lt(r2, edge);
         *lanes = isa.bits(below);
         let t = inside.t(isa, &[r2]);

@@ -2,7 +2,7 @@
 //!
 //! Coordinates and masses are multiplied by powers of two, so that the largest of each is about 1: exact, and r^2 <= 4 D needs no check
 //! for overflow in any inner loop. A coordinate that is tiny beside the largest may lose bits to underflow by that; it can matter only for pairs
-//! closer than the least distance of the fast path, and these are computed from the caller's own numbers ([`super::exact`]).
+//! closer than the least distance that lanes serve ([`super::close`]), and these are computed from the caller's own numbers ([`super::exact`]).
 //!
 //! Masses that span more than the exponent's range are divided into classes, each with a power of two of its own, and a target's
 //! sums over different classes meet in true units. Products of a mass and a kernel's value then stay normal in each class.
@@ -69,6 +69,11 @@ impl<T: Real> Units<T> {
         let unit = |largest: T| largest.frexp().1.saturating_neg().max(-limit).min(limit);
         let (position, mass) = (unit(largest_length), unit(largest_mass));
         Self { position, mass, position_factor: power_of_two(position) }
+    }
+
+    /// Units in which a length is that in these times 2^`by`: for scales and for a kernel's numbers, not for coordinates.
+    pub fn closer(self, by: i32) -> Self {
+        Self { position: self.position.saturating_add(by), ..self }
     }
 
     /// A point in these units.

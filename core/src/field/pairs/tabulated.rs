@@ -10,9 +10,18 @@
 //!
 //! all in the table's units. So one row, a cache line in f64, serves every output, and there is no root, logarithm or division.
 //!
-//! # Rounding
-//! r2 has 5 u and u one more; that moves g by |d log g / d log u| times as much, a few units for powers, r / l for an exponential of
-//! length l. The row itself is good to 2^-47 (f64) and 2^-21 (f32) of the kernel's scale ([`Table::error`]): c = 64 in f64, 16 in f32.
+//! # Error
+//! r2 has 5 u and u one more, which moves g by |d log g / d log u| times as much: a few units for powers, r / l for an exponential of
+//! length l, whose size at r/2 is larger by e^(r / 2l). The rows' own errors: module `kernel::table`. So c u s with
+//!
+//! * s the largest |K|, for gradients r times the largest |K'/r|, for Laplacians the larger of the largest |lap K| and D |K'/r|, over all distances
+//!   from r/2 to r, and to delta from 0 where r < delta; of exponential and screened kernels under Gaussian mollifiers over all from 0 to r. (K of a
+//!   logarithm is zero somewhere: r^2 |K'/r| counts too.) K is the kernel as [`crate::kernel::Kernel::at`] knows it, and s of a sum of terms is the sum
+//!   of theirs;
+//! * c = 32 in f32; in f64 128, and 1000 for Laplacians; 400 and 3000 in f64 for exponential and screened kernels whose delta is more
+//!   than 5 lengths, which cancel.
+//!
+//! Tests: `kernel::table::tests`, `field_bounds::single_pairs_of_random_kernels_are_within_the_bound`.
 
 use super::called::{self, Radial};
 use super::lanes::{Group, Noted, Want, distances};
@@ -241,7 +250,8 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Tabulated<'a, T> {
     }
 }
 
-/// Adds what one source gives to the lanes below the edge, and to no other, from a table that serves all of these; its potential and gradient
+/// Adds what one source gives to the lanes below the edge, and to no other, from a table that serves all of these and from the differences, source
+/// minus target, and their squares; its potential and gradient
 /// factor are multiplied by `scales`. Returns one word of lanes a vector.
 #[inline(always)]
 pub(super) fn add_below<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool>(
@@ -249,16 +259,15 @@ pub(super) fn add_below<T: Real, I: Isa<T>, const D: usize, const NB: usize, con
     edge: I::V,
     (prepared, numbers, [potential, gradient]): (&Prepared<'_, T>, &Lanes<I::V>, [I::V; 2]),
     laplacian: bool,
-    source: &[T; D],
+    (d, r2): (&[[I::V; D]; NB], &[I::V; NB]),
     mass: T,
     groups: &mut [Group<I::V, D>; NB],
 ) -> [u32; NB] {
     let zero = isa.splat(T::ZERO);
-    let (d, r2) = distances(isa, source, groups);
     let mass = isa.splat(mass);
     let (potential, gradient) = (isa.mul(mass, potential), isa.mul(mass, gradient));
     let mut lanes = [0; NB];
-    for (((group, d), &r2), lanes) in groups.iter_mut().zip(&d).zip(&r2).zip(&mut lanes) {
+    for (((group, d), &r2), lanes) in groups.iter_mut().zip(d).zip(r2).zip(&mut lanes) {
         let below = isa.lt(r2, edge);
         *lanes = isa.bits(below);
         let u = isa.select(below, numbers.u(isa, r2), numbers.held);

@@ -252,10 +252,13 @@ pub unsafe extern "C" fn mollis_field1_text(
 /// mollifier coincident pairs contribute nothing. `workspace` is garbage afterwards. `options`, `run`, `counters` may be null.
 ///
 /// The error is at most (c + 256 + n/256) u S, u the unit roundoff; with MOLLIS_ACCUMULATION_COMPENSATED (c + 12) u S + (n/4) u^2 S. S is the
-/// sum of |m_j| s_j, componentwise, where s is the size of the kernel or of its derivative at the pair (Newtonian in 2D: plus 1/(2 pi) for the
-/// potential); for a Laplacian that of the mollifier's or the kernel's largest. c = 16 for the Newtonian kernel; with compact mollifiers of
-/// order 6 or 8, whose coefficients have both signs, up to 112. c = 64 for the other kernels, Gaussian mollifiers and a
-/// host's own, and 1000 for their Laplacian in double.
+/// sum of |m_j| s_j, componentwise for gradients. With K the kernel that `mollis_kernel1_eval` returns, r = |x_i - x_j|:
+/// Newtonian, mollifier compact or none: s = |K| (in 2D plus 1/(2 pi)), |grad K|, and the mollifier's largest value for a Laplacian; c = 16,
+/// and up to 112 with mollifiers of order 6 or 8, whose coefficients have both signs.
+/// Other kernels, Gaussian mollifiers: s = A, |x_i - x_j| B (the gradient's components: theirs of x_i - x_j), and L for a Laplacian, where A, B, L are the
+/// largest |K| and r^2 |K'/r|, |K'/r|, |Laplacian| and d |K'/r| at distances from r/2 to r; where r < delta from 0 to delta; for exponential and
+/// screened kernels under Gaussian mollifiers from 0 to r. c = 32 in single precision; in double 128, and 1000 for Laplacians; 400 and 3000
+/// for exponential and screened kernels whose delta is more than 5 lengths l or 1/k. Of several terms s is the sum of theirs.
 /// Results do not depend on the number of threads, bit for bit. A refused call writes nothing (but `run->first_bad`, with
 /// `MOLLIS_ERR_NOT_FINITE`: sources, then targets); a stopped one has written some outputs.
 ///
