@@ -119,8 +119,8 @@ fn the_bits_of_every_machine() {
     let (single, left_single) = coalescing::<f32>(Order::Fourth);
     assert!((1..1500).contains(&left) && (1..1500).contains(&left_single), "{left} {left_single}");
     let got = [
-        ("1D f64", newtonian::<f64, 1>(2), 0x5d6e_3c65_c19b_9f3b),
-        ("1D f32", newtonian::<f32, 1>(4), 0xadeb_5b50_c137_bd57),
+        ("1D f64", newtonian::<f64, 1>(2), 0xcb05_523d_1661_eff0),
+        ("1D f32", newtonian::<f32, 1>(4), 0x0b58_03eb_9108_ec72),
         ("2D f64", newtonian::<f64, 2>(2), 0x081c_07fa_2150_4fd4),
         ("2D f32", newtonian::<f32, 2>(4), 0x9418_ded7_09f5_02a2),
         ("3D f64", newtonian::<f64, 3>(2), 0x9984_be21_c708_fac0),
