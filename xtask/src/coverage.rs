@@ -7,7 +7,7 @@ use anyhow::{Result, bail, ensure};
 use crate::{header, shell, text};
 
 /// Where calls are looked for.
-const CALLERS: [&str; 4] = ["tests", "examples_c", "ffi/abi/src", "cli"];
+const CALLERS: [&str; 4] = ["tests", "examples_c", "ffi/abi/src", "evidence"];
 
 /// Fails with the list of functions that nothing calls.
 pub fn run() -> Result<()> {
