@@ -2,6 +2,10 @@
 //!
 //! Every subcommand is a module with `Args` (what clap parses) and `main(Args) -> anyhow::Result<ExitCode>`; this file only
 //! dispatches. `mollis_host::command` says what status a command ends with.
+//!
+//! [`scene`] reads a scene, [`initial`] makes its [`particles`] (or [`points`] reads them), [`model`] moves them and fills a
+//! [`history`], [`measure`], [`plot`] and [`output`] turn the [`results`] into numbers, pictures and tables, [`checkpoint`]
+//! holds what a stopped run needs; [`files`] and [`npy`] write. [`run`] puts these together.
 
 use std::process::ExitCode;
 

@@ -7,7 +7,7 @@ use anyhow::{Result, bail, ensure};
 use crate::{header, shell, text};
 
 /// Folders that are searched for calls.
-const CALLERS: [&str; 4] = ["tests", "examples_c", "ffi/abi/src", "cli"];
+const CALLERS: [&str; 4] = ["tests", "examples_c", "ffi/abi/src", "evidence"];
 
 /// Fails with the list of functions that are never called.
 pub fn run() -> Result<()> {

@@ -12,9 +12,9 @@ use crate::scene::{Model, Sampling, Scene, SceneFile};
 pub enum Role {
     /// The case itself.
     Whole,
-    /// One grid of a study.
+    /// One grid of a study, of this spacing.
     Study(f64),
-    /// The grid that those of a study are compared with.
+    /// The grid that those of a study are compared with, of this spacing.
     Reference(f64),
 }
 
