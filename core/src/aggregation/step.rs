@@ -8,11 +8,12 @@
 //! Without a mollifier the same call performs the particle method.
 
 use crate::diagnostics::moments;
-use crate::diagnostics::sums::{Wide, sum_of_products};
+use crate::diagnostics::sums::sum_of_products;
 use crate::error::{Error, Result};
 use crate::exec::Run;
 use crate::field::{self, Interaction, Options, Outputs, Sources, Wanted as FieldWanted};
 use crate::memory::{Carve, Measure, Space};
+use crate::real::Extended;
 use crate::real::{Real, Scalar, length};
 use crate::rk4::{self, Stage};
 
@@ -498,5 +499,5 @@ impl Watch {
 #[must_use]
 pub fn energy_of<T: Real>(masses: &[T], potential: &[T]) -> f64 {
     let pairs = masses.iter().zip(potential).map(|(m, u)| [m.to_f64(), u.to_f64()]);
-    sum_of_products(pairs).times(Wide::new(0.5, 0)).get()
+    sum_of_products(pairs).times(Extended::new(0.5, 0)).get()
 }

@@ -1,8 +1,9 @@
 //! The W^{-1,2}_h norm of a grid function (Craig & Bertozzi, section 3), in which the density converges.
 
-use super::sums::{Wide, dot};
+use super::sums::dot;
 use crate::error::{Error, Result};
 use crate::memory::{Carve, Measure, Space};
+use crate::real::Extended;
 use crate::real::Real;
 
 /// A box of the lattice `h Z^D`, with a margin of zeros that represents the rest of the lattice.
@@ -100,8 +101,8 @@ impl<T: Real, const D: usize> Lattice<T, D> {
             square = next;
             sweep += T::ONE;
         }
-        let wide = |x: T| Wide::new(x.to_f64(), 0);
-        let volume = (0..D).fold(Wide::new(sum, 0), |product, _| product.times(wide(self.spacing)));
+        let wide = |x: T| Extended::new(x.to_f64(), 0);
+        let volume = (0..D).fold(Extended::new(sum, 0), |product, _| product.times(wide(self.spacing)));
         Ok(T::from_f64(wide(largest).times(volume.root(2)).get()))
     }
 

@@ -1,8 +1,9 @@
 //! Conserved and dissipated quantities from positions and masses alone: total mass, centre of mass, second moment; and
 //! the overlap of the blobs.
 
-use super::sums::{Wide, sum_of_products};
+use super::sums::sum_of_products;
 use crate::error::{Error, Result};
+use crate::real::Extended;
 use crate::real::{Real, Scalar};
 
 /// Sums over the particles.
@@ -38,11 +39,11 @@ pub fn moments<T: Real, const D: usize>(positions: &[[T; D]], masses: &[T]) -> R
     let weights = masses.iter().map(|m| m.to_f64());
     let mass = sum_of_products(weights.clone().map(|m| [m]));
     let absolute_mass = sum_of_products(weights.clone().map(|m| [m.abs()]));
-    let (mut centre, mut second) = ([T::ZERO; D], Wide::ZERO);
+    let (mut centre, mut second) = ([T::ZERO; D], Extended::ZERO);
     for (k, slot) in centre.iter_mut().enumerate() {
         let along = positions.iter().map(|x| x.get(k).map_or(0.0, |c| c.to_f64()));
         let first = sum_of_products(weights.clone().zip(along.clone()).map(|(m, x)| [m, x]));
-        let middle = if mass.is_zero() { Wide::ZERO } else { first.over(mass) };
+        let middle = if mass.is_zero() { Extended::ZERO } else { first.over(mass) };
         *slot = T::from_f64(middle.get());
         // The unit of distances, chosen so that none overflows: 1, unless the centre or a position is close to the end of the range.
         let farthest = along.clone().fold(0.0_f64, |most, x| if x.abs() > most { x.abs() } else { most });
@@ -50,9 +51,9 @@ pub fn moments<T: Real, const D: usize>(positions: &[[T; D]], masses: &[T]) -> R
         let (scale, middle) = (1.0_f64.ldexp(-unit), middle.in_units(unit));
         let apart = along.map(|x| x * scale - middle);
         let moment = sum_of_products(weights.clone().zip(apart).map(|(m, d)| [m, d, d]));
-        second = second.plus(moment.times(Wide::new(1.0, 2 * unit)));
+        second = second.plus(moment.times(Extended::new(1.0, 2 * unit)));
     }
-    let narrow = |sum: Wide| T::from_f64(sum.get());
+    let narrow = |sum: Extended| T::from_f64(sum.get());
     Ok(Moments { mass: narrow(mass), absolute_mass: narrow(absolute_mass), centre, second: narrow(second) })
 }
 
@@ -76,7 +77,7 @@ pub fn smallest_overlap<T: Real, const D: usize>(delta: T, masses: &[T], densiti
     if !(delta > T::ZERO && delta.is_finite()) {
         return Err(Error::Delta);
     }
-    let wide = |x: &T| Wide::new(x.to_f64(), 0);
+    let wide = |x: &T| Extended::new(x.to_f64(), 0);
     let counted = |x: &T| x.is_finite() && *x != T::ZERO;
     let pairs = masses.iter().zip(densities).filter(|(m, rho)| counted(m) && counted(rho));
     let quotients = pairs.map(|(m, rho)| wide(&rho.abs()).over(wide(&m.abs())));

@@ -1,8 +1,8 @@
 //! Discrete norms of grid functions and of differences of trajectories (Craig & Bertozzi, section 3).
 
 use super::compensated::Sum;
-use super::sums::Wide;
 use crate::error::{Error, Result};
+use crate::real::Extended;
 use crate::real::{Real, Scalar, length};
 
 /// `(sum_i |u_i|^p cell)^(1/p)`, the L^p_h norm with `cell` = h^d; the largest `|u_i|` for infinite `p`.
@@ -72,7 +72,7 @@ fn power_mean<T: Real, V: Iterator<Item = f64>>(values: impl Fn(f64) -> V, cell:
     } else {
         Scalar::pow(mean, 1.0 / p) * Scalar::pow(2.0_f64, rest / p)
     };
-    Ok(T::from_f64(Wide::new(largest, down).times(Wide::new(root, whole)).get()))
+    Ok(T::from_f64(Extended::new(largest, down).times(Extended::new(root, whole)).get()))
 }
 
 #[cfg(test)]

@@ -2,81 +2,7 @@
 //! intermediate result leaves the range.
 
 use super::compensated::Sum;
-use crate::real::{Real, Scalar};
-
-/// `value * 2^exponent`, possibly out of the range of f64. `value` is 0, not finite, or between 1/2 and 1 in magnitude.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Wide {
-    value: f64,
-    exponent: i32,
-}
-
-impl Wide {
-    pub(crate) const ZERO: Self = Self { value: 0.0, exponent: 0 };
-
-    /// `value * 2^exponent`.
-    pub(crate) fn new(value: f64, exponent: i32) -> Self {
-        let (fraction, own) = value.frexp();
-        Self { value: fraction, exponent: exponent + own }
-    }
-
-    pub(crate) fn is_zero(self) -> bool {
-        self.value == 0.0
-    }
-
-    /// The exponent; `None` for zero.
-    pub(crate) fn exponent(self) -> Option<i32> {
-        (!self.is_zero()).then_some(self.exponent)
-    }
-
-    /// The number divided by 2^`unit`. Infinite or zero only if the quotient is out of range.
-    pub(crate) fn in_units(self, unit: i32) -> f64 {
-        self.value.ldexp(self.exponent - unit)
-    }
-
-    /// The number. Infinite or zero only if it is out of range.
-    pub(crate) fn get(self) -> f64 {
-        self.in_units(0)
-    }
-
-    /// The product.
-    pub(crate) fn times(self, other: Self) -> Self {
-        Self::new(self.value * other.value, self.exponent + other.exponent)
-    }
-
-    /// The quotient; `other` is not zero.
-    pub(crate) fn over(self, other: Self) -> Self {
-        Self::new(self.value / other.value, self.exponent - other.exponent)
-    }
-
-    /// The sum.
-    pub(crate) fn plus(self, other: Self) -> Self {
-        let top = match (self.exponent(), other.exponent()) {
-            (Some(a), Some(b)) => a.max(b),
-            (Some(one), None) | (None, Some(one)) => one,
-            (None, None) => return Self::ZERO,
-        };
-        Self::new(self.in_units(top) + other.in_units(top), top)
-    }
-
-    /// `|self| < |other|`, for numbers other than zero.
-    pub(crate) fn is_smaller(self, other: Self) -> bool {
-        (self.exponent, self.value.abs()) < (other.exponent, other.value.abs())
-    }
-
-    /// The n-th root of a positive number, n = 1, 2, 3.
-    pub(crate) fn root(self, n: i32) -> Self {
-        // Makes the exponent a multiple of n.
-        let rest = self.exponent.rem_euclid(n);
-        let value = self.value.ldexp(rest);
-        let root = match n {
-            1 => value,
-            2 => value.sqrt(),
-            _ => value.pow(1.0 / 3.0),
-        };
-        Self::new(root, (self.exponent - rest) / n)
-    }
-}
+use crate::real::{Extended, Real, Scalar};
 
 /// The range of the exponents of the nonzero numbers.
 #[derive(Clone, Copy)]
@@ -93,7 +19,7 @@ const PLAIN: Range = Range { least: -1000, most: 1000 };
 /// As accurate as if each product were rounded N - 1 times and the sum then once, as for [`Sum`], for factors of any size. If products might
 /// leave the range, all are scaled exactly by the power of two that makes the largest about 1. A factor that is not finite gives a result
 /// that is not finite.
-pub(crate) fn sum_of_products<const N: usize>(items: impl Iterator<Item = [f64; N]> + Clone) -> Wide {
+pub(crate) fn sum_of_products<const N: usize>(items: impl Iterator<Item = [f64; N]> + Clone) -> Extended {
     let mut extremes = [(f64::INFINITY, 0.0_f64); N];
     let mut count = 0_u64;
     for item in items.clone() {
@@ -112,7 +38,7 @@ pub(crate) fn sum_of_products<const N: usize>(items: impl Iterator<Item = [f64; 
     let mut sum = Sum::<f64>::default();
     if range.least > PLAIN.least && range.most < PLAIN.most {
         items.for_each(|item| sum.add(item.into_iter().fold(1.0, |product, factor| product * factor)));
-        return Wide::new(sum.value(), 0);
+        return Extended::new(sum.value(), 0);
     }
     let product = |item: [f64; N]| {
         item.into_iter().fold((1.0, 0), |(product, exponent), factor| {
@@ -123,7 +49,7 @@ pub(crate) fn sum_of_products<const N: usize>(items: impl Iterator<Item = [f64; 
     let top = items.clone().map(product).filter(|&(value, _)| value != 0.0).map(|(_, exponent)| exponent).max();
     let top = top.unwrap_or(0);
     items.map(product).for_each(|(value, exponent)| sum.add(value.ldexp(exponent - top)));
-    Wide::new(sum.value(), top)
+    Extended::new(sum.value(), top)
 }
 
 /// The sum of the products of the elements of two slices.
@@ -163,19 +89,22 @@ mod tests {
 
     #[test]
     fn wide_numbers() {
-        let x = Wide::new(3.0, 2000);
-        assert_eq!((x.get(), x.over(Wide::new(1.5, 1999)).get()), (f64::INFINITY, 4.0));
-        assert_eq!(x.plus(Wide::new(-3.0, 2000)).get(), 0.0);
-        assert_eq!(x.plus(Wide::ZERO).over(x).get(), 1.0);
-        assert_eq!(x.times(Wide::new(1.0, -2000)).get(), 3.0);
+        let x = Extended::new(3.0, 2000);
+        assert_eq!((x.get(), x.over(Extended::new(1.5, 1999)).get()), (f64::INFINITY, 4.0));
+        assert_eq!(x.plus(Extended::new(-3.0, 2000)).get(), 0.0);
+        assert_eq!(x.plus(Extended::ZERO).over(x).get(), 1.0);
+        assert_eq!(x.times(Extended::new(1.0, -2000)).get(), 3.0);
         for n in 1..4 {
             for exponent in -9..9 {
-                let root = Wide::new(1.7, exponent).root(n).get();
+                let root = Extended::new(1.7, exponent).root(n).get();
                 // One root and a rounded exponent.
                 assert!((root / Scalar::pow(1.7.ldexp(exponent), 1.0 / f64::from(n)) - 1.0).abs() < 4.0 * f64::EPSILON);
             }
         }
-        assert!(Wide::new(1.0, 3).is_smaller(Wide::new(9.0, 0)) && !Wide::new(9.0, 0).is_smaller(Wide::new(1.0, 3)));
+        assert!(
+            Extended::new(1.0, 3).is_smaller(Extended::new(9.0, 0))
+                && !Extended::new(9.0, 0).is_smaller(Extended::new(1.0, 3))
+        );
     }
 
     #[test]

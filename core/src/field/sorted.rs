@@ -18,8 +18,9 @@ use super::pairs::{BLOCK, SHORT_BLOCK, Units, power_of_two_pair as power_of_two}
 use super::problem::{Outputs, Sources, Wanted};
 use crate::error::{Error, Result};
 use crate::exec::{Run, Statistics};
-use crate::kernel::{Far, Kernel, Near, POWERS, Scaled, Wide};
+use crate::kernel::{Far, Kernel, Near, POWERS, Scaled};
 use crate::memory::{Carve, Measure, Space};
+use crate::real::Extended;
 use crate::real::{DoubleWord, Real, Scalar, quotient};
 use crate::simd::{Loops, with_simd};
 use crate::sort::radix::{Entry, order};
@@ -273,7 +274,7 @@ impl<T: Real> Close<T> {
         };
         let mut exponents = [0; 3];
         for (to, (a, b)) in exponents.iter_mut().zip(at(0.0, delta).into_iter().zip(at(reach, reach))) {
-            *to = [a, b].into_iter().filter(|v| !v.is_zero()).map(|v| v.exponent).max().unwrap_or(0);
+            *to = [a, b].into_iter().filter_map(Extended::exponent).max().unwrap_or(0);
         }
         let [u, g, l] = exponents;
         let (limit, delta) = (T::MAX_EXPONENT / 4, Scalar::frexp(delta).1);
@@ -568,9 +569,9 @@ fn near_one_by_one<T: Real, const D: usize>(
                 [value.ldexp(of_value), (factor * offset).ldexp(of_slope), laplacian.ldexp(of_laplacian)]
             } else {
                 let [value, factor, laplacian] = kernel.pair_scaled(offset.abs().to_f64(), wanted);
-                let slope = factor.times(Wide::new(offset.to_f64(), 0));
+                let slope = factor.times(Extended::new(offset.to_f64(), 0));
                 let scaled = [value.shift(of_value), slope.shift(of_slope), laplacian.shift(of_laplacian)];
-                scaled.map(|v| T::from_f64(v.to_f64()))
+                scaled.map(|v| T::from_f64(v.get()))
             };
             [u + m * value, du + m * slope, ddu + m * laplacian]
         }));

@@ -5,8 +5,8 @@ use super::edge_series::laurent;
 use super::law::is_multiple;
 use super::part::Variable;
 use super::profile::Profile;
-use super::wide::Wide;
 use super::{Kernel, Law};
+use crate::real::Extended;
 use crate::real::{Real, Scalar};
 
 /// Coefficients of |x|^0 .. |x|^9.
@@ -15,7 +15,7 @@ pub(crate) const POWERS: usize = 10;
 /// K_delta = sum c_k |x|^k for |x| > reach, with coefficients of any size.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Far {
-    pub(crate) coefficients: [Wide; POWERS],
+    pub(crate) coefficients: [Extended; POWERS],
     /// 0 where the polynomial holds everywhere.
     pub(crate) reach: f64,
 }
@@ -37,11 +37,11 @@ impl Far {
     /// The polynomial of lengths in units, |x| being the true one times 2^`position`, less a power of two: the largest of its
     /// coefficients is about 1, so that none overflows, and one that underflows has no part in values of that size.
     pub(crate) fn in_units<T: Real>(&self, position: i32) -> Scaled<T> {
-        let in_units = |k: usize, c: Wide| c.shift(position.saturating_mul(k as i32).saturating_neg());
+        let in_units = |k: usize, c: Extended| c.shift(position.saturating_mul(k as i32).saturating_neg());
         let scaled = || self.coefficients.iter().enumerate().map(|(k, &c)| in_units(k, c));
-        let exponent = scaled().filter(|c| !c.is_zero()).map(|c| c.exponent).max().unwrap_or(0);
+        let exponent = scaled().filter_map(Extended::exponent).max().unwrap_or(0);
         let mut coefficients = [T::ZERO; POWERS];
-        coefficients.iter_mut().zip(scaled()).for_each(|(to, c)| *to = T::from_f64(c.over(exponent)));
+        coefficients.iter_mut().zip(scaled()).for_each(|(to, c)| *to = T::from_f64(c.in_units(exponent)));
         Scaled { coefficients, exponent }
     }
 
@@ -66,8 +66,8 @@ impl<T: Real, const D: usize> Kernel<'_, T, D> {
                 parts.iter().fold(0.0, |most: f64, &(w, c)| if w == 0.0 { most } else { most.max(c) }) * REACH * delta
             }
         };
-        let square = Wide::new(delta, 0).times(Wide::new(delta, 0));
-        let mut far = Far { coefficients: [Wide::ZERO; POWERS], reach: 0.0 };
+        let square = Extended::new(delta, 0).times(Extended::new(delta, 0));
+        let mut far = Far { coefficients: [Extended::ZERO; POWERS], reach: 0.0 };
         for term in self.terms() {
             let (law, factor) = term.law.canonical(D);
             let coefficient = factor * term.coefficient;
@@ -85,12 +85,12 @@ impl<T: Real, const D: usize> Kernel<'_, T, D> {
             if !is_multiple(p, 2.0) {
                 far.reach = reach;
             }
-            let mut add = |power: usize, value: Wide| {
+            let mut add = |power: usize, value: Extended| {
                 if let Some(slot) = far.coefficients.get_mut(power) {
                     *slot = slot.plus(value);
                 }
             };
-            let scale = Wide::new(scale, 0);
+            let scale = Extended::new(scale, 0);
             match terms {
                 None => add(p as usize, scale),
                 Some(None) => return None,
@@ -126,25 +126,25 @@ pub(crate) struct Near<T> {
 
 /// What is added up before exponents are known.
 struct Sums {
-    edge: [[Wide; EDGE]; 3],
-    square: [[Wide; SQUARE]; 3],
+    edge: [[Extended; EDGE]; 3],
+    square: [[Extended; SQUARE]; 3],
 }
 
 impl<T: Real, const D: usize> Kernel<'_, T, D> {
     /// The polynomials, if that is what all terms are: those of [`Kernel::far`], in 1D under a compact mollifier.
     pub(crate) fn near(&self) -> Option<Near<T>> {
         let p = self.blob.polynomials().filter(|_| D == 1)?;
-        let mut sums = Sums { edge: [[Wide::ZERO; EDGE]; 3], square: [[Wide::ZERO; SQUARE]; 3] };
+        let mut sums = Sums { edge: [[Extended::ZERO; EDGE]; 3], square: [[Extended::ZERO; SQUARE]; 3] };
         let (mut edge_terms, mut square_terms) = (0, 0);
         let delta = self.delta().to_f64();
         if self.newtonian != T::ZERO {
             // delta P / 2, delta times G / (2 delta), b / (2 delta)
-            let half = Wide::new(self.newtonian.to_f64(), 0).shift(-1);
+            let half = Extended::new(self.newtonian.to_f64(), 0).shift(-1);
             let (fraction, exponent) = Scalar::frexp(delta);
             let series = [
-                (&p.potential, half.times(Wide::new(fraction, exponent))),
+                (&p.potential, half.times(Extended::new(fraction, exponent))),
                 (&p.gradient, half),
-                (&p.density, half.times(Wide::new(1.0 / fraction, exponent.saturating_neg()))),
+                (&p.density, half.times(Extended::new(1.0 / fraction, exponent.saturating_neg()))),
             ];
             for (to, (from, scale)) in sums.edge.iter_mut().zip(series) {
                 edge_terms = edge_terms.max(from.coefficients().len());
@@ -155,7 +155,7 @@ impl<T: Real, const D: usize> Kernel<'_, T, D> {
         for part in self.parts() {
             let panel = part.panel(series, 0)?;
             let coefficients = panel.coefficients(series);
-            let to: [&mut [Wide]; 3] = match panel.variable {
+            let to: [&mut [Extended]; 3] = match panel.variable {
                 Variable::EdgePowers if panel.len <= EDGE => {
                     edge_terms = edge_terms.max(panel.len);
                     sums.edge.each_mut().map(|c| &mut c[..])
@@ -170,7 +170,7 @@ impl<T: Real, const D: usize> Kernel<'_, T, D> {
             for ((to, k), factor) in to.into_iter().zip(0..3).zip(factors) {
                 for (to, c) in to.iter_mut().zip(coefficients) {
                     let c = c.get(k).copied().unwrap_or(0.0);
-                    *to = to.plus(Wide::new(c, 0).scale(factor));
+                    *to = to.plus(Extended::new(c, 0).scale(factor));
                 }
             }
         }
@@ -184,8 +184,8 @@ impl<T: Real, const D: usize> Kernel<'_, T, D> {
         let to = near.edge.iter_mut().zip(&mut near.square).zip(&mut near.exponents);
         for (((edge, square), exponent), (from, from_square)) in to.zip(sums.edge.iter().zip(&sums.square)) {
             let all = from.iter().chain(from_square);
-            *exponent = all.clone().filter(|c| !c.is_zero()).map(|c| c.exponent).max().unwrap_or(0);
-            edge.iter_mut().chain(square).zip(all).for_each(|(to, c)| *to = T::from_f64(c.over(*exponent)));
+            *exponent = all.clone().filter_map(|c| c.exponent()).max().unwrap_or(0);
+            edge.iter_mut().chain(square).zip(all).for_each(|(to, c)| *to = T::from_f64(c.in_units(*exponent)));
         }
         Some(near)
     }
@@ -208,7 +208,7 @@ mod tests {
         let block = &mut memory[start..start + bytes];
         let kernel = Kernel::<f64, 1>::prepare(block, &terms, Mollifier::None, 1.0).unwrap();
         let far = kernel.far().unwrap();
-        assert_eq!((far.degree(), far.coefficients[1].to_f64()), (1, 1.5));
+        assert_eq!((far.degree(), far.coefficients[1].get()), (1, 1.5));
     }
 
     #[test]
@@ -244,7 +244,7 @@ mod tests {
                 }
             }
             for r in [1.01, 2.0, 30.0].map(|f: f64| f * far.reach.max(0.1)) {
-                let coefficients = far.coefficients.map(Wide::to_f64);
+                let coefficients = far.coefficients.map(Extended::get);
                 let want = coefficients.iter().rev().fold(0.0, |sum, c| sum * r + c);
                 let size = coefficients.iter().rev().fold(0.0, |sum, c| sum * r + c.abs());
                 // fits miss 1e-15 of the largest value, which the sum of magnitudes bounds within a panel's factor 2^4

@@ -1,7 +1,7 @@
 //! The bare kernels: names, parameter ranges, and K, K'/r, Laplacian K away from the origin.
 
-use super::wide::{self, Wide};
 use crate::error::{Error, Result};
+use crate::real::Extended;
 use crate::real::{DoubleWord, Real, Scalar};
 use crate::special::bessel::{k0_scaled, k1_scaled};
 
@@ -188,28 +188,32 @@ impl Law {
 
 impl Law {
     /// [`Law::alone`] with exponents, so that no power of r leaves the range.
-    pub(crate) fn scaled<const D: usize>(self, r: f64) -> [Wide; 3] {
+    pub(crate) fn scaled<const D: usize>(self, r: f64) -> [Extended; 3] {
         use core::f64::consts::PI;
         match self {
             Law::Newtonian => {
                 let (f, e) = Scalar::frexp(r);
                 let f = if f > 0.0 { f } else { 1.0 };
                 let (value, gradient) = match D {
-                    1 => (Wide::new(0.5 * f, e), Wide::new(0.5 / f, e.saturating_neg())),
-                    2 => (Wide::new(Scalar::log(r) * (0.5 / PI), 0), Wide::new(0.5 / PI / f / f, e.saturating_mul(-2))),
+                    1 => (Extended::new(0.5 * f, e), Extended::new(0.5 / f, e.saturating_neg())),
+                    2 => (
+                        Extended::new(Scalar::log(r) * (0.5 / PI), 0),
+                        Extended::new(0.5 / PI / f / f, e.saturating_mul(-2)),
+                    ),
                     _ => (
-                        Wide::new(-0.25 / PI / f, e.saturating_neg()),
-                        Wide::new(0.25 / PI / f / f / f, e.saturating_mul(-3)),
+                        Extended::new(-0.25 / PI / f, e.saturating_neg()),
+                        Extended::new(0.25 / PI / f / f / f, e.saturating_mul(-3)),
                     ),
                 };
-                [value, gradient, Wide::ZERO]
+                [value, gradient, Extended::ZERO]
             }
             Law::Power { exponent: p } => {
-                let gradient = wide::power(r, p - 2.0);
-                let value = if p == 0.0 { Wide::new(Scalar::log(r), 0) } else { wide::power(r, p).scale(1.0 / p) };
+                let gradient = extended_power(r, p - 2.0);
+                let value =
+                    if p == 0.0 { Extended::new(Scalar::log(r), 0) } else { extended_power(r, p).scale(1.0 / p) };
                 [value, gradient, gradient.scale(p + D as f64 - 2.0)]
             }
-            law => law.alone::<D>(r).map(|v| Wide::new(v, 0)),
+            law => law.alone::<D>(r).map(|v| Extended::new(v, 0)),
         }
     }
 
@@ -282,4 +286,33 @@ pub(crate) fn power<T: Real>(r: T, p: f64) -> T {
 pub trait RadialKernel {
     /// `[K(r), K'(r)/r, (Laplacian K)(r)]` at r > 0.
     fn at(&self, r: f64) -> [f64; 3];
+}
+
+/// r^p for r > 0, in range or not.
+pub(crate) fn extended_power(r: f64, p: f64) -> Extended {
+    let plain = real_power(r, p);
+    if (f64::MIN_POSITIVE..=f64::MAX).contains(&plain) || !r.is_finite() {
+        return Extended::new(plain, 0);
+    }
+    let (fraction, exponent) = Scalar::frexp(r);
+    let whole = libm::floor(p * f64::from(exponent));
+    let rest = p * f64::from(exponent) - whole;
+    let value = real_power(fraction, p) * Scalar::pow(2.0, rest);
+    // The conversion saturates.
+    Extended::new(value, whole as i32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn powers_beyond_the_range() {
+        for (r, p) in [(1e-120_f64, -3.0_f64), (1e200, 2.5), (1e-200, 9.0), (1e-308, -1.5)] {
+            let half = Extended::new(r.powf(0.25 * p), 0);
+            let want = half.times(half).times(half).times(half);
+            let ratio = extended_power(r, p).times(Extended::new(1.0, 0)).plus(want.scale(-1.0));
+            assert!(ratio.in_units(want.exponent().unwrap_or(0)).abs() < 1e-12, "{r} {p}");
+        }
+    }
 }

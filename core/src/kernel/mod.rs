@@ -45,20 +45,18 @@ mod part;
 mod profile;
 mod quadrature;
 mod table;
-mod wide;
 
 pub use block::Supplied;
 pub(crate) use far::{Far, Near, POWERS, Scaled};
 pub use law::{Law, MAX_TERMS, RadialKernel, Term};
 pub(crate) use profile::sphere;
 pub(crate) use table::{Head as TableHead, Table, terms as table_terms};
-pub(crate) use wide::Wide;
 
 use crate::error::Result;
 #[cfg(feature = "kernels")]
 use crate::mollifier::Polynomials;
 use crate::mollifier::{Blob, Mollifier};
-use crate::real::{Real, Scalar};
+use crate::real::{Extended, Real, Scalar};
 use part::Part;
 
 /// Number of terms that a kernel holds, and whether it may hold non-Newtonian terms.
@@ -277,28 +275,28 @@ impl<T: Real, const D: usize> Kernel<'_, T, D> {
 
     /// [`Kernel::pair`] in double precision.
     pub(crate) fn pair_wide(&self, r: f64, wanted: [bool; 3]) -> [f64; 3] {
-        self.pair_scaled(r, wanted).map(Wide::to_f64)
+        self.pair_scaled(r, wanted).map(Extended::get)
     }
 
     /// The same with exponents, so that what bare powers and Newtonian terms give need not be in range.
-    pub(crate) fn pair_scaled(&self, r: f64, wanted: [bool; 3]) -> [Wide; 3] {
-        let mut sum = [Wide::ZERO; 3];
+    pub(crate) fn pair_scaled(&self, r: f64, wanted: [bool; 3]) -> [Extended; 3] {
+        let mut sum = [Extended::ZERO; 3];
         if r == 0.0 && self.is_singular() {
             return sum;
         }
-        let mut add = |more: [Wide; 3]| sum.iter_mut().zip(more).for_each(|(sum, more)| *sum = sum.plus(more));
+        let mut add = |more: [Extended; 3]| sum.iter_mut().zip(more).for_each(|(sum, more)| *sum = sum.plus(more));
         if let Some(others) = self.others.first().filter(|others| others.used > 0) {
             others.parts().iter().for_each(|part| add(part.scaled::<D>(others.series, r)));
         }
         if self.newtonian != T::ZERO {
-            let coefficient = Wide::new(self.newtonian.to_f64(), 0);
+            let coefficient = Extended::new(self.newtonian.to_f64(), 0);
             add(self.newtonian_scaled(r, wanted).map(|v| v.times(coefficient)));
         }
         sum
     }
 
     /// The Newtonian part of [`Kernel::pair_scaled`], of coefficient 1.
-    fn newtonian_scaled(&self, r: f64, wanted: [bool; 3]) -> [Wide; 3] {
+    fn newtonian_scaled(&self, r: f64, wanted: [bool; 3]) -> [Extended; 3] {
         // In units of a power of two near delta, in which nothing leaves the range.
         let (delta, exponent) = Scalar::frexp(self.delta().to_f64());
         let near = Scalar::ldexp(r, exponent.saturating_neg());
@@ -307,7 +305,11 @@ impl<T: Real, const D: usize> Kernel<'_, T, D> {
         let shift =
             if D == 2 { f64::from(exponent) * core::f64::consts::LN_2 * (0.5 / core::f64::consts::PI) } else { 0.0 };
         let true_units = |[u, g, l]: [f64; 3]| {
-            [Wide::new(u, unit(2 - d)).plus(Wide::new(shift, 0)), Wide::new(g, unit(-d)), Wide::new(l, unit(-d))]
+            [
+                Extended::new(u, unit(2 - d)).plus(Extended::new(shift, 0)),
+                Extended::new(g, unit(-d)),
+                Extended::new(l, unit(-d)),
+            ]
         };
         #[cfg(feature = "kernels")]
         let polynomials = &self.polynomials;
@@ -327,7 +329,9 @@ impl<T: Real, const D: usize> Kernel<'_, T, D> {
                 ])
             }
             None if !self.is_singular() => {
-                let Ok(blob) = Blob::<f64, D>::new(self.mollifier(), delta) else { return [Wide::new(f64::NAN, 0); 3] };
+                let Ok(blob) = Blob::<f64, D>::new(self.mollifier(), delta) else {
+                    return [Extended::new(f64::NAN, 0); 3];
+                };
                 true_units(blob.gaussian_pair(near, wanted).unwrap_or_else(|| {
                     [
                         if wanted[0] { blob.potential(near) } else { 0.0 },

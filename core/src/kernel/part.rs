@@ -8,8 +8,8 @@
 //! [`Part::at`] is for sums over pairs and uses the sum's scalar.
 
 use super::chebyshev::{clenshaw, horner_words, horner3};
-use super::law::{Law, decay, power, real_power};
-use super::wide::{self, Wide};
+use super::law::{Law, decay, extended_power, power, real_power};
+use crate::real::Extended;
 use crate::real::{DoubleWord, Real, Scalar};
 
 /// Numbers in a panel's header.
@@ -354,16 +354,16 @@ impl Part<f64> {
     }
 
     /// [`Part::alone`] with exponents: powers of r need not be in range, the series' own numbers must.
-    pub(crate) fn scaled<const D: usize>(&self, tables: &[f64], r: f64) -> [Wide; 3] {
+    pub(crate) fn scaled<const D: usize>(&self, tables: &[f64], r: f64) -> [Extended; 3] {
         let (index, from) = self.place(tables, r);
         match self.outer {
             Outer::Bare { factor } if index >= self.plain => self.law.scaled::<D>(r).map(|v| v.scale(factor)),
             Outer::Power { exponent } if index >= self.plain => {
                 let [u, g, l] = self.panel(tables, index).map_or([f64::NAN; 3], |p| p.alone(tables, self.radius, from));
-                let less = wide::power(r, exponent - 2.0);
-                [wide::power(r, exponent).scale(u), less.scale(g), less.scale(l)]
+                let less = extended_power(r, exponent - 2.0);
+                [extended_power(r, exponent).scale(u), less.scale(g), less.scale(l)]
             }
-            _ => self.alone::<D>(tables, r).map(|v| Wide::new(v, 0)),
+            _ => self.alone::<D>(tables, r).map(|v| Extended::new(v, 0)),
         }
     }
 

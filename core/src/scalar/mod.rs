@@ -7,11 +7,13 @@ use core::fmt::{Debug, Display};
 use core::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 
 mod double_word;
+mod extended;
 mod root;
 pub(crate) mod single;
 mod wide;
 
 pub use double_word::DoubleWord;
+pub(crate) use extended::Extended;
 use root::{sqrt_f32, sqrt_f64};
 
 mod sealed {

@@ -1,6 +1,6 @@
 //! A kernel that is known by its functions alone: they are called for every pair.
 //!
-//! Their numbers have exponents of their own ([`Wide`]). Lanes take them divided by powers of two, those of the largest distance; where one of a
+//! Their numbers have exponents of their own ([`Extended`]). Lanes take them divided by powers of two, those of the largest distance; where one of a
 //! pair's three numbers is far from 1 even so, the pair is left out and summed in true units.
 
 use super::lanes::{Group, Noted, Want, distances};
@@ -9,14 +9,14 @@ use super::packed::{Units, least_square_exponent, power_of_two};
 use super::{Block, PairKernel};
 use crate::exec::Statistics;
 use crate::field::Wanted;
-use crate::kernel::Wide;
+use crate::real::Extended;
 use crate::real::{Real, Scalar, length};
 use crate::simd::{Isa, MAX_LANES};
 
 /// A kernel as a function of the distance alone, in double precision: a value beyond single precision, times a small mass, may be within.
 pub(in crate::field) trait Radial: Sync {
     /// [`crate::field::Interaction::pair_wide`], which may leave the range of double precision where the kernel's laws are known.
-    fn pair(&self, r: f64, wanted: Wanted) -> [Wide; 3];
+    fn pair(&self, r: f64, wanted: Wanted) -> [Extended; 3];
     /// [`crate::field::Interaction::is_singular`].
     fn is_singular(&self) -> bool;
 }
@@ -52,10 +52,10 @@ impl<T: Real> Prepared<'_, T> {
         let mut numbers = [T::ZERO; 3];
         let all = self.kernel.pair(r2.to_f64().sqrt().ldexp(self.exponent), ALL);
         for ((to, number), size) in numbers.iter_mut().zip(all).zip(self.sizes) {
-            if !number.is_zero() && !(least..=most).contains(&number.exponent.saturating_sub(size)) {
+            if number.exponent().is_some_and(|exponent| !(least..=most).contains(&exponent.saturating_sub(size))) {
                 return None;
             }
-            *to = T::from_f64(number.over(size));
+            *to = T::from_f64(number.in_units(size));
         }
         Some(numbers)
     }
@@ -156,9 +156,7 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Called<'a> {
 impl Called<'_> {
     /// The exponents of value, gradient factor and Laplacian at the largest distance, or more where those at the least one would not fit.
     fn sizes<T: Real>(&self, exponent: i32) -> [i32; 3] {
-        let at = |exponent: i32| {
-            self.0.pair(1.0_f64.ldexp(exponent), ALL).map(|number| (!number.is_zero()).then_some(number.exponent))
-        };
+        let at = |exponent: i32| self.0.pair(1.0_f64.ldexp(exponent), ALL).map(|number| number.exponent());
         let least = exponent.saturating_sub(least_square_exponent::<T>() / 2);
         let (_, most) = limits::<T>();
         let mut sizes = [0; 3];
@@ -184,16 +182,16 @@ pub(super) fn pair<T: Real, const D: usize>(
         return sums;
     }
     let wanted = Wanted { potential: want.potential, gradient: want.gradient, laplacian: want.laplacian };
-    let mass = Wide::new(mass.to_f64(), 0);
+    let mass = Extended::new(mass.to_f64(), 0);
     let [value, factor, laplacian] = kernel.pair(r, wanted).map(|number| number.times(mass));
     if want.potential {
-        sums.potential = T::from_f64(value.to_f64());
+        sums.potential = T::from_f64(value.get());
     }
     if want.gradient {
-        sums.gradient.iter_mut().zip(x).for_each(|(sum, x)| *sum = T::from_f64(factor.scale(x).to_f64()));
+        sums.gradient.iter_mut().zip(x).for_each(|(sum, x)| *sum = T::from_f64(factor.scale(x).get()));
     }
     if want.laplacian {
-        sums.laplacian = T::from_f64(laplacian.to_f64());
+        sums.laplacian = T::from_f64(laplacian.get());
     }
     sums
 }

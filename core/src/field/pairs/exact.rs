@@ -33,14 +33,3 @@ pub(super) fn add_pairs<T: Real, const D: usize, K: PairKernel<T, D>>(
     }
     count
 }
-
-/// a b c, rounded three times, without overflow or underflow on the way.
-pub(super) fn product<T: Real>(factors: [T; 3]) -> T {
-    let mut exponent = 0_i32;
-    let value = factors.into_iter().fold(T::ONE, |value, factor| {
-        let (fraction, shift) = factor.frexp();
-        exponent = exponent.saturating_add(shift);
-        value * fraction
-    });
-    value.ldexp(exponent)
-}

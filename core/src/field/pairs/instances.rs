@@ -10,8 +10,9 @@ use super::{Call, sums};
 use crate::error::{Error, Result};
 use crate::exec::Run;
 use crate::field::{Interaction, Options, Outputs, Sources, Wanted};
-use crate::kernel::{Kernel, Table, TableHead, Wide};
+use crate::kernel::{Kernel, Table, TableHead};
 use crate::mollifier::{Blob, Mollifier};
+use crate::real::Extended;
 use crate::real::Real;
 use crate::simd::Rows;
 
@@ -19,10 +20,10 @@ use crate::simd::Rows;
 struct Seen<'a, T: Real, const D: usize>(&'a dyn Interaction<T, D>);
 
 impl<T: Real, const D: usize> Radial for Seen<'_, T, D> {
-    fn pair(&self, r: f64, wanted: Wanted) -> [Wide; 3] {
+    fn pair(&self, r: f64, wanted: Wanted) -> [Extended; 3] {
         match self.0.sum() {
             Some(kernel) => kernel.pair_scaled(r, wanted.into()),
-            None => self.0.pair_wide(r, wanted).map(|number| Wide::new(number, 0)),
+            None => self.0.pair_wide(r, wanted).map(|number| Extended::new(number, 0)),
         }
     }
     fn is_singular(&self) -> bool {

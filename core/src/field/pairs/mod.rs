@@ -36,7 +36,6 @@
 
 mod called;
 mod close;
-#[allow(dead_code, reason = "`exact::product` serves no kernel that is called")]
 mod exact;
 mod instances;
 mod lanes;
