@@ -2835,6 +2835,11 @@ mollis_status mollis_pks_workspace_bytes_f32(size_t room,
  * run is: copied away and back between calls it continues bit for bit. With the built-in generator the result does not
  * depend on the executor.
  *
+ * Range: the result does not depend on the units, up to rounding; a mesh in free space loses digits by the logarithm of its size. Masses have to be normal numbers, and the gradient (mass / length) and chi times it have to be
+ * in range, as must mass / length^2 for heavy particles; what leaves the range ends in MOLLIS_ERR_BECAME_NOT_FINITE or MOLLIS_ERR_TOO_MANY_SUBSTEPS. An attraction so strong against
+ * a positive noise that indices are out of range (chi M^2 / noise above 1e38 for f32, M being the mass of all particles) is MOLLIS_ERR_OUT_OF_DOMAIN.
+ * Masses below 1e-19 of M (f32; 1e-154 for f64) do not collide with one another.
+ *
  * MOLLIS_ERR_EVENTS_FULL: the step stopped before a merge that has no room; empty the buffers (or give larger ones) and call again with the
  * same workspace content: it goes on with counters->pending merges. Any other status leaves the state of the last completed step:
  * MOLLIS_ERR_TOO_MANY_SUBSTEPS, MOLLIS_ERR_BECAME_NOT_FINITE, MOLLIS_ERR_STOPPED, the generator's or executor's own, as they returned it. Refused with nothing
@@ -2887,7 +2892,7 @@ mollis_status mollis_pks_options_init(struct mollis_pks_options *options, size_t
 
 /**
  * Overwrites `out` with what is known of a mass: `second_moment` is the integral of |x|^2 rho about its centre, `heavy` the n_heavy masses that
- * have become points (their sum at most the mass). MOLLIS_ERR_NOT_FINITE: some number is not.
+ * have become points (their sum at most the mass). The rate of no mass is 0. MOLLIS_ERR_NOT_FINITE: some number is not.
  */
 mollis_status mollis_pks_prediction_eval(double mass,
                                          double mu,
@@ -2900,7 +2905,7 @@ mollis_status mollis_pks_prediction_eval(double mass,
 /**
  * Overwrites index[0] with nu of (2.7), (4.30) for n particles of these masses, and index[1], index[2] with alpha and beta^2 of (2.4).
  *
- * gamma: the potential is gamma log r near zero, 1 / (2 pi) for the logarithmic and the screened one.
+ * gamma: the potential is gamma log r near zero, 1 / (2 pi) for the logarithmic and the screened one. Without mass alpha and beta^2 are 0.
  */
 mollis_status mollis_pks_index_eval(size_t n,
                                     const double *masses,
