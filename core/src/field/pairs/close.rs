@@ -35,6 +35,10 @@ pub(super) fn prepare<T: Real, const D: usize, K: PairKernel<T, D>>(
     [first, second]
 }
 
+/// The kernel in the units of a level, if there is one.
+pub(super) type Level<'a, T, const D: usize, K, V> =
+    Option<(&'a <K as PairKernel<T, D>>::Prepared, <K as PairKernel<T, D>>::Lanes<V>)>;
+
 /// The sums of a register block in the units of each level.
 pub(super) struct Close<V, const D: usize, const NB: usize> {
     groups: [[Group<V, D>; NB]; LEVELS],
@@ -53,7 +57,8 @@ impl<V: Copy, const D: usize, const NB: usize> Close<V, D, NB> {
     pub fn add<T: Real, I: Isa<T, V = V>, K: PairKernel<T, D>, const P: bool>(
         &mut self,
         isa: I,
-        (outer, inner): (&K::Lanes<V>, &[Option<(&K::Prepared, K::Lanes<V>)>; LEVELS]),
+        outer: &K::Lanes<V>,
+        inner: &[Level<'_, T, D, K, V>; LEVELS],
         laplacian: bool,
         (source, mass): (&[T; D], T),
         groups: &[Group<V, D>; NB],
@@ -63,7 +68,7 @@ impl<V: Copy, const D: usize, const NB: usize> Close<V, D, NB> {
         for (inner, groups) in inner.iter().zip(&mut self.groups) {
             let Some((prepared, inner)) = inner else { break };
             let [before, after] =
-                K::add_close::<I, NB, P>(isa, (outer, prepared, inner), laplacian, &mut pairs, mass, groups);
+                K::add_close::<I, NB, P>(isa, outer, (prepared, inner), laplacian, &mut pairs, mass, groups);
             let [_, left] = result.get_or_insert([before, after]);
             *left = after;
             if after.iter().all(|&lanes| lanes == 0) {

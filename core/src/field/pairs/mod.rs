@@ -131,7 +131,8 @@ pub(in crate::field) trait PairKernel<T: Real, const D: usize>: Sync {
     #[inline(always)]
     fn add_close<I: Isa<T>, const NB: usize, const P: bool>(
         _isa: I,
-        _kernels: (&Self::Lanes<I::V>, &Self::Prepared, &Self::Lanes<I::V>),
+        _outer: &Self::Lanes<I::V>,
+        _inner: (&Self::Prepared, &Self::Lanes<I::V>),
         _laplacian: bool,
         _pairs: &mut ([[I::V; D]; NB], [I::V; NB]),
         _mass: T,
@@ -389,7 +390,7 @@ fn class_sums<T: Real, I: Isa<T>, const D: usize, const NB: usize, K: PairKernel
                     let left_out = if closer[0].is_some() {
                         let close = close.get_or_insert_with(|| Close::new(zero));
                         let [served, left] =
-                            close.add::<T, I, K, P>(isa, (lanes, &closer), want.laplacian, (x, mass), &groups);
+                            close.add::<T, I, K, P>(isa, lanes, &closer, want.laplacian, (x, mass), &groups);
                         for ((served, left), valid) in served.iter().zip(&left).zip(&valid) {
                             counts.scaled_pairs += u64::from((served & !left & valid).count_ones());
                         }

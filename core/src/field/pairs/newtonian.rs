@@ -391,7 +391,8 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Newtonian<'a, T, D> {
     #[inline(always)]
     fn add_close<I: Isa<T>, const NB: usize, const P: bool>(
         isa: I,
-        (outer, prepared, inner): (&Softened<I::V>, &Prepared<'a, T>, &Softened<I::V>),
+        outer: &Softened<I::V>,
+        (prepared, inner): (&Prepared<'a, T>, &Softened<I::V>),
         laplacian: bool,
         (d, r2): &mut ([[I::V; D]; NB], [I::V; NB]),
         mass: T,
