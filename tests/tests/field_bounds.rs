@@ -559,7 +559,7 @@ fn random_scenes_in_random_units() {
                 for (i, (want, scale)) in wants.iter().zip(&scales).enumerate() {
                     let got = [got.potential[i], got.laplacian[i]].into_iter().chain(got.gradient[i]);
                     for (k, got) in got.enumerate().filter(|(k, _)| *k == 1 || method != Method::Neighbours) {
-                        if !(scale[k] < 3e38) || !want[k].is_finite() {
+                        if scale[k].is_nan() || scale[k] >= 3e38 || !want[k].is_finite() {
                             continue;
                         }
                         let bound = 3e-5 * scale[k] + 1e-42;
