@@ -526,9 +526,15 @@ fn refused_calls_change_nothing() {
     check(&|rig| rig.options.search.domain = Some([[0.0; 2], [0.0; 2]]), 1e-3, Error::OutOfDomain);
     check(&|rig| rig.options.control = Control { width: 1e-3, at_least: 1, at_most: 2 }, 1e-1, Error::TooManySubsteps);
     assert_eq!(refused, 20 * 5);
-    let mut rig = Rig::new(start.clone(), Options { noise: 1e300, ..options }, Force::None, (0, 0), 1);
-    assert_eq!(rig.step(&mut Split(1), 1e10), Err(Error::BecameNotFinite));
-    assert!(rig.p == start);
+    // Jumps beyond the range.
+    let light = Particles { masses: vec![1e-300; start.masses.len()], ..start.clone() };
+    let mut rig = Rig::new(light.clone(), Options { noise: 1e300, ..options }, Force::None, (0, 0), 1);
+    assert_eq!(rig.step(&mut Split(1), 1e100), Err(Error::BecameNotFinite));
+    assert!(rig.p == light);
+    // The product of noise and time is beyond it, the jumps are not.
+    let mut rig = Rig::new(start, Options { noise: 1e300, ..options }, Force::None, (0, 0), 1);
+    assert_eq!(rig.step(&mut Split(1), 1e100), Ok(()));
+    assert!(rig.p.positions.as_flattened().iter().all(|x| x.is_finite() && x.abs() > 1e190));
 }
 
 #[test]
