@@ -37,7 +37,7 @@
 //! Its layers, from the bottom up; a module uses only its own layer and those below, and no two modules use each other:
 //!
 //! 1. [`error`], [`scalar`] and [`real`] (f32 and f64), [`special`] (functions libm lacks), [`memory`] (the layout of a caller's workspace),
-//!    [`simd`] (lanes, instruction sets, the one dispatch), [`exec`] (the context of a call), [`sort`](mod@sort)
+//!    [`simd`] (lanes, instruction sets, the one dispatch), [`exec`] (the context of a call), `sort`
 //! 2. [`mollifier`] (psi), [`kernel`] (K)
 //! 3. [`field`] (sums over sources), [`grid`] (mesh fields), [`random`] (any generator to normals)
 //! 4. [`aggregation`] (the blob method), [`pks`] (coalescing particles), on the steppers [`rk4`] and [`euler_maruyama`]; [`diagnostics`],

@@ -74,7 +74,7 @@ fn layers(lib: &str) -> Result<BTreeMap<String, u32>> {
             None => {}
         }
         if layer > 0 {
-            for name in line.split("[`").skip(1).filter_map(|part| part.split_once("`]")).map(|(name, _)| name) {
+            for name in line.split('`').skip(1).step_by(2) {
                 layers.insert(name.to_owned(), layer);
             }
         }

@@ -9,7 +9,7 @@ pub struct Run<'a> {
     pub level: Level,
     /// Runs the tasks.
     pub executor: &'a dyn Executor,
-    /// Called between tasks; `true` ends the call with [`Error::Stopped`].
+    /// Called between tasks; `true` ends the call with [`crate::Error::Stopped`].
     pub should_stop: Option<&'a (dyn Fn() -> bool + Sync)>,
     /// The counts are added to it when the call succeeds.
     pub counters: Option<&'a mut Statistics>,

@@ -79,7 +79,7 @@ impl<'a, T: Real, const D: usize> Sources<'a, T, D> {
 pub struct Outputs<'a, T, const D: usize> {
     /// `sum_j m_j K_delta(x_i - x_j)`.
     pub potential: Option<&'a mut [T]>,
-    /// `sum_j m_j grad K_delta(x_i - x_j)`, or what [`Options::combination`] makes of it.
+    /// `sum_j m_j grad K_delta(x_i - x_j)`, or what [`super::Options::combination`] makes of it.
     pub gradient: Option<&'a mut [[T; D]]>,
     /// `sum_j m_j Laplacian K_delta(x_i - x_j)`.
     pub laplacian: Option<&'a mut [T]>,

@@ -46,7 +46,7 @@ pub struct Event {
     pub label: u64,
     /// The mass of the merged particle: `hi` of the running sum [`DoubleWord::plus`](crate::real::DoubleWord::plus) in the run's scalar,
     /// which starts with the kept particle's mass and adds the absorbed ones' in the order of their labels. It is the exact sum rounded once
-    /// (to `u + 2 n u^2` for n particles, u being half of [`Real::EPSILON`]); what a merge rounds off is lost, so a particle lighter than
+    /// (to `u + 2 n u^2` for n particles, u being half of [`EPSILON`](crate::Scalar::EPSILON)); what a merge rounds off is lost, so a particle lighter than
     /// u times the kept one may add nothing.
     pub mass: f64,
     /// The index nu of the cluster; -inf without noise.
