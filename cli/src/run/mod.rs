@@ -1,6 +1,6 @@
 //! `mollis run` and `mollis plan`: from a scene file to data, pictures and checked numbers.
 //!
-//! [`job`] lists the runs that a scene asks for, [`runner`] runs them, [`summary`] and [`report`] tell of them, in a file and
+//! [`job`] lists the runs that a scene asks for, [`runner`] runs them, [`summary`] and [`mod@report`] tell of them, in a file and
 //! on standard output; [`plan`] only estimates.
 
 use std::path::{Path, PathBuf};
