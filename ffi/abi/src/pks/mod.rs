@@ -44,7 +44,7 @@ fn sum_options(tolerance: f64) -> Result<SumOptions> {
 
 #[cfg(feature = "small")]
 fn sum_options(tolerance: f64) -> Result<SumOptions> {
-    if Scalar::is_finite(tolerance) { Ok(&field::Options::DEFAULT) } else { Err(Error::NotFinite) }
+    if mollis_core::Scalar::is_finite(tolerance) { Ok(&field::Options::DEFAULT) } else { Err(Error::NotFinite) }
 }
 
 /// The kernel by which heavy particles act beside a mesh, and their least mass.
