@@ -50,7 +50,7 @@ pub fn largest<T: Real>(speed: T, diffusivity: T, width: T) -> T {
     }
     // In a unit of length, a power of two, in which squares are in range.
     let most = T::MAX_EXPONENT - 1;
-    let unit = T::ONE.ldexp(-width.frexp().1.clamp(-most, most));
+    let unit = T::ONE.ldexp(-width.frexp().1.max(-most).min(most));
     let (width, speed, diffusivity) = (width * unit, speed * unit, diffusivity * unit * unit);
     let noise = (T::PI * diffusivity).sqrt();
     // speed r^2 + noise r = width, r = sqrt(s), solved by the formula without cancellation.

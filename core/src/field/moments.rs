@@ -132,7 +132,7 @@ impl<T: Real, const D: usize> Sum<'_, T, D> {
         let (words, extra) = partial.split_at_mut_checked(2 * count).unwrap_or((&mut [], &mut []));
         let mut sizes = [[T::ZERO; LANES]; EXTRA];
         running.fill([[T::ZERO; LANES]; 3]);
-        let together = LANES * blocks.max(1);
+        let together = (LANES * blocks).max(1);
         for (group, weights) in positions.chunks(together).zip(masses.chunks(together)) {
             for (block, weight) in group.chunks(LANES).zip(weights.chunks(LANES)) {
                 let x = offsets(block, &frame);

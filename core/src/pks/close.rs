@@ -96,7 +96,7 @@ type Body<'b, T> = dyn FnMut(usize, usize, T) + 'b;
 /// The exponent of a power of two near x, such that it and its inverse are normal numbers.
 fn bounded<T: Real>(x: T) -> i32 {
     let most = T::MAX_EXPONENT - 1;
-    x.frexp().1.clamp(-most, most)
+    x.frexp().1.max(-most).min(most)
 }
 
 /// Adds these multiples of `d` to two points.

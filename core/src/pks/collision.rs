@@ -90,7 +90,7 @@ impl<T: Real> Criterion<T> {
         let farthest = low.iter().chain(high).fold(T::ZERO, |most, x| most.max(x.abs()));
         // 2^e and 2^-e are normal numbers.
         let most = T::MAX_EXPONENT - 1;
-        let exponent = |x: T| x.frexp().1.clamp(-most, most);
+        let exponent = |x: T| x.frexp().1.max(-most).min(most);
         let (mass, length) = (exponent(*total) & !1, exponent(farthest));
         let noiseless = self.constants.noise == T::ZERO;
         let both;

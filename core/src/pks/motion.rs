@@ -303,7 +303,7 @@ impl<T: Real> Loops for Once<'_, T> {
         let (dt, scale, mean) = (part.dt, Spread::new(noise, part.dt), (T::HALF * T::PI).sqrt());
         // Of speeds that matter squares are in range in this unit, which is exact.
         let most = T::MAX_EXPONENT - 1;
-        let exponent = (control.width.frexp().1 - dt.frexp().1).clamp(-most, most);
+        let exponent = (control.width.frexp().1 - dt.frexp().1).max(-most).min(most);
         let (unit, per_unit) = (T::ONE.ldexp(exponent), T::ONE.ldexp(-exponent));
         let one = control.at_least <= 1;
         let mut finite = true;

@@ -344,7 +344,7 @@ macro_rules! real {
                 };
                 let first = part(n);
                 let second = part(n.saturating_sub(first));
-                let third = n.saturating_sub(first).saturating_sub(second).clamp(1 - LARGEST, LARGEST);
+                let third = n.saturating_sub(first).saturating_sub(second).max(1 - LARGEST).min(LARGEST);
                 let power = |n: i32| $t::from_bits((((n + LARGEST) as u64) << ($digits - 1)) as _);
                 self * power(first) * power(second) * power(third)
             }
