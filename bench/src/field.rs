@@ -4,8 +4,7 @@ use std::time::Duration;
 
 use anyhow::{Context, Result, bail};
 use clap::{Args, ValueEnum};
-use mollis_core::exec::{Executor, Serial};
-use mollis_core::exec::{Run, Statistics};
+use mollis_core::exec::{Executor, Run, Serial, Statistics};
 use mollis_core::field::{self, Accumulation, Method, Options, Outputs, Sources, Wanted};
 use mollis_core::kernel::{Kernel, Law, RadialKernel, Supplied, Term};
 use mollis_core::mollifier::Mollifier;

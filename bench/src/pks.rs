@@ -6,9 +6,7 @@ use std::time::Duration;
 
 use anyhow::{Context, Result, bail};
 use clap::Args;
-use mollis_core::exec::Run;
-use mollis_core::exec::{Chunks, par_chunks};
-use mollis_core::exec::{Executor, Serial};
+use mollis_core::exec::{Chunks, Executor, Run, Serial, par_chunks};
 use mollis_core::grid::{Equation, Grid, MassScale, Mesh, Order};
 use mollis_core::pks::{
     Attraction, Counters, Event, Events, Heavy, Merging, Options, Report as Made, Setting, State, step, theory,

@@ -3,7 +3,7 @@
 //! `X(t + s) = X(t) + v s + sqrt(2 D s) N`, with s chosen so that the expected length of the jump is below a given width.
 
 use crate::error::{Error, Result};
-use crate::real::Real;
+use crate::real::{Real, normal_exponent};
 
 /// Parameters of the choice of sub-steps.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,8 +49,7 @@ pub fn largest<T: Real>(speed: T, diffusivity: T, width: T) -> T {
         return width;
     }
     // In a unit of length, a power of two, in which squares are in range.
-    let most = T::MAX_EXPONENT - 1;
-    let unit = T::ONE.ldexp(-width.frexp().1.max(-most).min(most));
+    let unit = T::ONE.ldexp(-normal_exponent::<T>(width.frexp().1));
     let (width, speed, diffusivity) = (width * unit, speed * unit, diffusivity * unit * unit);
     let noise = (T::PI * diffusivity).sqrt();
     // speed r^2 + noise r = width, r = sqrt(s), solved by the formula without cancellation.

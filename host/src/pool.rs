@@ -2,8 +2,7 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use mollis_core::exec::Executor;
-use mollis_core::exec::MAX_WORKERS;
+use mollis_core::exec::{Executor, MAX_WORKERS};
 use mollis_core::{Error, Result};
 
 /// Threads that run the tasks of a call. Any number of threads may use one pool at a time.

@@ -1,8 +1,7 @@
 //! Moments, sorted sums and neighbour sums against all pairs, by values and by statistics.
 
 use mollis_core::Error;
-use mollis_core::exec::{Executor, Serial};
-use mollis_core::exec::{Run, Statistics};
+use mollis_core::exec::{Executor, Run, Serial, Statistics};
 use mollis_core::field::{Method, Options, Outputs, Reason, Sources, Wanted, evaluate, plan};
 use mollis_core::kernel::{Kernel, Law, Term};
 use mollis_core::mollifier::Mollifier;

@@ -1,8 +1,7 @@
 //! Heavy particles beside a mesh: their pairs are exact and conserve momentum, and they are chosen by mass. Without heavy particles results
 //! do not change.
 
-use mollis_core::exec::Run;
-use mollis_core::exec::{Executor, Serial};
+use mollis_core::exec::{Executor, Run, Serial};
 use mollis_core::field::Interaction;
 use mollis_core::grid::{Equation, Grid, Mesh, Order, Walls};
 use mollis_core::kernel::{Kernel, Law, Term};

@@ -1,8 +1,7 @@
 //! A whole step: what it conserves, reports, refuses and skips. A run may be interrupted anywhere.
 
 use mollis_core::euler_maruyama::Control;
-use mollis_core::exec::Run;
-use mollis_core::exec::{Executor, Serial};
+use mollis_core::exec::{Executor, Run, Serial};
 use mollis_core::field::{self, Interaction};
 use mollis_core::grid::{Equation, Grid, Mesh, Walls};
 use mollis_core::memory::ALIGN;

@@ -4,8 +4,7 @@
 //! The numbers were printed by this test on x86-64. `cargo xtask neon` runs it on aarch64.
 
 use mollis_core::Real;
-use mollis_core::exec::Run;
-use mollis_core::exec::Serial;
+use mollis_core::exec::{Run, Serial};
 use mollis_core::field::{self, Options, Outputs, Sources, Wanted};
 use mollis_core::grid::{Equation, Grid, Mesh, Order};
 use mollis_core::kernel::{Kernel, Law, Term};

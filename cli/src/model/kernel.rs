@@ -1,8 +1,7 @@
 //! From a scene's terms to a prepared kernel.
 
 use anyhow::{Context, Result};
-use mollis_core::exec::Executor;
-use mollis_core::exec::Run;
+use mollis_core::exec::{Executor, Run};
 use mollis_core::field::{self, Interaction, Options, Outputs, Sources, Wanted};
 use mollis_core::kernel::{Kernel, Law as CoreLaw, Term as CoreTerm};
 use mollis_core::mollifier::Mollifier;

@@ -2,8 +2,7 @@
 
 use anyhow::{Context, Result, bail, ensure};
 use mollis_core::Error;
-use mollis_core::exec::Executor;
-use mollis_core::exec::Run;
+use mollis_core::exec::{Executor, Run};
 use mollis_core::grid::{Equation, Grid, Mesh, Order, Walls};
 use mollis_core::mollifier::Blob;
 use mollis_core::pks::{

@@ -13,8 +13,7 @@ use crate::error::{Error, Result};
 use crate::exec::Run;
 use crate::field::{self, Interaction, Options, Outputs, Sources, Wanted as FieldWanted};
 use crate::memory::{Carve, Measure, Space};
-use crate::real::Extended;
-use crate::real::{Real, Scalar, length};
+use crate::real::{Extended, Real, Scalar, length};
 use crate::rk4::{self, Stage};
 
 /// The quantities that a run computes besides positions. Others are not computed.

@@ -3,8 +3,7 @@
 use super::sums::dot;
 use crate::error::{Error, Result};
 use crate::memory::{Carve, Measure, Space};
-use crate::real::Extended;
-use crate::real::Real;
+use crate::real::{Extended, Real};
 
 /// A box of the lattice `h Z^D`, with a margin of zeros that represents the rest of the lattice.
 ///

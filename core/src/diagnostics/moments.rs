@@ -3,8 +3,7 @@
 
 use super::sums::sum_of_products;
 use crate::error::{Error, Result};
-use crate::real::Extended;
-use crate::real::{Real, Scalar};
+use crate::real::{Extended, Real, Scalar};
 
 /// Sums over the particles.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -2,8 +2,7 @@
 
 use super::compensated::Sum;
 use crate::error::{Error, Result};
-use crate::real::Extended;
-use crate::real::{Real, Scalar, length};
+use crate::real::{Extended, Real, Scalar, length};
 
 /// `(sum_i |u_i|^p cell)^(1/p)`, the L^p_h norm with `cell` = h^d; the largest `|u_i|` for infinite `p`.
 ///

@@ -20,8 +20,7 @@ use crate::error::{Error, Result};
 use crate::exec::{Run, Statistics};
 use crate::kernel::{Far, Kernel, Near, POWERS, Scaled};
 use crate::memory::{Carve, Measure, Space};
-use crate::real::Extended;
-use crate::real::{DoubleWord, Real, Scalar, quotient};
+use crate::real::{DoubleWord, Extended, Real, Scalar, quotient};
 use crate::simd::{Loops, with_simd};
 use crate::sort::radix::{Entry, order};
 

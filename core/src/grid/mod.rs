@@ -30,8 +30,7 @@ pub use mesh::{MAX_CELLS, Mesh};
 pub use monopole::Monopole;
 
 use crate::error::{Error, Result};
-use crate::exec::Executor;
-use crate::exec::{Chunks, MAX_WORKERS, par_chunks};
+use crate::exec::{Chunks, Executor, MAX_WORKERS, par_chunks};
 use crate::memory::{Carve, Measure, Space};
 use crate::real::{Real, Scalar};
 use crate::simd::{Level, with_simd};

@@ -6,8 +6,7 @@ use super::law::is_multiple;
 use super::part::Variable;
 use super::profile::Profile;
 use super::{Kernel, Law};
-use crate::real::Extended;
-use crate::real::{Real, Scalar};
+use crate::real::{Extended, Real, Scalar};
 
 /// Coefficients of |x|^0 .. |x|^9.
 pub(crate) const POWERS: usize = 10;

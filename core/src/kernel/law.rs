@@ -1,8 +1,7 @@
 //! The bare kernels: names, parameter ranges, and K, K'/r, Laplacian K away from the origin.
 
 use crate::error::{Error, Result};
-use crate::real::Extended;
-use crate::real::{DoubleWord, Real, Scalar};
+use crate::real::{DoubleWord, Extended, Real, Scalar};
 use crate::special::bessel::{k0_scaled, k1_scaled};
 
 /// One radial kernel without its coefficient. Newtonian and screened kernels are fundamental solutions.

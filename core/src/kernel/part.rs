@@ -9,8 +9,7 @@
 
 use super::chebyshev::{clenshaw, horner_words, horner3};
 use super::law::{Law, decay, extended_power, power, real_power};
-use crate::real::Extended;
-use crate::real::{DoubleWord, Real, Scalar};
+use crate::real::{DoubleWord, Extended, Real, Scalar};
 
 /// Numbers in a panel's header.
 pub(crate) const HEADER: usize = 7;

@@ -24,7 +24,7 @@ use super::state::Options;
 use crate::field::Interaction;
 use crate::memory::Space;
 use crate::mollifier::{Blob, Mollifier, Polynomial};
-use crate::real::Real;
+use crate::real::{Real, normal_exponent};
 use crate::sort::words as sort;
 
 /// The search's memory.
@@ -93,12 +93,6 @@ pub struct Close<'a, T: Real> {
 /// Two close particles: their indices, and the square of the distance at the start of the sub-step.
 type Body<'b, T> = dyn FnMut(usize, usize, T) + 'b;
 
-/// The exponent of a power of two near x, such that it and its inverse are normal numbers.
-fn bounded<T: Real>(x: T) -> i32 {
-    let most = T::MAX_EXPONENT - 1;
-    x.frexp().1.max(-most).min(most)
-}
-
 /// Adds these multiples of `d` to two points.
 fn shift<T: Real>(points: &mut [[T; 2]], d: [T; 2], at: [(usize, T); 2]) {
     for (k, by) in at {
@@ -125,7 +119,7 @@ impl<'a, T: Real> Close<'a, T> {
         for &m in masses {
             (smallest, largest) = (smallest.min(m), largest.max(m));
         }
-        let mass = bounded(largest);
+        let mass = normal_exponent::<T>(largest.frexp().1);
         let both = (chi.frexp().1 + 2 * mass).max(noise.frexp().1);
         let (pull, push) = (chi.ldexp(2 * mass - both), noise.ldexp(-both));
         let near = newtonian.map_or(gamma, |(strength, _)| strength);
@@ -223,7 +217,7 @@ impl<'a, T: Real> Close<'a, T> {
     #[cfg_attr(feature = "small", inline(never))]
     pub fn seek(&mut self, points: &[[T; 2]], within: T) -> bool {
         let farthest = points.as_flattened().iter().fold(T::ZERO, |most, x| most.max(x.abs()));
-        (self.length, self.time) = (bounded(farthest), bounded(within));
+        (self.length, self.time) = (normal_exponent::<T>(farthest.frexp().1), normal_exponent::<T>(within.frexp().1));
         let both = self.time - 2 * self.length;
         self.per_length = T::ONE.ldexp(-self.length);
         self.chi = self.options.chi.ldexp(both + self.mass);

@@ -10,7 +10,7 @@
 
 use super::extent::Extent;
 use super::theory::{Group, Law};
-use crate::real::Real;
+use crate::real::{Real, normal_exponent};
 use crate::special::{incomplete_gamma, normal};
 
 /// How a cluster's collision is decided.
@@ -88,9 +88,7 @@ impl<T: Real> Criterion<T> {
     pub fn scale(&mut self, extent: &Extent<T>) -> bool {
         let Extent { low, high, total, .. } = extent;
         let farthest = low.iter().chain(high).fold(T::ZERO, |most, x| most.max(x.abs()));
-        // 2^e and 2^-e are normal numbers.
-        let most = T::MAX_EXPONENT - 1;
-        let exponent = |x: T| x.frexp().1.max(-most).min(most);
+        let exponent = |x: T| normal_exponent::<T>(x.frexp().1);
         let (mass, length) = (exponent(*total) & !1, exponent(farthest));
         let noiseless = self.constants.noise == T::ZERO;
         let both;
@@ -170,7 +168,7 @@ impl<T: Real> Criterion<T> {
     /// pull that a group of that mass can have.
     #[must_use]
     pub fn excludes(&self, count: u32, mass: T, moment: T) -> bool {
-        // One gaussian_step step with noise may reach zero from afar and not from nearer by.
+        // A single Gaussian step with noise may reach zero from a large Y and not from a smaller one.
         if self.gaussian_step() && self.constants.noise > T::ZERO {
             return false;
         }
@@ -230,7 +228,7 @@ impl<T: Real> Criterion<T> {
         }
         if self.gaussian_step() {
             let after = self.increment(group, moment, z);
-            // The gaussian_step line from Y to Y + dY.
+            // The straight line from Y to Y + dY.
             return (after <= T::ZERO).then(|| clamp(self.dt * (moment / (moment - after))));
         }
         let a = -self.constants.index(group);

@@ -9,7 +9,7 @@ use super::state::Options;
 use crate::error::{Error, Result};
 use crate::exec::Executor;
 use crate::random::{Generator, Philox, normals_of_labels};
-use crate::real::{Real, length};
+use crate::real::{Real, length, normal_exponent};
 use crate::rk4;
 use crate::simd::{Level, Loops, with_simd};
 
@@ -302,8 +302,7 @@ impl<T: Real> Loops for Once<'_, T> {
         // E|N| = sqrt(pi / 2), and the noise's part of the jump is sqrt(2 D dt) E|N|.
         let (dt, scale, mean) = (part.dt, Spread::new(noise, part.dt), (T::HALF * T::PI).sqrt());
         // Of speeds that matter squares are in range in this unit, which is exact.
-        let most = T::MAX_EXPONENT - 1;
-        let exponent = (control.width.frexp().1 - dt.frexp().1).max(-most).min(most);
+        let exponent = normal_exponent::<T>(control.width.frexp().1 - dt.frexp().1);
         let (unit, per_unit) = (T::ONE.ldexp(exponent), T::ONE.ldexp(-exponent));
         let one = control.at_least <= 1;
         let mut finite = true;

@@ -178,6 +178,13 @@ pub(crate) fn quotient<T: Scalar>(a: T, b: T) -> T {
     a / b
 }
 
+/// The exponent next to the given one with which 2^e and 2^-e are normal numbers.
+// Not `clamp`: where it is not inlined, its check of the bounds is a way to panic.
+pub(crate) fn normal_exponent<T: Scalar>(exponent: i32) -> i32 {
+    let most = T::MAX_EXPONENT - 1;
+    exponent.max(-most).min(most)
+}
+
 /// The Euclidean length of `x`. Components are scaled by one power of two, so that squares are in range whenever the length is.
 /// An infinite component, or a length out of range, gives infinity; a NaN gives NaN.
 pub(crate) fn length<T: Scalar, const D: usize>(x: &[T; D]) -> T {

@@ -9,8 +9,7 @@ use super::packed::{Units, least_square_exponent, power_of_two};
 use super::{Block, PairKernel};
 use crate::exec::Statistics;
 use crate::field::Wanted;
-use crate::real::Extended;
-use crate::real::{Real, Scalar, length};
+use crate::real::{Extended, Real, Scalar, length};
 use crate::simd::{Isa, MAX_LANES};
 
 /// A kernel as a function of the distance alone, in double precision: a value beyond single precision, times a small mass, may be within.

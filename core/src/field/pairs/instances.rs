@@ -12,8 +12,7 @@ use crate::exec::Run;
 use crate::field::{Interaction, Options, Outputs, Sources, Wanted};
 use crate::kernel::{Kernel, Table, TableHead};
 use crate::mollifier::{Blob, Mollifier};
-use crate::real::Extended;
-use crate::real::Real;
+use crate::real::{Extended, Real};
 use crate::simd::Rows;
 
 /// An [`Interaction`] without its types.

@@ -227,7 +227,7 @@ pub(in crate::field) struct Softened<C> {
 /// Whether a Newtonian kernel may have a table: of a Gaussian mollifier.
 const TABLES: bool = cfg!(all(feature = "kernels", feature = "gaussian"));
 
-/// Beyond this many delta a Gaussian mollifier's field is Newtonian to rounding: e^{-(r / w delta)^2} < u / e, w being the width of its with_simd part.
+/// Beyond this many delta a Gaussian mollifier's field is Newtonian to rounding: e^{-(r / w delta)^2} < u / e, w delta being the width of its widest part.
 fn gaussian_support<T: Real>(dimension: usize, order: u32) -> T {
     let width = match (dimension, order) {
         (1, 6) => 4.0,

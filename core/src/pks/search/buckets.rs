@@ -15,8 +15,7 @@ use super::mesh::Mesh;
 use super::order::{self, FIRST, MARK, key, levels};
 use super::sieve::{LANES, Reach, Sieve, add, locals};
 use crate::error::Result;
-use crate::exec::Executor;
-use crate::exec::{Chunks, Ranges, par_chunks};
+use crate::exec::{Chunks, Executor, Ranges, par_chunks};
 use crate::memory::Space;
 use crate::pks::collision::{Criterion, Units};
 use crate::real::Real;
@@ -243,7 +242,7 @@ impl<'w> Buckets<'w> {
     /// What bounds second moments, with the smallest mass in the unit that they have.
     pub fn bound<T: Real>(&self, mesh: &Mesh<T>, smallest: T) -> Bound<'_, T> {
         Bound {
-            // KeyLayout the occupied ones nothing is in order.
+            // Entries after the occupied buckets are not in order.
             starts: self.starts.get(..=self.occupied).unwrap_or(&[]),
             sums: self.sums,
             width: mesh.side.ldexp(-(FIRST as i32)).to_f64(),

@@ -4,7 +4,7 @@
 //! A bit for each cell of a grid over the bucket tells where a second particle comes to; what lies in such cells is compared pair by pair. Two
 //! within reach of one another may lie on both sides of a border: what is within reach of its cell's border is compared too. Whatever is compared is listed in
 //! every cell that half the reach around it touches. So two within reach meet in the own cell of one of them, or, across a corner, in a cell that both
-//! touch. KeyLayout the bucket's edge cells are counted around, which compares in vain and misses nothing.
+//! touch. Cells at the edge of a bucket are counted cyclically. The extra comparisons cannot change the result.
 
 use super::key_layout::KeyLayout;
 use crate::real::Real;
