@@ -4,7 +4,7 @@
 //! Zhelezov & Fatkullin (1.4), which [`GAMMA`] stands for. Units: masses in mass, `mu` in length^2 / time, `chi` in
 //! length^2 / (time mass), `noise` (the paper's mu with a tilde) in mass length^2 / time.
 
-use crate::real::Real;
+use crate::real::{Real, quotient};
 
 /// The strength of the logarithm in V of (1.4a) and (1.4b): 1 / (2 pi).
 pub const GAMMA: f64 = 0.5 * core::f64::consts::FRAC_1_PI;
@@ -12,9 +12,8 @@ pub const GAMMA: f64 = 0.5 * core::f64::consts::FRAC_1_PI;
 /// The critical mass `8 pi mu / chi`: above it a solution blows up in finite time (1.6), below it never does (1.7). Infinite for chi = 0.
 #[must_use]
 pub fn critical_mass<T: Real>(mu: T, chi: T) -> T {
-    // The divisor is chosen, not the quotient, which the compiler may compute all the same.
-    let mass = T::from_i32(8) * T::PI * mu / if chi == T::ZERO { T::ONE } else { chi };
-    if chi == T::ZERO { T::INFINITY } else { mass }
+    // Not `/`: the compiler may divide before it chooses, and a division by zero may be trapped.
+    if chi == T::ZERO { T::INFINITY } else { quotient(T::from_i32(8) * T::PI * mu, chi) }
 }
 
 /// The bound `T < 2 pi F(0) / ((chi M - 8 pi mu) M)` on the time of blow-up (1.8); infinite for a subcritical mass.
@@ -23,10 +22,12 @@ pub fn critical_mass<T: Real>(mu: T, chi: T) -> T {
 #[must_use]
 pub fn blow_up_bound<T: Real>(mass: T, mu: T, chi: T, second_moment: T) -> T {
     let excess = chi * mass - T::from_i32(8) * T::PI * mu;
-    let above = excess > T::ZERO;
+    if excess <= T::ZERO {
+        return T::INFINITY;
+    }
     let ((f, a), (x, b), (m, c)) = (second_moment.frexp(), excess.frexp(), mass.frexp());
-    let bound = (T::TWO * T::PI * f / if above { x * m } else { T::ONE }).ldexp(a - b - c);
-    if above { bound } else { T::INFINITY }
+    // Not `/`, as above.
+    quotient(T::TWO * T::PI * f, x * m).ldexp(a - b - c)
 }
 
 /// Number, mass and sum of squared masses of a group of particles: all that its index depends on.
@@ -97,7 +98,7 @@ impl<T: Real> Law<T> {
         if cfg!(not(feature = "small")) && self.noise == T::ZERO {
             return (-T::INFINITY).copysign(-pull);
         }
-        group.count - T::TWO - pull / (T::from_i32(4) * self.noise)
+        group.count - T::TWO - quotient(pull, T::from_i32(4) * self.noise)
     }
 
     /// nu of (2.7), alpha and beta^2 of (2.4) of particles of these masses; alpha and beta^2 are 0 without any mass. All is computed with masses and
