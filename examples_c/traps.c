@@ -213,6 +213,135 @@ static const mollis_mesh2 mesh = {{-1, -1}, {1, 1}, {CELLS, CELLS}};
 MESHES(meshes, double, )
 MESHES(meshes_f32, float, _f32)
 
+/* Newtonian sums at the sources themselves, with supports that few pairs reach and without, for sizes that leave lanes empty. */
+#define NEWTONIAN(NAME, D, REAL, _F32)                                                                                      \
+    static void NAME(void) {                                                                                                \
+        static const mollis_kernel_term newtonian = {MOLLIS_KERNEL_NEWTONIAN, 0, 1, {0, 0}};                                \
+        static const mollis_mollifier shapes[] = {                                                                          \
+            {MOLLIS_MOLLIFIER_NONE, 0, 0},                                                                                  \
+            {MOLLIS_MOLLIFIER_COMPACT, 4, 4},                                                                               \
+            {MOLLIS_MOLLIFIER_COMPACT, 4, 8},                                                                               \
+            {MOLLIS_MOLLIFIER_COMPACT, 2, 9},                                                                               \
+        };                                                                                                                  \
+        static const REAL deltas[] = {(REAL)1e-3, (REAL)0.05, 3};                                                           \
+        REAL x[N][D], mass[N], out[2][N], gradient[N][D];                                                                   \
+        for (int k = 0; k < N; ++k) {                                                                                       \
+            for (int axis = 0; axis < D; ++axis) {                                                                          \
+                x[k][axis] = (REAL)place(k + 4, axis);                                                                      \
+            }                                                                                                               \
+            mass[k] = 1;                                                                                                    \
+        }                                                                                                                   \
+        const REAL(*at)[D] = (const REAL(*)[D])x;                                                                           \
+        for (int i = 0; i < 12; ++i) {                                                                                      \
+            size_t bytes, needed;                                                                                           \
+            CALL(mollis_kernel##D##_workspace_bytes##_F32, &newtonian, 1, NULL, shapes[i / 3], &bytes);                     \
+            void *kernel = memory_of(bytes);                                                                                \
+            CALL(mollis_kernel##D##_prepare##_F32, kernel, bytes, &newtonian, 1, NULL, shapes[i / 3], deltas[i % 3]);       \
+            for (int level = 0; level < 4; ++level) {                                                                       \
+                mollis_run run;                                                                                             \
+                CALL(mollis_run_init, &run, sizeof run);                                                                    \
+                run.level = levels[level];                                                                                  \
+                for (size_t n = 0; n <= N; ++n) {                                                                           \
+                    if (mollis_field##D##_workspace_bytes##_F32(kernel, bytes, n, n, everything, NULL, &run, &needed)) {    \
+                        continue; /* not on this machine */                                                                 \
+                    }                                                                                                       \
+                    void *memory = memory_of(needed);                                                                       \
+                    CALL(mollis_field##D##_eval##_F32, kernel, bytes, n, at, mass, n, at, out[0], gradient, out[1], NULL,   \
+                         memory, needed, &run, NULL);                                                                       \
+                    free(memory);                                                                                           \
+                }                                                                                                           \
+            }                                                                                                               \
+            free(kernel);                                                                                                   \
+        }                                                                                                                   \
+    }
+
+NEWTONIAN(newtonian_line, 1, double, )
+NEWTONIAN(newtonian_plane, 2, double, )
+NEWTONIAN(newtonian_space, 3, double, )
+NEWTONIAN(newtonian_line_f32, 1, float, _f32)
+NEWTONIAN(newtonian_plane_f32, 2, float, _f32)
+NEWTONIAN(newtonian_space_f32, 3, float, _f32)
+
+/* Sums in order of position, on a line, where all positions are the same. */
+#define SORTED(NAME, REAL, _F32)                                                                                            \
+    static void NAME(void) {                                                                                                \
+        static const mollis_kernel_term newtonian = {MOLLIS_KERNEL_NEWTONIAN, 0, 1, {0, 0}};                                \
+        static const mollis_mollifier shape = {MOLLIS_MOLLIFIER_COMPACT, 2, 4};                                             \
+        REAL x[N][1], apart[N][1], mass[N], out[2][N], gradient[N][1];                                                      \
+        for (int k = 0; k < N; ++k) {                                                                                       \
+            x[k][0] = (REAL)0.7;                                                                                            \
+            apart[k][0] = (REAL)place(k, 0);                                                                                \
+            mass[k] = 1;                                                                                                    \
+        }                                                                                                                   \
+        mollis_field_options options;                                                                                       \
+        CALL(mollis_field_options_init, &options, sizeof options);                                                          \
+        options.method = MOLLIS_METHOD_SORTED;                                                                              \
+        size_t bytes, needed;                                                                                               \
+        CALL(mollis_kernel1_workspace_bytes##_F32, &newtonian, 1, NULL, shape, &bytes);                                     \
+        void *kernel = memory_of(bytes);                                                                                    \
+        CALL(mollis_kernel1_prepare##_F32, kernel, bytes, &newtonian, 1, NULL, shape, (REAL)0.1);                           \
+        CALL(mollis_field1_workspace_bytes##_F32, kernel, bytes, N, N, everything, &options, NULL, &needed);                \
+        void *memory = memory_of(needed);                                                                                   \
+        for (int i = 0; i < 4; ++i) {                                                                                       \
+            const REAL(*from)[1] = (const REAL(*)[1])(i % 2 == 0 ? x : apart);                                              \
+            const REAL(*to)[1] = (const REAL(*)[1])(i / 2 == 0 ? x : apart);                                                \
+            CALL(mollis_field1_eval##_F32, kernel, bytes, N, from, mass, N, to, out[0], gradient, out[1], &options, memory, \
+                 needed, NULL, NULL);                                                                                       \
+        }                                                                                                                   \
+        free(memory);                                                                                                       \
+        free(kernel);                                                                                                       \
+    }
+
+SORTED(sorted, double, )
+SORTED(sorted_f32, float, _f32)
+
+/* Steps under the sum over all pairs: with and without noise, with close pairs, in a column, of no particle. */
+#define PAIRS(NAME, REAL, _F32)                                                                                             \
+    static void NAME(void) {                                                                                                \
+        static const mollis_kernel_term newtonian = {MOLLIS_KERNEL_NEWTONIAN, 0, 1, {0, 0}};                                \
+        static const mollis_mollifier shape = {MOLLIS_MOLLIFIER_COMPACT, 4, 4};                                             \
+        size_t bytes, needed;                                                                                               \
+        CALL(mollis_kernel2_workspace_bytes##_F32, &newtonian, 1, NULL, shape, &bytes);                                     \
+        void *kernel = memory_of(bytes);                                                                                    \
+        CALL(mollis_kernel2_prepare##_F32, kernel, bytes, &newtonian, 1, NULL, shape, (REAL)0.05);                          \
+        mollis_pks_attraction attraction;                                                                                   \
+        memset(&attraction, 0, sizeof attraction);                                                                          \
+        attraction.kind = MOLLIS_PKS_ATTRACTION_SUM;                                                                        \
+        attraction.kernel = kernel;                                                                                         \
+        attraction.kernel_bytes = bytes;                                                                                    \
+        static const int32_t merging[] = {MOLLIS_PKS_MERGE_ALL, MOLLIS_PKS_MERGE_HARD, MOLLIS_PKS_MERGE_NEVER};             \
+        for (int i = 0; i < 18; ++i) {                                                                                      \
+            mollis_pks_options options;                                                                                     \
+            CALL(mollis_pks_options_init, &options, sizeof options);                                                        \
+            options.chi = 5;                                                                                                \
+            options.noise = i % 2 == 0 ? 0 : 1;                                                                             \
+            options.merging = merging[i / 2 % 3];                                                                           \
+            for (size_t n = 0; n <= N; n += n < 9 ? 1 : 31) {                                                               \
+                REAL x[N][2], mass[N];                                                                                      \
+                uint64_t labels[N], absorbed[N];                                                                            \
+                for (int k = 0; k < N; ++k) {                                                                               \
+                    const double size = i / 6 == 2 ? 1e-4 : 1;                                                              \
+                    x[k][0] = (REAL)(i / 6 == 1 ? 0.25 : size * place(k, 0));                                               \
+                    x[k][1] = (REAL)(size * place(k, 1));                                                                   \
+                    mass[k] = 1;                                                                                            \
+                    labels[k] = (uint64_t)k;                                                                                \
+                }                                                                                                           \
+                mollis_pks_event log[N];                                                                                    \
+                mollis_pks_events events = {log, N, 0, absorbed, N, 0};                                                     \
+                mollis_pks_counters counters = {0, 0, n, 0};                                                                \
+                CALL(mollis_pks_workspace_bytes##_F32, n, &options, &attraction, NULL, &needed);                            \
+                void *memory = memory_of(needed);                                                                           \
+                CALL(mollis_pks_step##_F32, &options, &attraction, n, x, mass, labels, NULL, &counters, NULL, 7, (REAL)1e-3, \
+                     3, &events, NULL, memory, needed, NULL);                                                               \
+                free(memory);                                                                                               \
+            }                                                                                                               \
+        }                                                                                                                   \
+        free(kernel);                                                                                                       \
+    }
+
+PAIRS(pairs, double, )
+PAIRS(pairs_f32, float, _f32)
+
 static void closed_forms(void) {
     const double masses[] = {2, 3};
     double index[3];
@@ -236,8 +365,18 @@ int main(void) {
     line_f32();
     plane_f32();
     space_f32();
+    newtonian_line();
+    newtonian_plane();
+    newtonian_space();
+    newtonian_line_f32();
+    newtonian_plane_f32();
+    newtonian_space_f32();
+    sorted();
+    sorted_f32();
     meshes();
     meshes_f32();
+    pairs();
+    pairs_f32();
     closed_forms();
     printf("no floating-point exception was trapped\n");
     return 0;

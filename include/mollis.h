@@ -1570,7 +1570,7 @@ mollis_status mollis_field1_text(const void *kernel,
  * The error is at most (c + 256 + n/256) u S, u the unit roundoff; with MOLLIS_ACCUMULATION_COMPENSATED (c + 12) u S + (n/4) u^2 S. S is the
  * sum of |m_j| s_j, componentwise for gradients. With K the kernel that `mollis_kernel1_eval` returns, r = |x_i - x_j|:
  * Newtonian, mollifier compact or none: s = |K| (in 2D plus 1/(2 pi)), |grad K|, and the mollifier's largest value for a Laplacian; c = 16,
- * and up to 112 with mollifiers of order 6 or 8, whose coefficients have both signs.
+ * and up to 112 with mollifiers of order 6 or 8, whose coefficients have both signs; for Laplacians 250 at order 6 and 2000 at order 8.
  * Other kernels, Gaussian mollifiers: s = A, |x_i - x_j| B (the gradient's components: theirs of x_i - x_j), and L for a Laplacian, where A, B, L are the
  * largest |K| and r^2 |K'/r|, |K'/r|, |Laplacian| and d |K'/r| at distances from r/2 to r; where r < delta from 0 to delta; for exponential and
  * screened kernels under Gaussian mollifiers from 0 to r. c = 32 in single precision; in double 128, and 1000 for Laplacians; 400 and 3000
@@ -2837,7 +2837,8 @@ mollis_status mollis_pks_workspace_bytes_f32(size_t room,
  * run is: copied away and back between calls it continues bit for bit. With the built-in generator the result does not
  * depend on the executor.
  *
- * Range: the result does not depend on the units, up to rounding; a mesh in free space loses digits by the logarithm of its size. Masses have to be normal numbers, and the gradient (mass / length) and chi times it have to be
+ * Range: the result does not depend on the units, up to rounding; a mesh in free space loses digits by the logarithm of its size. Masses, and chi, noise and gamma where they are not 0, have to be normal
+ * numbers of the scalar (MOLLIS_ERR_OUT_OF_DOMAIN), and the gradient (mass / length) and chi times it have to be
  * in range, as must mass / length^2 for heavy particles; what leaves the range ends in MOLLIS_ERR_BECAME_NOT_FINITE or MOLLIS_ERR_TOO_MANY_SUBSTEPS. An attraction so strong against
  * a positive noise that indices are out of range (chi M^2 / noise above 1e38 for f32, M being the mass of all particles) is MOLLIS_ERR_OUT_OF_DOMAIN.
  * Masses below 1e-19 of M (f32; 1e-154 for f64) do not collide with one another.

@@ -860,3 +860,125 @@ fn outputs_do_not_change_each_others_bits() {
     check::<f64, 2>(&newtonian, (Mollifier::Gaussian { order: 4 }, 0.1));
     check::<f32, 1>(&newtonian, (Mollifier::Gaussian { order: 6 }, 0.1));
 }
+
+/// The bound of blocked and of compensated sums where no pair is in a table's range or in that of the lanes: many pairs that are computed one by one
+/// are summed as well as others.
+#[test]
+fn pairs_one_by_one_are_summed_as_well() {
+    fn check<T: Real, const D: usize>(law: Law, shape: (Mollifier, f64), r: f64, c: f64) {
+        let (r, delta, mass) = (T::from_f64(r), T::from_f64(shape.1), T::from_f64(0.1));
+        let n = 200_000;
+        let (positions, masses) = (vec![[T::ZERO; D]; n], vec![mass; n]);
+        let mut target = [T::ZERO; D];
+        target[0] = r;
+        let terms = [term(law, 1.0)];
+        let [value, factor, _] =
+            with_kernel::<f64, D, _>(&terms, (shape.0, delta.to_f64()), |kernel| kernel.at(r.to_f64()));
+        let u = T::EPSILON.to_f64() / 2.0;
+        with_kernel::<T, D, _>(&terms, shape, |kernel| {
+            for accumulation in [Accumulation::Blocked, Accumulation::Compensated] {
+                let options = Options { method: Some(Method::Direct), accumulation, ..Options::default() };
+                let wanted = Wanted { laplacian: false, ..ALL };
+                let got = sums_of(kernel, (&positions, &masses, &[target]), wanted, &options, Level::best());
+                let bound = match accumulation {
+                    Accumulation::Blocked => c + 256.0 + n as f64 / 256.0,
+                    _ => c + 12.0 + n as f64 / 4.0 * u,
+                };
+                let total = n as f64 * mass.to_f64();
+                for (got, want) in [(got.potential[0], value), (got.gradient[0][0], factor * r.to_f64())] {
+                    let error = (got.to_f64() / (total * want) - 1.0).abs() / u;
+                    assert!(error <= bound, "{D}D {law:?} {shape:?} {accumulation:?}: {error} u, {bound} are stated");
+                }
+            }
+        });
+    }
+    let none = (Mollifier::None, 0.0);
+    let rough = Mollifier::Compact { order: 2, exponent: 1 };
+    check::<f32, 1>(Law::Exponential { length: 1.0 }, none, 0.01, 32.0);
+    check::<f32, 2>(Law::Screened { k: 1.0 }, none, 1e-5, 32.0);
+    check::<f64, 1>(Law::Exponential { length: 1.0 }, none, 1e-7, 128.0);
+    check::<f64, 3>(Law::Screened { k: 1.0 }, none, 1e-7, 128.0);
+    check::<f32, 1>(power(7.0), none, 1e-3, 32.0);
+    // Beyond the table's end, and in the gap at a rough edge.
+    check::<f32, 2>(power(1.5), (COMPACT, 1e-6), 0.3, 32.0);
+    check::<f32, 2>(power(0.5), (rough, 1.0), 0.999, 32.0);
+    check::<f32, 2>(power(-0.5), (rough, 1.0), 1.002, 32.0);
+}
+
+/// The bound of Laplacians of Newtonian kernels, relative to the mollifier's largest value, for every compact mollifier.
+#[test]
+fn laplacians_of_every_mollifier() {
+    fn check<const D: usize>() {
+        let mut split = Split(D as u64 + 20);
+        for order in [2, 4, 6, 8] {
+            let c = [16.0, 112.0, 250.0, 2000.0][order as usize / 2 - 1];
+            for exponent in 1..=9 {
+                let mollifier = Mollifier::Compact { order, exponent };
+                let profile = mollis_reference::mollifier::Compact::new(D as u32, order, exponent);
+                for _ in 0..40 {
+                    let delta = 2.0_f32.powf(2.0 * split.uniform() as f32 - 1.0);
+                    let Ok(kernel) = Kernel::<f32, D>::newtonian(1.0, mollifier, delta) else { return };
+                    let targets: Vec<[f32; D]> = (0..64)
+                        .map(|_| {
+                            let mut x = [0.0; D];
+                            x[0] = delta * split.uniform() as f32 * if split.uniform() < 0.5 { 0.1 } else { 1.0 };
+                            x
+                        })
+                        .collect();
+                    let options = Options { method: Some(Method::Direct), ..Options::default() };
+                    let scene = (&[[0.0; D]][..], &[1.0_f32][..], &targets[..]);
+                    let got = sums_of(&kernel, scene, LAPLACIAN, &options, Level::best());
+                    let per = f64::from(delta).powi(-(D as i32));
+                    for (x, got) in targets.iter().zip(&got.laplacian) {
+                        let want = per * profile.density(f64::from(x[0]) / f64::from(delta));
+                        let error = (f64::from(*got) - want).abs() / (per * profile.density(0.0)) * 2.0_f64.powi(24);
+                        assert!(error <= c, "{D}D order {order} M {exponent} delta {delta} {x:?}: {error} u");
+                    }
+                }
+            }
+        }
+    }
+    check::<1>();
+    check::<2>();
+    check::<3>();
+}
+
+/// Mollified powers whose values, but not whose gradients and Laplacians, are below the range.
+#[test]
+fn powers_of_tiny_lengths() {
+    fn check<const D: usize>(exponent: f64, shape: (Mollifier, f64), r: f64, [gradient, laplacian]: [f64; 2]) {
+        let mut target = [0.0; D];
+        target[0] = r;
+        with_kernel::<f64, D, _>(&[term(power(exponent), 1.0)], shape, |kernel| {
+            let options = Options { method: Some(Method::Direct), ..Options::default() };
+            let got = sums_of(kernel, (&[[0.0; D]], &[1.0], &[target]), ALL, &options, Level::best());
+            let close = |got: f64, want: f64| (got / want - 1.0).abs() < 1e-12;
+            assert!(close(got.gradient[0][0], gradient), "{exponent} {shape:?}: {} {gradient}", got.gradient[0][0]);
+            assert!(close(got.laplacian[0], laplacian), "{exponent} {shape:?}: {} {laplacian}", got.laplacian[0]);
+        });
+    }
+    let gaussian = Mollifier::Gaussian { order: 4 };
+    for delta in [1e-150, 1e-157, 1e-160, 1e-170] {
+        // A mollifier only shifts |x|^2 / 2.
+        check::<2>(2.0, (gaussian, delta), 0.8 * delta, [0.8 * delta, 2.0]);
+    }
+    let eighth = Mollifier::Compact { order: 8, exponent: 3 };
+    for delta in [1e-100, 1e-104, 1e-106, 1e-108, 1e-110, 1e-120] {
+        let r: f64 = 100.0 * delta;
+        check::<1>(3.0, (eighth, delta), r, [r * r, 2.0 * r]);
+    }
+}
+
+/// Even powers of distances that are small beside the coordinates.
+#[test]
+fn moments_of_a_small_cloud_far_away() {
+    let (x, y) = ([75.0_f32], [75.0 + 3.05e-5_f32]);
+    let r = f64::from(y[0]) - f64::from(x[0]);
+    with_kernel::<f32, 1, _>(&[term(power(8.0), 1.0)], (Mollifier::None, 0.0), |kernel| {
+        let got = sums_of(kernel, (&[x], &[1.0], &[y]), ALL, &Options::default(), Level::best());
+        let close = |got: f32, want: f64| (f64::from(got) / want - 1.0).abs() < 1e-5;
+        assert!(close(got.gradient[0][0], r.powi(7)), "{:e} {:e}", got.gradient[0][0], r.powi(7));
+        assert!(close(got.potential[0], r.powi(8) / 8.0), "{:e}", got.potential[0]);
+        assert!(close(got.laplacian[0], 7.0 * r.powi(6)), "{:e}", got.laplacian[0]);
+    });
+}

@@ -19,8 +19,10 @@ const LINKER: [&str; 5] = [
     "__gmon_start__",
     "__libc_start_main",
 ];
-/// Parts of names that belong to panics, unwinding, formatting or an allocator.
-const FORBIDDEN_PARTS: [&str; 14] = [
+/// Parts of names that belong to panics, unwinding, formatting or an allocator; and `core_arch`, an instruction that became a function, because a loop or a
+/// closure was compiled without the instruction set.
+const FORBIDDEN_PARTS: [&str; 15] = [
+    "core_arch",
     "panic",
     "unwind",
     "Unwind",

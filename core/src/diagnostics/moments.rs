@@ -38,19 +38,30 @@ pub fn moments<T: Real, const D: usize>(positions: &[[T; D]], masses: &[T]) -> R
     let weights = masses.iter().map(|m| m.to_f64());
     let mass = sum_of_products(weights.clone().map(|m| [m]));
     let absolute_mass = sum_of_products(weights.clone().map(|m| [m.abs()]));
+    // Distances are measured from the heaviest particle: about a centre that is rounded, particles at one place would have a second moment.
+    let heavier = |best: (T, usize), (i, m): (usize, &T)| if m.abs() > best.0 { (m.abs(), i) } else { best };
+    let (_, heaviest) = masses.iter().enumerate().fold((T::ZERO, 0), heavier);
     let (mut centre, mut second) = ([T::ZERO; D], Extended::ZERO);
     for (k, slot) in centre.iter_mut().enumerate() {
         let along = positions.iter().map(|x| x.get(k).map_or(0.0, |c| c.to_f64()));
         let first = sum_of_products(weights.clone().zip(along.clone()).map(|(m, x)| [m, x]));
         let middle = if mass.is_zero() { Extended::ZERO } else { first.over(mass) };
         *slot = T::from_f64(middle.get());
-        // The unit of distances, chosen so that none overflows: 1, unless the centre or a position is close to the end of the range.
+        // The unit of distances, chosen so that none overflows: 1, unless a position is close to the end of the range.
         let farthest = along.clone().fold(0.0_f64, |most, x| if x.abs() > most { x.abs() } else { most });
-        let unit = farthest.frexp().1.max(middle.exponent().unwrap_or(0)).saturating_sub(1000).max(0);
-        let (scale, middle) = (1.0_f64.ldexp(-unit), middle.in_units(unit));
-        let apart = along.map(|x| x * scale - middle);
+        let unit = farthest.frexp().1.saturating_sub(1000).max(0);
+        let scale = 1.0_f64.ldexp(-unit);
+        let origin = positions.get(heaviest).and_then(|x| x.get(k)).filter(|_| !mass.is_zero());
+        let origin = origin.map_or(0.0, |x| x.to_f64() * scale);
+        let offsets = along.map(|x| x * scale - origin);
+        let first = sum_of_products(weights.clone().zip(offsets.clone()).map(|(m, d)| [m, d]));
+        let middle = if mass.is_zero() { Extended::ZERO } else { first.over(mass) };
+        // The same for the centre, which may be far outside if masses have both signs.
+        let farther = middle.exponent().unwrap_or(0).saturating_sub(1000).max(0);
+        let (scale, middle) = (1.0_f64.ldexp(-farther), middle.in_units(farther));
+        let apart = offsets.map(|d| d * scale - middle);
         let moment = sum_of_products(weights.clone().zip(apart).map(|(m, d)| [m, d, d]));
-        second = second.plus(moment.times(Extended::new(1.0, 2 * unit)));
+        second = second.plus(moment.times(Extended::new(1.0, 2 * (unit + farther))));
     }
     let narrow = |sum: Extended| T::from_f64(sum.get());
     Ok(Moments { mass: narrow(mass), absolute_mass: narrow(absolute_mass), centre, second: narrow(second) })
@@ -133,6 +144,20 @@ mod tests {
             let want = sum_of_products([[15.0 * mass, length, length]].into_iter()).get();
             assert!(got.second == want || (got.second / want - 1.0).abs() < 8.0 * f64::EPSILON);
         }
+    }
+
+    /// The centre of particles at one place is rounded; their second moment is zero all the same.
+    #[test]
+    fn particles_at_one_place_have_no_second_moment() {
+        for x in [0.1, 1.88e171, -1.7e308] {
+            for n in [1, 3, 10] {
+                let masses: Vec<f64> = (0..n).map(|k| 1.43 + f64::from(k)).collect();
+                let got = moments(&std::vec![[x, 0.3 * x]; n as usize], &masses).unwrap();
+                assert!(got.second == 0.0 && (got.centre[0] / x - 1.0).abs() < 1e-15, "{x} {n} {got:?}");
+            }
+        }
+        let got = moments(&[[1.2e19_f32]; 10], &[2.05e37; 10]).unwrap();
+        assert_eq!(got.second, 0.0);
     }
 
     #[test]

@@ -38,6 +38,8 @@ const MONOMIALS: usize = 165;
 const EXTRA: usize = 5;
 /// Sources that the first centre is taken from.
 const SAMPLE: usize = 1024;
+/// Distances from the centre below this, in units of the largest coordinate, have units of their own.
+const SMALL_SPREAD: f64 = 1.0 / 256.0;
 
 /// Monomials of at most `degree` in `dimension` variables.
 fn monomials(dimension: usize, degree: usize) -> usize {
@@ -516,6 +518,15 @@ pub(super) fn evaluate<T: Real, const D: usize>(
     };
     let mut units = Units::of(largest(sample_stride), targets);
     let mut frame = Frame::new(&units, sources, sample_stride);
+    // Around a centre far from zero lengths are small beside the coordinates, and their powers would underflow in these units.
+    let spread = frame.spread(sources.positions, sample_stride).max(delta.ldexp(units.position));
+    if spread < T::from_f64(SMALL_SPREAD) {
+        let spread = frame.spread(targets, 1).max(spread);
+        if spread > T::ZERO {
+            units = Units::new(spread.ldexp(-units.position), largest(sample_stride)[1]);
+            frame = Frame::new(&units, sources, sample_stride);
+        }
+    }
     let mut moments = [DoubleWord::ZERO; MONOMIALS];
     // At most: units from a few sources, a better centre in them, units from all sources, a better centre in these.
     let (mut centred, mut measured) = (false, false);
@@ -615,5 +626,13 @@ impl<T: Real, const D: usize> Frame<T, D> {
             *c = if mean.is_finite() { mean } else { T::ZERO };
         }
         Self { centre, length, mass }
+    }
+
+    /// The largest distance of every `stride`-th point from the centre along an axis, in units.
+    fn spread(&self, points: &[[T; D]], stride: usize) -> T {
+        let apart = |x: &[T; D]| {
+            x.iter().zip(&self.centre).fold(T::ZERO, |most, (&x, &c)| most.max((x * self.length - c).abs()))
+        };
+        points.iter().step_by(stride).fold(T::ZERO, |most, x| most.max(apart(x)))
     }
 }

@@ -298,7 +298,8 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
                     others.read(part_records, used);
                     others.series = series;
                 }
-                let head = table::build::<T, D>(rows, &domain(terms, supplied, mollifier, delta), &|r| kernel.at(r))?;
+                let domain = domain(terms, supplied, mollifier, delta);
+                let head = table::build::<T, D>(rows, &domain, &|r| kernel.pair_scaled(r, [true; 3]))?;
                 table_record.iter_mut().zip(head.to_record()).for_each(|(to, number)| *to = number);
             }
         } else if let ([only], Some(slot)) = (terms, rest.first_chunk_mut::<TERM>()) {

@@ -32,7 +32,7 @@
 use core::f64::consts::PI;
 
 use crate::error::{Error, Result};
-use crate::real::{Real, Scalar};
+use crate::real::{Extended, Real, Scalar};
 use crate::simd::{OCTAVES, PANEL_BITS, ROW, ROWS, Rows};
 
 /// What a prepared block keeps of a table besides its rows.
@@ -191,14 +191,14 @@ fn times<const N: usize>(matrix: &[[f64; N]; N], vector: &[f64; N]) -> [f64; N] 
     product
 }
 
-/// Fills a table from `sample(r)`, which returns K, K'/r and the Laplacian of K.
+/// Fills a table from `sample(r)`, which returns K, K'/r and the Laplacian of K, in range or not.
 ///
 /// # Errors
 /// [`Error::NotFinite`]: a sample of the first octave is not finite.
 pub(crate) fn build<T: Real, const D: usize>(
     rows: &mut Rows<T>,
     domain: &Domain,
-    sample: &dyn Fn(f64) -> [f64; 3],
+    sample: &dyn Fn(f64) -> [Extended; 3],
 ) -> Result<Head> {
     if T::DIGITS > 24 { fill::<T, D, 7, 6>(rows, domain, sample) } else { fill::<T, D, 4, 3>(rows, domain, sample) }
 }
@@ -247,33 +247,31 @@ fn row<T: Real>(u: f64) -> usize {
     (T::from_f64(u).bits() >> (T::DIGITS - 1 - PANEL_BITS)) as usize % ROWS
 }
 
-/// The larger of |K| and r^2 |K' / r|.
-fn size(r: f64, [value, factor, _]: [f64; 3]) -> f64 {
-    value.abs().max(factor.abs() * r * r)
+/// The exponent of the larger of |K| and r^2 |K' / r|; none if both are zero.
+fn exponent_of(r: f64, [value, factor, _]: [Extended; 3]) -> Option<i32> {
+    value.exponent().max(factor.scale(r).scale(r).exponent())
 }
 
 fn fill<T: Real, const D: usize, const N: usize, const M: usize>(
     rows: &mut Rows<T>,
     domain: &Domain,
-    sample: &dyn Fn(f64) -> [f64; 3],
+    sample: &dyn Fn(f64) -> [Extended; 3],
 ) -> Result<Head> {
     let &Domain { unit, shift, until, ends, edge } = domain;
     let interpolations = (&Interpolation::<N>::new(), &Interpolation::<M>::new());
     let first_octave = if shift > 0.0 { Scalar::frexp(shift).1 - 1 } else { SINGULAR_END - octaves::<T>(shift) };
     let octaves = octaves::<T>(shift);
     // Values in units of `unit`, and of a power of two near their size within a unit.
-    let mut largest = if shift > 0.0 { size(0.0, sample(0.0)) } else { 0.0 };
+    let mut largest = if shift > 0.0 { exponent_of(0.0, sample(0.0)) } else { None };
     for k in 0..=16 {
         let r = unit * 1.0_f64.ldexp(-k);
-        largest = largest.max(size(r, sample(r)));
+        largest = largest.max(exponent_of(r, sample(r)));
     }
-    let exponent = Scalar::frexp(largest).1;
-    let scale = 1.0_f64.ldexp(-exponent);
-    let units = [scale, scale * unit * unit, scale * unit * unit];
+    let exponent = largest.unwrap_or(0);
     let at = |square: f64| {
-        let mut values = sample(unit * square.max(0.0).sqrt());
-        values.iter_mut().zip(units).for_each(|(value, unit)| *value *= unit);
-        values
+        let [value, factor, laplacian] = sample(unit * square.max(0.0).sqrt());
+        let per_square = |value: Extended| value.scale(unit).scale(unit);
+        [value, per_square(factor), per_square(laplacian)].map(|value| value.in_units(exponent))
     };
     let limit = 1.0_f64.ldexp(T::MAX_EXPONENT - 24);
     let (goal, goal_of_slope) = if T::DIGITS > 24 { (1e-14, 1e-13) } else { (2e-7, 4e-6) };
@@ -373,6 +371,11 @@ mod tests {
         vec![[T::ZERO; ROW]; ROWS].into_boxed_slice().try_into().unwrap()
     }
 
+    /// A kernel as a table samples it.
+    fn in_range(kernel: impl Fn(f64) -> [f64; 3]) -> impl Fn(f64) -> [Extended; 3] {
+        move |r| kernel(r).map(|value| Extended::new(value, 0))
+    }
+
     /// K = sqrt(r^2 + 1), analytic in r^2.
     fn plummer(r: f64) -> [f64; 3] {
         let root = (r * r + 1.0).sqrt();
@@ -383,7 +386,7 @@ mod tests {
     fn a_smooth_kernel_is_met_to_rounding() {
         let domain = Domain { unit: 0.7, shift: 1.0, until: f64::INFINITY, ends: false, edge: true };
         let mut table = rows::<f64>();
-        let head = build::<f64, 3>(&mut table, &domain, &plummer).unwrap();
+        let head = build::<f64, 3>(&mut table, &domain, &in_range(plummer)).unwrap();
         assert_eq!((head.gap, head.last, head.ends), ([0.0; 2], 2.0_f64.powi(64), false));
         assert!(head.error < 2e-15, "{}", head.error);
         for k in 0..2000 {
@@ -410,7 +413,7 @@ mod tests {
         };
         let domain = Domain { unit: 1.0, shift: 1.0, until: f64::INFINITY, ends: false, edge: true };
         let mut table = rows::<f64>();
-        let head = build::<f64, 2>(&mut table, &domain, &rough).unwrap();
+        let head = build::<f64, 2>(&mut table, &domain, &in_range(rough)).unwrap();
         assert!(head.gap[0] == 2.0 && head.gap[1] > 2.0 && head.gap[1] <= 2.5, "{:?}", head.gap);
     }
 
@@ -419,7 +422,7 @@ mod tests {
         let domain = Domain { unit: 1.0, shift: 1.0, until: 5.01, ends: true, edge: false };
         let mut table = rows::<f32>();
         let jump = |r: f64| if r * r + 1.0 < 5.01 { plummer(r) } else { [0.0; 3] };
-        let head = build::<f32, 3>(&mut table, &domain, &jump).unwrap();
+        let head = build::<f32, 3>(&mut table, &domain, &in_range(jump)).unwrap();
         assert!(head.ends && head.last == 5.01 && head.error < 1e-6, "{head:?}");
         let numbers = table[row::<f32>(5.005)];
         let g = numbers[..4].iter().rev().fold(0.0, |sum, c| sum * 0.005 + c);

@@ -24,7 +24,7 @@ use super::state::Options;
 use crate::field::Interaction;
 use crate::memory::Space;
 use crate::mollifier::{Blob, Mollifier, Polynomial};
-use crate::real::{Real, normal_exponent};
+use crate::real::{Real, normal_exponent, quotient};
 use crate::sort::words as sort;
 
 /// The search's memory.
@@ -123,6 +123,9 @@ impl<'a, T: Real> Close<'a, T> {
         let both = (chi.frexp().1 + 2 * mass).max(noise.frexp().1);
         let (pull, push) = (chi.ldexp(2 * mass - both), noise.ldexp(-both));
         let near = newtonian.map_or(gamma, |(strength, _)| strength);
+        if !(push > T::ZERO && pull * near > T::ZERO) {
+            return None;
+        }
         let close = Self {
             kernel,
             newtonian,
@@ -135,7 +138,7 @@ impl<'a, T: Real> Close<'a, T> {
             mass,
             per_mass: T::ONE.ldexp(-mass),
             ratio: [pull * near, push],
-            merging: if merging == Merging::Hard { pull * gamma / (T::TWO * push) } else { T::ZERO },
+            merging: if merging == Merging::Hard { quotient(pull * gamma, T::TWO * push) } else { T::ZERO },
             length: 0,
             per_length: T::ONE,
             time: 0,
@@ -146,7 +149,7 @@ impl<'a, T: Real> Close<'a, T> {
             per: T::ZERO,
         };
         let least = T::from_f64(1.0 / 128.0);
-        (noise > T::ZERO && pull * near > T::ZERO && close.index(close.largest, close.largest) > least).then_some(close)
+        (close.index(close.largest, close.largest) > least).then_some(close)
     }
 
     /// The diffusivity of the lightest particle.
@@ -202,7 +205,7 @@ impl<'a, T: Real> Close<'a, T> {
     fn holds(&self, square: T, m: T, other: T) -> bool {
         let per_64 = T::from_f64(1.0 / 64.0);
         // D s / 64
-        let spread = per_64 * self.within * (self.noise / m + self.noise / other);
+        let spread = per_64 * self.within * (quotient(self.noise, m) + quotient(self.noise, other));
         let square = square.max(spread);
         let pull = self.chi * (m + other) * self.within * self.factor(square);
         self.merging * m * other < T::ONE && T::TWO * pull > per_64 && pull * pull * square > spread
@@ -231,7 +234,10 @@ impl<'a, T: Real> Close<'a, T> {
             *to = x.map(|x| x * self.per_length);
             (low, high) = (low.min(to[0]), high.max(to[0]));
         }
-        (self.low, self.per) = (low, T::ONE.ldexp(31) / (high - low));
+        let width = high - low;
+        // Without a width all have the same key.
+        let divides = width > T::MIN_POSITIVE.ldexp(36);
+        (self.low, self.per) = (low, if divides { quotient(T::ONE.ldexp(31), width) } else { T::ZERO });
         for (i, [x, _]) in self.buffers.before.iter().take(points.len()).enumerate() {
             let word = u64::from(self.key(*x)) << 32 | i as u64;
             self.buffers.words.get_mut(i).into_iter().for_each(|to| *to = word);
@@ -313,7 +319,7 @@ impl<'a, T: Real> Close<'a, T> {
                 if now < T::MIN_POSITIVE {
                     return;
                 }
-                let rho = before + T::from_i32(4) * s * (self.noise / m + self.noise / other);
+                let rho = before + T::from_i32(4) * s * (quotient(self.noise, m) + quotient(self.noise, other));
                 let twice = T::TWO * self.chi * (m + other) * s;
                 let work =
                     |square: T| if square >= T::MIN_POSITIVE { twice * self.factor(square) * square } else { T::ZERO };

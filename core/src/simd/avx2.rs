@@ -208,14 +208,18 @@ impl Isa<f32> for Avx2 {
     #[inline(always)]
     fn inverse_roots<const N: usize>(self, a: [__m256; N]) -> [__m256; N] {
         let mut result = a;
-        result.iter_mut().for_each(|a| *a = seeded_root::<f32, _, 2>(self, *a, op!(_mm256_rsqrt_ps(*a))));
+        for a in &mut result {
+            *a = seeded_root::<f32, _, 2>(self, *a, op!(_mm256_rsqrt_ps(*a)));
+        }
         result
     }
 
     #[inline(always)]
     fn over_cubed_roots<const N: usize>(self, m: __m256, a: [__m256; N]) -> [__m256; N] {
         let mut result = a;
-        result.iter_mut().for_each(|a| *a = seeded_over_cube::<f32, _, 2>(self, m, *a, op!(_mm256_rsqrt_ps(*a))));
+        for a in &mut result {
+            *a = seeded_over_cube::<f32, _, 2>(self, m, *a, op!(_mm256_rsqrt_ps(*a)));
+        }
         result
     }
 

@@ -146,14 +146,18 @@ impl Isa<f64> for Avx512 {
     #[inline(always)]
     fn inverse_roots<const N: usize>(self, a: [__m512d; N]) -> [__m512d; N] {
         let mut result = a;
-        result.iter_mut().for_each(|a| *a = seeded_root::<f64, _, 3>(self, *a, op!(_mm512_rsqrt14_pd(*a))));
+        for a in &mut result {
+            *a = seeded_root::<f64, _, 3>(self, *a, op!(_mm512_rsqrt14_pd(*a)));
+        }
         result
     }
 
     #[inline(always)]
     fn over_cubed_roots<const N: usize>(self, m: __m512d, a: [__m512d; N]) -> [__m512d; N] {
         let mut result = a;
-        result.iter_mut().for_each(|a| *a = seeded_over_cube::<f64, _, 3>(self, m, *a, op!(_mm512_rsqrt14_pd(*a))));
+        for a in &mut result {
+            *a = seeded_over_cube::<f64, _, 3>(self, m, *a, op!(_mm512_rsqrt14_pd(*a)));
+        }
         result
     }
 
@@ -226,14 +230,18 @@ impl Isa<f32> for Avx512 {
     #[inline(always)]
     fn inverse_roots<const N: usize>(self, a: [__m512; N]) -> [__m512; N] {
         let mut result = a;
-        result.iter_mut().for_each(|a| *a = seeded_root::<f32, _, 1>(self, *a, op!(_mm512_rsqrt14_ps(*a))));
+        for a in &mut result {
+            *a = seeded_root::<f32, _, 1>(self, *a, op!(_mm512_rsqrt14_ps(*a)));
+        }
         result
     }
 
     #[inline(always)]
     fn over_cubed_roots<const N: usize>(self, m: __m512, a: [__m512; N]) -> [__m512; N] {
         let mut result = a;
-        result.iter_mut().for_each(|a| *a = seeded_over_cube::<f32, _, 1>(self, m, *a, op!(_mm512_rsqrt14_ps(*a))));
+        for a in &mut result {
+            *a = seeded_over_cube::<f32, _, 1>(self, m, *a, op!(_mm512_rsqrt14_ps(*a)));
+        }
         result
     }
 

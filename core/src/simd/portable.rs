@@ -16,7 +16,7 @@ mod lanes {
     /// Numbers in a vector: two SSE2 registers in f64, so that the loops stay in registers.
     pub const LANES: usize = 4;
     /// Vectors in a block.
-    pub const BLOCK: usize = 2;
+    pub const BLOCK: usize = 1;
 
     #[inline(always)]
     pub fn first<T: Copy>(from: &[T; MAX_LANES]) -> [T; LANES] {
@@ -60,8 +60,81 @@ mod lanes {
 }
 use lanes::{BLOCK, LANES, both, each, first};
 
+/// Quotients and roots in single precision.
+///
+/// From scalar operations the compiler makes vector operations, of two numbers at times, whose other two lanes are zero. 0 / 0 raises an exception, which a
+/// program may trap. So these operations are written for the whole register.
+#[cfg(target_arch = "x86_64")]
+mod single {
+    use core::arch::x86_64::{__m128, _mm_div_ps, _mm_setr_ps, _mm_sqrt_ps, _mm_storeu_ps};
+
+    #[inline(always)]
+    fn vector([a, b, c, d]: [f32; 4]) -> __m128 {
+        #[expect(unsafe_code, reason = "an instruction of every x86_64 processor")]
+        // SAFETY: SSE is part of x86_64.
+        unsafe {
+            _mm_setr_ps(a, b, c, d)
+        }
+    }
+
+    #[inline(always)]
+    fn numbers(vector: __m128) -> [f32; 4] {
+        let mut numbers = [0.0; 4];
+        #[expect(unsafe_code, reason = "a store of four numbers")]
+        // SAFETY: SSE is part of x86_64, and the array has room for four numbers.
+        unsafe {
+            _mm_storeu_ps(numbers.as_mut_ptr(), vector);
+        }
+        numbers
+    }
+
+    #[inline(always)]
+    pub fn quotients(a: [f32; 4], b: [f32; 4]) -> [f32; 4] {
+        #[expect(unsafe_code, reason = "an instruction of every x86_64 processor")]
+        // SAFETY: SSE is part of x86_64.
+        numbers(unsafe { _mm_div_ps(vector(a), vector(b)) })
+    }
+
+    #[inline(always)]
+    pub fn roots(a: [f32; 4]) -> [f32; 4] {
+        #[expect(unsafe_code, reason = "an instruction of every x86_64 processor")]
+        // SAFETY: SSE is part of x86_64.
+        numbers(unsafe { _mm_sqrt_ps(vector(a)) })
+    }
+}
+
+#[cfg(not(target_arch = "x86_64"))]
+mod single {
+    use super::{LANES, Scalar, both, each};
+
+    #[inline(always)]
+    pub fn quotients(a: [f32; LANES], b: [f32; LANES]) -> [f32; LANES] {
+        both(a, b, |a, b| a / b)
+    }
+
+    #[inline(always)]
+    pub fn roots(a: [f32; LANES]) -> [f32; LANES] {
+        each(a, Scalar::sqrt)
+    }
+}
+
+/// Quotients and roots in double precision: two numbers fill a register.
+mod double {
+    use super::{LANES, Scalar, both, each};
+
+    #[inline(always)]
+    pub fn quotients(a: [f64; LANES], b: [f64; LANES]) -> [f64; LANES] {
+        both(a, b, |a, b| a / b)
+    }
+
+    #[inline(always)]
+    pub fn roots(a: [f64; LANES]) -> [f64; LANES] {
+        each(a, Scalar::sqrt)
+    }
+}
+
 macro_rules! portable {
-    ($t:ty, $digits:literal, $bias:literal, $mantissa:literal) => {
+    ($t:ty, $own:ident, $digits:literal, $bias:literal, $mantissa:literal) => {
         impl Isa<$t> for Portable {
             type V = [$t; LANES];
             type M = [bool; LANES];
@@ -101,11 +174,11 @@ macro_rules! portable {
             }
             #[inline(always)]
             fn div(self, a: Self::V, b: Self::V) -> Self::V {
-                both(a, b, |a, b| a / b)
+                $own::quotients(a, b)
             }
             #[inline(always)]
             fn sqrt(self, a: Self::V) -> Self::V {
-                each(a, Scalar::sqrt)
+                $own::roots(a)
             }
             #[inline(always)]
             fn abs(self, a: Self::V) -> Self::V {
@@ -173,5 +246,5 @@ macro_rules! portable {
         }
     };
 }
-portable!(f32, 24, 127, 0x007F_FFFF);
-portable!(f64, 53, 1023, 0x000F_FFFF_FFFF_FFFF);
+portable!(f32, single, 24, 127, 0x007F_FFFF);
+portable!(f64, double, 53, 1023, 0x000F_FFFF_FFFF_FFFF);

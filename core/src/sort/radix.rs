@@ -3,7 +3,7 @@
 //! [`order`] sorts one word per point: the position between least and greatest value in 32 bits, and the index. It then orders
 //! the points of equal position by insertion; if they are many, it sorts by all bits.
 
-use crate::real::Real;
+use crate::real::{Real, quotient};
 
 /// A key and its original index.
 pub type Entry = [u64; 2];
@@ -72,12 +72,15 @@ pub fn order<T: Real>(
     let (least, greatest) = (0..n)
         .filter_map(&value)
         .fold((T::INFINITY, -T::INFINITY), |(least, greatest), x| (least.min(x), greatest.max(x)));
-    // monotone in x, as each rounding is; infinite or NaN if all are equal or the difference overflows
-    let scale = T::from_f64(4_294_967_040.0) / (greatest - least);
-    let key = |x: T| (((x - least) * scale).to_f64() as u64).min(u64::from(u32::MAX));
-    if n > u32::MAX as usize || !scale.is_finite() {
+    let width = greatest - least;
+    // Not if all are equal, or so close that the scale would overflow, or the difference does.
+    let divides = width > T::MIN_POSITIVE.ldexp(36) && width.is_finite();
+    if n > u32::MAX as usize || !divides {
         return order_by_all_bits(n, value, entries, spare);
     }
+    // Monotone in x, as each rounding is. (A function, so that the compiler does not divide before the test.)
+    let scale = quotient(T::from_f64(4_294_967_040.0), width);
+    let key = |x: T| (((x - least) * scale).to_f64() as u64).min(u64::from(u32::MAX));
     let mut count = 0;
     let mut places = [[0_usize; 256]; 4];
     for (index, x) in (0..n).filter_map(|index| Some((index, value(index)?))) {

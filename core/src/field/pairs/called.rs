@@ -6,7 +6,7 @@
 use super::lanes::{Group, Noted, Want, distances};
 use super::output::{Contribution, Scales};
 use super::packed::{Units, least_square_exponent, power_of_two};
-use super::{Block, PairKernel};
+use super::{Block, PairKernel, Passes};
 use crate::exec::Statistics;
 use crate::field::Wanted;
 use crate::real::{Extended, Real, Scalar, length};
@@ -66,7 +66,7 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Called<'a> {
     type Prepared = Prepared<'a, T>;
     type Lanes<V: Copy> = V;
 
-    const TOGETHER: bool = true;
+    const PASSES: Passes = Passes::One;
     const SCALAR: bool = true;
 
     fn length(&self) -> T {
@@ -119,7 +119,7 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Called<'a> {
                         }
                     }
                 }
-                if P {
+                if P && block.potential {
                     group.add_potential(isa, mass, isa.load(&values));
                 }
                 group.add_gradient(isa, isa.mul(mass, isa.load(&factors)), d);

@@ -1,8 +1,10 @@
 //! Pairs outside the range of a kernel's fast path, one by one, from the caller's own numbers.
+//!
+//! They may be all the pairs of a target, so they are summed in double words.
 
 use super::PairKernel;
 use super::lanes::Want;
-use super::output::Contribution;
+use super::output::Results;
 use crate::field::Sources;
 use crate::real::Real;
 
@@ -12,23 +14,20 @@ use crate::real::Real;
 pub(super) fn add_pairs<T: Real, const D: usize, K: PairKernel<T, D>>(
     kernel: &K,
     want: Want,
-    (targets, results): (&[[T; D]], &mut [Contribution<T, D>]),
+    (targets, results): (&[[T; D]], &mut Results<T, D>),
     (sources, source): (Sources<'_, T, D>, usize),
     (lanes, each): (&[u32], usize),
 ) -> u64 {
     let (Some(y), Some(&mass)) = (sources.positions.get(source), sources.masses.get(source)) else { return 0 };
     let mut count = 0;
-    for (i, (target, result)) in targets.iter().zip(results).enumerate() {
+    for (i, target) in targets.iter().enumerate() {
         let each = each.max(1);
         if lanes.get(i / each).is_none_or(|lanes| lanes >> (i % each) & 1 == 0) {
             continue;
         }
         let mut x = *target;
         x.iter_mut().zip(y).for_each(|(x, &y)| *x -= y);
-        let pair = kernel.exact(&x, mass, want);
-        result.potential += pair.potential;
-        result.gradient.iter_mut().zip(pair.gradient).for_each(|(sum, g)| *sum += g);
-        result.laplacian += pair.laplacian;
+        results.add(i, &kernel.exact(&x, mass, want));
         count += 1;
     }
     count

@@ -19,7 +19,7 @@
 //! * [`output`]: from sums in units to results.
 //!
 //! # Outputs
-//! A kernel sums what is wanted in one pass or in two ([`PairKernel::TOGETHER`]), but the operations that lead to one output are the same
+//! A kernel sums what is wanted in one pass or in two ([`Passes`]), but the operations that lead to one output are the same
 //! whatever else is wanted, so its bits are too (test `field_direct::outputs_do_not_change_each_others_bits`).
 //!
 //! # Error
@@ -62,7 +62,7 @@ use crate::real::Real;
 use crate::simd::{BlockJob, Isa, Job, Level, MAX_LANES, portable};
 use close::Close;
 use lanes::{Bounds, Group, List, Noted, Sums, Total, WIDE, Want, valid_lanes};
-use output::{Contribution, Scales, Writer};
+use output::{Contribution, Results, Scales, Writer};
 use packed::{Class, Packed, bounds_of, load};
 
 /// Targets of one task: a multiple of every register block, so that blocks, and with them the bits of the results, do not depend on who
@@ -74,6 +74,17 @@ pub(in crate::field) const BLOCK: usize = 256;
 /// The same for compensated sums.
 pub(in crate::field) const SHORT_BLOCK: usize = 8;
 
+/// The passes in which a kernel computes the outputs. Each kind of pass is compiled for itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::field) enum Passes {
+    /// One for all outputs: whether the potential is wanted is asked for each source, which costs nothing beside a kernel of this size.
+    One,
+    /// One with the potential, one without.
+    Together,
+    /// One for the potential alone, one for the others.
+    Apart,
+}
+
 /// What the engine asks of a kernel.
 ///
 /// The three stages: a value of the implementing type is made once a call; [`PairKernel::prepare`] brings it into the call's units;
@@ -84,8 +95,8 @@ pub(in crate::field) trait PairKernel<T: Real, const D: usize>: Sync {
     /// Its numbers in every lane.
     type Lanes<V: Copy>;
 
-    /// Whether one pass computes the potential with the gradient; else each has a pass of its own.
-    const TOGETHER: bool;
+    /// How the outputs share passes.
+    const PASSES: Passes;
     /// Whether lanes serve nothing: the kernel is a function that is called for each pair.
     const SCALAR: bool = false;
 
@@ -101,7 +112,7 @@ pub(in crate::field) trait PairKernel<T: Real, const D: usize>: Sync {
     /// The same numbers in every lane.
     fn lanes<I: Isa<T>>(prepared: &Self::Prepared, isa: I) -> Self::Lanes<I::V>;
 
-    /// Adds what the sources give to the targets. Sources with a lane that is left out are noted; in a list of their own those of which the
+    /// Adds what the sources give to the targets; the potential only if `P`. Sources with a lane that is left out are noted; in a list of their own those of which the
     /// Laplacian alone is left out.
     fn add_block<I: Isa<T>, const NB: usize, const P: bool>(
         isa: I,
@@ -151,7 +162,9 @@ pub(in crate::field) struct Block<'a, T, const D: usize> {
     pub sources: List<'a, T, D>,
     /// The bounds of the sources, and of the targets of the register block.
     pub bounds: [&'a Bounds<T, D>; 2],
-    /// Whether the pass computes Laplacians.
+    /// Whether the pass computes potentials.
+    pub potential: bool,
+    /// Whether it computes Laplacians.
     pub laplacian: bool,
     /// One bit a lane: whether it holds a target.
     pub valid: &'a [u32],
@@ -214,22 +227,18 @@ fn sums<T: Real, const D: usize, K: PairKernel<T, D>>(
             }
             let targets = targets.get(task.saturating_mul(TASK)..).unwrap_or(&[]);
             let targets = targets.get(..TASK).unwrap_or(targets);
-            let both = potentials && K::TOGETHER && wanted.potential;
-            let others = Outputs { potential: None, gradient, laplacian };
-            if both {
-                Pass::<T, D, K, true> {
-                    shared: &shared,
-                    targets,
-                    outputs: Outputs { potential, ..others },
-                    counted: true,
-                }
-                .run(level);
+            let potential = potential.filter(|_| potentials);
+            // The constant condition keeps bodies that are never called from being compiled.
+            if const { matches!(K::PASSES, Passes::One) } || K::PASSES == Passes::Together && potential.is_some() {
+                let outputs = Outputs { potential, gradient, laplacian };
+                Pass::<T, D, K, true> { shared: &shared, targets, outputs, counted: true }.run(level);
                 return Ok(());
             }
+            let others = Outputs { potential: None, gradient, laplacian };
             if wanted.gradient || wanted.laplacian {
                 Pass::<T, D, K, false> { shared: &shared, targets, outputs: others, counted: true }.run(level);
             }
-            if potentials && wanted.potential {
+            if potential.is_some() {
                 let outputs = Outputs { potential, ..Outputs::default() };
                 let counted = !(wanted.gradient || wanted.laplacian);
                 Pass::<T, D, K, true> { shared: &shared, targets, outputs, counted }.run(level);
@@ -287,7 +296,7 @@ struct Shared<'a, T: Real, const D: usize, K: PairKernel<T, D>> {
     tally: &'a Tally,
 }
 
-/// One pass of a task: the potential if `P`, and the other outputs that are there.
+/// One pass of a task over the outputs that are there; no potential unless `P`.
 struct Pass<'a, T: Real, const D: usize, K: PairKernel<T, D>, const P: bool> {
     shared: &'a Shared<'a, T, D, K>,
     targets: &'a [[T; D]],
@@ -319,28 +328,31 @@ impl<T: Real, const D: usize, K: PairKernel<T, D>, const P: bool> BlockJob<T> fo
         let Pass { shared, targets, outputs, counted } = self;
         let lanes = K::lanes(shared.prepared, isa);
         let mut counts = Statistics::default();
-        let mut results = [Contribution::ZERO; WIDE * MAX_LANES];
-        let want = Want { potential: P, gradient: outputs.gradient.is_some(), laplacian: outputs.laplacian.is_some() };
+        let mut results = Results::ZERO;
+        let want = Want {
+            potential: outputs.potential.is_some(),
+            gradient: outputs.gradient.is_some(),
+            laplacian: outputs.laplacian.is_some(),
+        };
         let mut writer = Writer::new(outputs, shared.options.combination);
         for targets in targets.chunks(NB * I::LANES) {
-            let results = results.get_mut(..targets.len()).unwrap_or_default();
-            results.fill(Contribution::ZERO);
+            results.clear(targets.len());
             for (number, class) in shared.packed.classes() {
                 let totals = class_sums::<T, I, D, NB, K, P>(
                     isa,
                     shared,
                     &lanes,
                     want,
-                    (targets, results),
+                    (targets, &mut results),
                     (number, &class),
                     &mut counts,
                 );
                 let scales = shared.kernel.scales(shared.units, number);
-                for (results, total) in results.chunks_mut(I::LANES).zip(&totals) {
+                for (results, total) in results.vectors(targets.len(), I::LANES).zip(&totals) {
                     output::add(isa, results, &total.sums, &scales);
                 }
             }
-            writer.write(results);
+            writer.write(results.finish(targets.len()));
         }
         if counted {
             shared.tally.add(&counts);
@@ -355,15 +367,19 @@ fn class_sums<T: Real, I: Isa<T>, const D: usize, const NB: usize, K: PairKernel
     shared: &Shared<'_, T, D, K>,
     lanes: &K::Lanes<I::V>,
     want: Want,
-    (targets, results): (&[[T; D]], &mut [Contribution<T, D>]),
+    (targets, results): (&[[T; D]], &mut Results<T, D>),
     (number, class): (usize, &Class<'_, T, D>),
     counts: &mut Statistics,
 ) -> [Total<I::V, D>; NB] {
     let zero = isa.splat(T::ZERO);
     let mut groups = [Group { x: [zero; D], sums: Sums::splat(zero) }; NB];
     let mut valid = [0; NB];
-    for ((group, valid), targets) in groups.iter_mut().zip(&mut valid).zip(targets.chunks(I::LANES)) {
+    // Vectors beyond the last target repeat it, as lanes do: what they sum stays in range.
+    let beyond = core::iter::repeat(targets.get(targets.len().saturating_sub(1)..).unwrap_or(&[]));
+    for (group, targets) in groups.iter_mut().zip(targets.chunks(I::LANES).chain(beyond)) {
         group.x = load(isa, shared.units, targets);
+    }
+    for (valid, targets) in valid.iter_mut().zip(targets.chunks(I::LANES)) {
         *valid = valid_lanes(targets.len());
     }
     let bounds = target_bounds(shared.units, targets);
@@ -375,7 +391,8 @@ fn class_sums<T: Real, I: Isa<T>, const D: usize, const NB: usize, K: PairKernel
     let prepared = (shared.prepared, lanes);
     for (start, source_bounds, (positions, masses)) in class.blocks() {
         for (k, sources) in positions.chunks(each).zip(masses.chunks(each)).enumerate() {
-            let block = Block { sources, bounds: [source_bounds, &bounds], laplacian: want.laplacian, valid: &valid };
+            let Want { potential, laplacian, .. } = want;
+            let block = Block { sources, bounds: [source_bounds, &bounds], potential, laplacian, valid: &valid };
             K::add_block::<I, NB, P>(isa, prepared, &block, &mut groups, &mut noted, counts);
             for (list, laplacian) in noted.iter_mut().zip([false, true]) {
                 let want = if laplacian { Want { laplacian, ..Want::default() } } else { want };
@@ -422,7 +439,7 @@ fn class_sums<T: Real, I: Isa<T>, const D: usize, const NB: usize, K: PairKernel
     }
     for (level, totals) in close.iter().flat_map(Close::totals).enumerate() {
         let scales = shared.kernel.scales(close::units_of(shared.units, level + 1), number);
-        for (results, total) in results.chunks_mut(I::LANES).zip(totals) {
+        for (results, total) in results.vectors(targets.len(), I::LANES).zip(totals) {
             output::add(isa, results, &total.sums, &scales);
         }
     }

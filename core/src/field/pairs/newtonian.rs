@@ -23,14 +23,15 @@
 //! 12 u for orders 2 and 4 (`Polynomials`). The products by d and by the coefficient add 4 u: c = 16. At orders 6 and 8 the polynomials have
 //! coefficients of both signs: c = 16 + 12 q, q the sum of their magnitudes over the function's maximum (up to 8, at order 8, M = 8, D = 3).
 //! The 2D potential is the logarithm of a rounded number, which has a zero at r = 1: its error is relative to |log r| + 1. The density has zeros too:
-//! its error is relative to its maximum.
+//! its error is relative to its maximum, and its polynomial in t is steep where t is near 1: order 6 has been seen to lose 119 u, order 8 (M = 9, D = 1)
+//! 920 u, for which twice as much is stated (test `field_bounds::laplacians_of_every_mollifier`).
 
 use super::close::step;
 use super::lanes::{Group, List, Noted, Want, distances};
 use super::output::{Contribution, Scales};
 use super::packed::{Units, farthest, least_square_exponent, power_of_two};
 use super::tabulated::{self, Tabulated};
-use super::{Block, PairKernel};
+use super::{Block, PairKernel, Passes};
 use crate::exec::Statistics;
 use crate::kernel::sphere;
 use crate::mollifier::{Blob, MAX_TERMS, Mollifier, Polynomial};
@@ -121,7 +122,9 @@ impl<T: Real> Descending<T> {
     #[inline(always)]
     fn lanes<I: Isa<T>>(&self, isa: I) -> Descending<I::V> {
         let mut coefficients = [isa.splat(T::ZERO); MAX_TERMS];
-        coefficients.iter_mut().zip(&self.coefficients).for_each(|(to, &c)| *to = isa.splat(c));
+        for (to, &c) in coefficients.iter_mut().zip(&self.coefficients) {
+            *to = isa.splat(c);
+        }
         Descending { coefficients, terms: self.terms }
     }
 }
@@ -190,7 +193,9 @@ impl<V: Copy> Inside<V> {
     fn t<T: Real, I: Isa<T, V = V>, const N: usize>(&self, isa: I, r2: &[V; N]) -> [V; N] {
         let one = isa.splat(T::ONE);
         let mut t = *r2;
-        t.iter_mut().for_each(|t| *t = isa.neg_mul_add(*t, self.per_square, one));
+        for t in &mut t {
+            *t = isa.neg_mul_add(*t, self.per_square, one);
+        }
         t
     }
 
@@ -242,7 +247,7 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Newtonian<'a, T, D> {
     type Lanes<V: Copy> = Softened<V>;
 
     // In space the potential needs the gradient's root; elsewhere the two share nothing but the distance.
-    const TOGETHER: bool = D == 3;
+    const PASSES: Passes = if D == 3 { Passes::Together } else { Passes::Apart };
 
     fn length(&self) -> T {
         self.blob.delta()
@@ -318,19 +323,27 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Newtonian<'a, T, D> {
     fn lanes<I: Isa<T>>(prepared: &Prepared<'a, T>, isa: I) -> Softened<I::V> {
         let softened = &prepared.softened;
         let [potential, gradient] = softened.table_scales;
-        Softened {
+        let mut lanes = Softened {
             edge: isa.splat(softened.edge),
-            inside: softened.inside.as_ref().map(|inside| Inside {
+            inside: None,
+            log_exponent: isa.splat(softened.log_exponent),
+            table: None,
+            table_scales: [isa.splat(potential), isa.splat(gradient)],
+        };
+        // No closures: they would be compiled without the instruction set.
+        if let Some(inside) = &softened.inside {
+            lanes.inside = Some(Inside {
                 per_square: isa.splat(inside.per_square),
                 gradient: inside.gradient.lanes(isa),
                 potential: inside.potential.lanes(isa),
                 offset: isa.splat(inside.offset),
                 density: inside.density.lanes(isa),
-            }),
-            log_exponent: isa.splat(softened.log_exponent),
-            table: softened.table.as_ref().map(|table| table.lanes(isa)),
-            table_scales: [isa.splat(potential), isa.splat(gradient)],
+            });
         }
+        if TABLES && let Some(table) = &softened.table {
+            lanes.table = Some(table.lanes(isa));
+        }
+        lanes
     }
 
     #[inline(always)]
@@ -381,7 +394,12 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Newtonian<'a, T, D> {
         groups: &[Group<I::V, D>; NB],
         _laplacian: bool,
     ) -> [u32; NB] {
-        distances(isa, source, groups).1.map(|r2| isa.bits(isa.lt(r2, kernel.edge)))
+        let (_, r2) = distances(isa, source, groups);
+        let mut left_out = [0; NB];
+        for (lanes, &r2) in left_out.iter_mut().zip(&r2) {
+            *lanes = isa.bits(isa.lt(r2, kernel.edge));
+        }
+        left_out
     }
 
     fn has_closer(prepared: &Prepared<'a, T>) -> bool {
@@ -420,7 +438,9 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Newtonian<'a, T, D> {
             for ((far, square), outside) in far.iter_mut().zip(&mut squares).zip(&mut outside) {
                 *square = isa.select(isa.lt(*square, inner.edge), served, *square);
                 *outside = isa.lt(*square, served);
-                far.iter_mut().for_each(|d| *d = isa.select(*outside, *d, zero));
+                for d in far.iter_mut() {
+                    *d = isa.select(*outside, *d, zero);
+                }
             }
             let lanes_mass = isa.splat(mass);
             if P {
@@ -530,7 +550,9 @@ fn far_run<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool>(
             let mut below = [isa.lt(one, zero); NB];
             for (below, (d, r2)) in below.iter_mut().zip(d.iter_mut().zip(&mut r2)) {
                 *below = isa.lt(*r2, kernel.edge);
-                d.iter_mut().for_each(|d| *d = isa.select(*below, zero, *d));
+                for d in d.iter_mut() {
+                    *d = isa.select(*below, zero, *d);
+                }
                 *r2 = isa.select(*below, one, *r2);
             }
             if P && D > 1 {
@@ -553,7 +575,9 @@ fn far_run<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool>(
         }
         if P {
             let values = outside_potential::<T, I, D, NB>(isa, kernel.log_exponent, &d, &r2);
-            local.iter_mut().zip(values).for_each(|(group, k)| group.add_potential(isa, mass, k));
+            for (group, k) in local.iter_mut().zip(values) {
+                group.add_potential(isa, mass, k);
+            }
         }
         if !P || D == 3 {
             let factors = outside_gradient::<T, I, D, NB>(isa, mass, &r2);
@@ -606,17 +630,23 @@ fn near_run<
             for (factors, x) in factors.iter_mut().zip(xs) {
                 let (d, _) = distances(isa, x, &local);
                 for (factor, d) in factors.iter_mut().zip(&d) {
-                    d.iter().for_each(|&d| *factor = isa.mul_add(d, d, *factor));
+                    for &d in d.iter() {
+                        *factor = isa.mul_add(d, d, *factor);
+                    }
                 }
             }
             for (factors, &m) in factors.iter_mut().zip(ms) {
                 let mass = isa.splat(m);
                 *factors = shifted.at::<T, I, NB, TERMS>(isa, factors);
-                factors.iter_mut().for_each(|factor| *factor = isa.mul(mass, *factor));
+                for factor in factors.iter_mut() {
+                    *factor = isa.mul(mass, *factor);
+                }
             }
             for (factors, x) in factors.iter().zip(xs) {
                 let (d, _) = distances(isa, x, &local);
-                local.iter_mut().zip(&d).zip(factors).for_each(|((group, d), &g)| group.add_gradient(isa, g, d));
+                for ((group, d), &g) in local.iter_mut().zip(&d).zip(factors) {
+                    group.add_gradient(isa, g, d);
+                }
             }
             done += 4;
         }
@@ -626,11 +656,15 @@ fn near_run<
                 let t = inside.t(isa, &r2);
                 if laplacian {
                     let b = inside.density.at::<T, I, NB, 0>(isa, &t);
-                    local.iter_mut().zip(b).for_each(|(group, b)| group.add_laplacian(isa, isa.splat(m), b));
+                    for (group, b) in local.iter_mut().zip(b) {
+                        group.add_laplacian(isa, isa.splat(m), b);
+                    }
                 }
                 if P {
                     let k = inside.potential::<T, I, D, NB>(isa, &t, &r2);
-                    local.iter_mut().zip(k).for_each(|(group, k)| group.add_potential(isa, isa.splat(m), k));
+                    for (group, k) in local.iter_mut().zip(k) {
+                        group.add_potential(isa, isa.splat(m), k);
+                    }
                 }
             }
         }
@@ -645,7 +679,9 @@ fn near_run<
         let t = inside.t(isa, &r2);
         if P {
             let k = inside.potential::<T, I, D, NB>(isa, &t, &r2);
-            local.iter_mut().zip(k).for_each(|(group, k)| group.add_potential(isa, mass, k));
+            for (group, k) in local.iter_mut().zip(k) {
+                group.add_potential(isa, mass, k);
+            }
         }
         if gradient {
             let g = inside.gradient.at::<T, I, NB, TERMS>(isa, &t);
@@ -654,7 +690,9 @@ fn near_run<
             }
             if laplacian {
                 let b = inside.density.at::<T, I, NB, 0>(isa, &t);
-                local.iter_mut().zip(b).for_each(|(group, b)| group.add_laplacian(isa, mass, b));
+                for (group, b) in local.iter_mut().zip(b) {
+                    group.add_laplacian(isa, mass, b);
+                }
             }
         }
         done += 1;
@@ -694,6 +732,8 @@ fn inside_pairs<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bo
     for (((group, d), &r2), lanes) in groups.iter_mut().zip(d).zip(r2).zip(&mut lanes) {
         let below = isa.lt(r2, edge);
         *lanes = isa.bits(below);
+        // Beyond the support powers of t might overflow, which may be trapped.
+        let r2 = isa.select(below, r2, edge);
         let t = inside.t(isa, &[r2]);
         if P {
             let [k] = inside.potential::<T, I, D, 1>(isa, &t, &[r2]);
@@ -722,7 +762,9 @@ fn outside_gradient<T: Real, I: Isa<T>, const D: usize, const NB: usize>(
         1 => {
             // K = |x| / 2; the gradient factor is 1 / |x|, of which only the sign of x remains.
             let mut roots = *r2;
-            roots.iter_mut().for_each(|r| *r = isa.sqrt(*r));
+            for r in &mut roots {
+                *r = isa.sqrt(*r);
+            }
             isa.quotients(mass, roots)
         }
         2 => isa.quotients(mass, *r2),
@@ -755,12 +797,16 @@ pub(super) fn outside_potential<T: Real, I: Isa<T>, const D: usize, const NB: us
                 (*z, *e) = log_numerator(isa, r2);
                 *e = isa.add(*e, log_exponent);
             }
-            values.iter_mut().for_each(|z| *z = isa.div(*z, isa.add(two, *z)));
+            for z in &mut values {
+                *z = isa.div(*z, isa.add(two, *z));
+            }
             log(isa, e, values)
         }
         _ => {
             let roots = isa.inverse_roots(*r2);
-            values.iter_mut().zip(roots).for_each(|(value, root)| *value = isa.sub(zero, root));
+            for (value, root) in values.iter_mut().zip(roots) {
+                *value = isa.sub(zero, root);
+            }
             values
         }
     }

@@ -1,9 +1,9 @@
 //! From sums in units to results.
 
-use super::lanes::Sums;
+use super::lanes::{Sums, WIDE};
 use crate::field::Outputs;
-use crate::real::Real;
-use crate::simd::Isa;
+use crate::real::{DoubleWord, Real};
+use crate::simd::{Isa, MAX_LANES};
 
 /// The way from sums in units to true ones: factors, and the powers of two that follow them.
 #[derive(Clone, Copy, Debug)]
@@ -23,6 +23,67 @@ pub(in crate::field) struct Contribution<T, const D: usize> {
 
 impl<T: Real, const D: usize> Contribution<T, D> {
     pub const ZERO: Self = Self { potential: T::ZERO, gradient: [T::ZERO; D], laplacian: T::ZERO };
+
+    /// Adds another one; returns the errors of the additions.
+    fn add(&mut self, other: &Self) -> Self {
+        let mut error = Self::ZERO;
+        let add = |sum: &mut T, term: T| {
+            let DoubleWord { hi, lo } = DoubleWord::sum(*sum, term);
+            *sum = hi;
+            lo
+        };
+        error.potential = add(&mut self.potential, other.potential);
+        error.laplacian = add(&mut self.laplacian, other.laplacian);
+        for ((error, sum), &term) in error.gradient.iter_mut().zip(&mut self.gradient).zip(&other.gradient) {
+            *error = add(sum, term);
+        }
+        error
+    }
+}
+
+/// The results of a register block's targets, with what their sums of single pairs lack.
+pub(super) struct Results<T, const D: usize> {
+    values: [Contribution<T, D>; WIDE * MAX_LANES],
+    /// None without single pairs.
+    low: Option<[Contribution<T, D>; WIDE * MAX_LANES]>,
+}
+
+impl<T: Real, const D: usize> Results<T, D> {
+    pub const ZERO: Self = Self { values: [Contribution::ZERO; WIDE * MAX_LANES], low: None };
+
+    /// Starts the first `n` targets again.
+    #[inline(always)]
+    pub fn clear(&mut self, n: usize) {
+        self.values.iter_mut().take(n).for_each(|value| *value = Contribution::ZERO);
+        self.low = None;
+    }
+
+    /// Adds a pair to a target in double words.
+    pub fn add(&mut self, target: usize, pair: &Contribution<T, D>) {
+        let low = self.low.get_or_insert_with(|| [Contribution::ZERO; WIDE * MAX_LANES]);
+        if let (Some(value), Some(low)) = (self.values.get_mut(target), low.get_mut(target)) {
+            let error = value.add(pair);
+            low.add(&error);
+            *low = value.add(&low.clone());
+        }
+    }
+
+    /// The results of the first `n` targets, by vectors of so many.
+    #[inline(always)]
+    pub fn vectors(&mut self, n: usize, lanes: usize) -> impl Iterator<Item = &mut [Contribution<T, D>]> {
+        self.values.get_mut(..n).unwrap_or_default().chunks_mut(lanes)
+    }
+
+    /// The results of the first `n` targets, rounded.
+    #[inline(always)]
+    pub fn finish(&mut self, n: usize) -> &[Contribution<T, D>] {
+        if let Some(low) = &self.low {
+            for (value, low) in self.values.iter_mut().zip(low) {
+                value.add(low);
+            }
+        }
+        self.values.get(..n).unwrap_or(&[])
+    }
 }
 
 /// Adds the sums of a vector of targets to their results.

@@ -27,7 +27,7 @@ use super::called::{self, Radial};
 use super::lanes::{Group, Noted, Want, distances};
 use super::output::{Contribution, Scales};
 use super::packed::{Units, farthest};
-use super::{Block, PairKernel};
+use super::{Block, PairKernel, Passes};
 use crate::exec::Statistics;
 use crate::kernel::{Table, table_terms};
 use crate::real::{Real, Scalar};
@@ -127,7 +127,7 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Tabulated<'a, T> {
     type Prepared = Prepared<'a, T>;
     type Lanes<V: Copy> = Lanes<V>;
 
-    const TOGETHER: bool = true;
+    const PASSES: Passes = Passes::One;
 
     fn length(&self) -> T {
         T::ZERO
@@ -206,7 +206,7 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Tabulated<'a, T> {
                 }
                 let row = Row::of(isa, prepared.rows, u);
                 group.add_gradient(isa, isa.mul(factor, row.gradient(isa)), d);
-                if P {
+                if P && block.potential {
                     group.add_potential(isa, factor, row.potential(isa));
                 }
                 if block.laplacian {
@@ -237,12 +237,14 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Tabulated<'a, T> {
         laplacian: bool,
     ) -> [u32; NB] {
         let (_, r2) = distances(isa, source, groups);
-        r2.map(|r2| {
+        let mut all = [0; NB];
+        for (lanes, &r2) in all.iter_mut().zip(&r2) {
             let u = numbers.u(isa, r2);
             let (served, left_out) = numbers.served(isa, u, prepared.ends);
             // What is left out as a whole is not left out once more.
-            if laplacian { numbers.rough(isa, u).1 & isa.bits(served) } else { left_out }
-        })
+            *lanes = if laplacian { numbers.rough(isa, u).1 & isa.bits(served) } else { left_out };
+        }
+        all
     }
 
     fn exact(&self, x: &[T; D], mass: T, want: Want) -> Contribution<T, D> {

@@ -432,7 +432,8 @@ where
 /// run is: copied away and back between calls it continues bit for bit. With the built-in generator the result does not
 /// depend on the executor.
 ///
-/// Range: the result does not depend on the units, up to rounding; a mesh in free space loses digits by the logarithm of its size. Masses have to be normal numbers, and the gradient (mass / length) and chi times it have to be
+/// Range: the result does not depend on the units, up to rounding; a mesh in free space loses digits by the logarithm of its size. Masses, and chi, noise and gamma where they are not 0, have to be normal
+/// numbers of the scalar (MOLLIS_ERR_OUT_OF_DOMAIN), and the gradient (mass / length) and chi times it have to be
 /// in range, as must mass / length^2 for heavy particles; what leaves the range ends in MOLLIS_ERR_BECAME_NOT_FINITE or MOLLIS_ERR_TOO_MANY_SUBSTEPS. An attraction so strong against
 /// a positive noise that indices are out of range (chi M^2 / noise above 1e38 for f32, M being the mass of all particles) is MOLLIS_ERR_OUT_OF_DOMAIN.
 /// Masses below 1e-19 of M (f32; 1e-154 for f64) do not collide with one another.

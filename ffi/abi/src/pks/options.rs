@@ -120,6 +120,10 @@ pub(super) unsafe fn read_options<T: Real>(options: *const mollis_pks_options) -
         [options.chi, options.noise, options.gamma, options.separation, options.probability, options.width, a, b, c, d];
     let mut numbers = [T::ZERO; 10];
     numbers.iter_mut().zip(&given).for_each(|(to, &x)| *to = T::from_wide(x));
+    // chi, noise, gamma: what is not zero must not become so, or lose digits.
+    if numbers.iter().zip(&given).take(3).any(|(number, &x)| !zero(x) && number.abs() < T::MIN_POSITIVE) {
+        return Err(Error::OutOfDomain);
+    }
     let [chi, noise, gamma, separation, probability, width, a, b, c, d] = numbers;
     let read = pks::Options {
         chi,
