@@ -26,7 +26,7 @@ pub struct Extent<T> {
 }
 
 impl<T: Real> Extent<T> {
-    /// The extent of these particles, as many positions as masses; the sum does not depend on the executor. Without particles the box is empty
+    /// The extent of these particles, as many positions as masses; the sum does not depend on the executor. Without particles the box is the origin
     /// and no mass is the smallest.
     ///
     /// # Errors
@@ -36,6 +36,10 @@ impl<T: Real> Extent<T> {
         let Seen { extent, poison } = Seen::by(positions, masses, executor)?;
         if poison.is_nan() || !extent.total.is_finite() {
             return Err(Error::NotFinite);
+        }
+        if masses.is_empty() {
+            let origin = [T::ZERO; 2];
+            return Ok(Self { low: origin, high: origin, ..extent });
         }
         if extent.smallest > T::ZERO { Ok(extent) } else { Err(Error::Mass) }
     }
@@ -161,6 +165,7 @@ mod tests {
             }
         }
         assert_eq!(Extent::of(&[[0.0_f64; 2]; 2], &[1e308; 2], &Serial), Err(Error::NotFinite));
-        assert!(Extent::<f32>::of(&[], &[], &Serial).unwrap().total == 0.0);
+        let none = Extent::<f32>::of(&[], &[], &Serial).unwrap();
+        assert_eq!((none.total, none.low, none.high), (0.0, [0.0; 2], [0.0; 2]));
     }
 }

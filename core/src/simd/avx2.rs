@@ -60,6 +60,16 @@ macro_rules! common {
         }
 
         #[inline(always)]
+        fn apart<P: super::lanes::Part<$t, Self>>(self, part: P) -> P::Out {
+            #[target_feature(enable = "avx2,fma")]
+            #[inline(never)]
+            fn inside<P: super::lanes::Part<$t, Avx2>>(machine: Avx2, part: P) -> P::Out {
+                part.run(machine)
+            }
+            op!(inside(self, part))
+        }
+
+        #[inline(always)]
         fn splat(self, a: $t) -> $v {
             op!($set1(a))
         }

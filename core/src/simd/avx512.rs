@@ -60,6 +60,16 @@ macro_rules! common {
         }
 
         #[inline(always)]
+        fn apart<P: super::lanes::Part<$t, Self>>(self, part: P) -> P::Out {
+            #[target_feature(enable = "avx2,fma,avx512f,avx512dq,avx512bw,avx512vl")]
+            #[inline(never)]
+            fn inside<P: super::lanes::Part<$t, Avx512>>(machine: Avx512, part: P) -> P::Out {
+                part.run(machine)
+            }
+            op!(inside(self, part))
+        }
+
+        #[inline(always)]
         fn splat(self, a: $t) -> $v {
             op!($set1(a))
         }

@@ -7,6 +7,15 @@ use crate::scalar::Scalar;
 pub const MAX_LANES: usize =
     if cfg!(all(feature = "small", not(any(target_arch = "x86_64", target_arch = "aarch64")))) { 1 } else { 16 };
 
+/// A part of an algorithm, for [`Isa::apart`].
+pub trait Part<T: Scalar, I: Isa<T>> {
+    /// What it returns.
+    type Out;
+
+    /// The part. To be `#[inline(always)]`.
+    fn run(self, isa: I) -> Self::Out;
+}
+
 /// An instruction set that works on [`Isa::LANES`] numbers at a time. A value of the type proves that the processor has it.
 #[expect(missing_docs, reason = "the arithmetic operations are named after what they do, lane by lane")]
 pub trait Isa<T: Scalar>: Copy + Send + Sync {
@@ -25,6 +34,12 @@ pub trait Isa<T: Scalar>: Copy + Send + Sync {
     /// Runs the algorithm on as many vectors of targets at a time as the registers can hold: two with 16 registers
     /// (or none), four with 32.
     fn in_blocks<J: BlockJob<T>>(self, job: J) -> J::Out;
+
+    /// Runs a part of an algorithm as a function of its own with these instructions, so that a loop that needs all registers has them.
+    #[inline(always)]
+    fn apart<P: Part<T, Self>>(self, part: P) -> P::Out {
+        part.run(self)
+    }
 
     /// `a` in every lane.
     fn splat(self, a: T) -> Self::V;

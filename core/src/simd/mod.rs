@@ -21,7 +21,7 @@ mod portable;
 mod rows;
 mod with_simd;
 
-pub use lanes::{BlockJob, Isa, Job, MAX_LANES};
+pub use lanes::{BlockJob, Isa, Job, MAX_LANES, Part};
 pub use level::Level;
 pub(crate) use log::{log, log_numerator};
 pub use rows::{OCTAVES, PANEL_BITS, ROW, ROWS, Rows};

@@ -141,9 +141,7 @@ pub(in crate::field) fn distances<T: Real, I: Isa<T>, const D: usize, const NB: 
 ) -> ([[I::V; D]; NB], [I::V; NB]) {
     let zero = isa.splat(T::ZERO);
     let mut at = [zero; D];
-    for (at, &x) in at.iter_mut().zip(source) {
-        *at = isa.splat(x);
-    }
+    at.iter_mut().zip(source).for_each(|(at, &x)| *at = isa.splat(x));
     let (mut d, mut r2) = ([[zero; D]; NB], [zero; NB]);
     for ((d, r2), group) in d.iter_mut().zip(&mut r2).zip(groups) {
         for (k, ((d, &at), &x)) in d.iter_mut().zip(&at).zip(&group.x).enumerate() {

@@ -20,7 +20,7 @@
 //!
 //! # Outputs
 //! A kernel sums what is wanted in one pass or in two ([`Passes`]), but the operations that lead to one output are the same
-//! whatever else is wanted, so its bits are too (test `field_direct::outputs_do_not_change_each_others_bits`).
+//! whatever else is wanted, so its bits are too (test `field_bounds::outputs_do_not_change_each_others_bits`).
 //!
 //! # Error
 //! Every term carries c u, with u the unit roundoff and c stated by each kernel. Terms are added in blocks of B and the blocks' sums one after
@@ -32,7 +32,7 @@
 //! in tables the largest of each over a range of distances ([`tabulated`]). B = 256, or with
 //! [`Accumulation::Compensated`] B = 8 and blocks are added in double-word arithmetic: `(c + 8 + 4) u S + (n / 4) u^2 S`.
 //! Roundings of sums are as good as independent, so errors of a few u are what is seen. The bound supposes that no result underflows.
-//! Tests: `field_direct::the_error_bound_holds_in_f64` and `.._f32`, `field_bounds`.
+//! Tests: `levels direct::the_error_bound_holds_in_f64` and `.._f32`, `field_bounds`.
 
 mod called;
 mod close;

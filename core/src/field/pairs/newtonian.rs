@@ -36,7 +36,7 @@ use crate::exec::Statistics;
 use crate::kernel::sphere;
 use crate::mollifier::{Blob, MAX_TERMS, Mollifier, Polynomial};
 use crate::real::Real;
-use crate::simd::{Isa, log, log_numerator};
+use crate::simd::{Isa, Part, log, log_numerator};
 
 /// A Newtonian kernel: `coefficient` times the blob's potential.
 pub(in crate::field) struct Newtonian<'a, T: Real, const D: usize> {
@@ -122,9 +122,7 @@ impl<T: Real> Descending<T> {
     #[inline(always)]
     fn lanes<I: Isa<T>>(&self, isa: I) -> Descending<I::V> {
         let mut coefficients = [isa.splat(T::ZERO); MAX_TERMS];
-        for (to, &c) in coefficients.iter_mut().zip(&self.coefficients) {
-            *to = isa.splat(c);
-        }
+        coefficients.iter_mut().zip(&self.coefficients).for_each(|(to, &c)| *to = isa.splat(c));
         Descending { coefficients, terms: self.terms }
     }
 }
@@ -193,9 +191,7 @@ impl<V: Copy> Inside<V> {
     fn t<T: Real, I: Isa<T, V = V>, const N: usize>(&self, isa: I, r2: &[V; N]) -> [V; N] {
         let one = isa.splat(T::ONE);
         let mut t = *r2;
-        for t in &mut t {
-            *t = isa.neg_mul_add(*t, self.per_square, one);
-        }
+        t.iter_mut().for_each(|t| *t = isa.neg_mul_add(*t, self.per_square, one));
         t
     }
 
@@ -330,7 +326,7 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Newtonian<'a, T, D> {
             table: None,
             table_scales: [isa.splat(potential), isa.splat(gradient)],
         };
-        // No closures: they would be compiled without the instruction set.
+        // Not `map`: its closure would be compiled without the instruction set.
         if let Some(inside) = &softened.inside {
             lanes.inside = Some(Inside {
                 per_square: isa.splat(inside.per_square),
@@ -362,13 +358,14 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Newtonian<'a, T, D> {
             // With five terms (M = 4, order 2: the paper's choice) the gradient's polynomial is unrolled, and nothing is tested.
             let [a, b] = block.bounds;
             if inside.gradient.terms == 5 && farthest(a, b) < prepared.0.softened.edge {
-                near = near_run::<T, I, D, NB, P, 5, false>(isa, kernel, inside, block.laplacian, left, groups);
+                let (laplacian, sources) = (block.laplacian, left);
+                near = isa.apart(NearRun::<_, _, D, NB, P, 5> { kernel, inside, laplacian, sources, groups });
                 left = (&[], &[]);
             }
         }
         while !left.0.is_empty() {
             let start = all.0.len() - left.0.len();
-            let far = far_run::<T, I, D, NB, P>(isa, kernel, left, start, noted, groups);
+            let far = isa.apart(FarRun::<_, _, D, NB, P> { kernel, sources: left, start, noted, groups });
             left = skip(left, far);
             if I::IN_ORDER {
                 add_noted::<T, I, D, NB, P>(isa, prepared, block, groups, noted, counts);
@@ -438,9 +435,7 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Newtonian<'a, T, D> {
             for ((far, square), outside) in far.iter_mut().zip(&mut squares).zip(&mut outside) {
                 *square = isa.select(isa.lt(*square, inner.edge), served, *square);
                 *outside = isa.lt(*square, served);
-                for d in far.iter_mut() {
-                    *d = isa.select(*outside, *d, zero);
-                }
+                far.iter_mut().for_each(|d| *d = isa.select(*outside, *d, zero));
             }
             let lanes_mass = isa.splat(mass);
             if P {
@@ -513,6 +508,46 @@ fn add_noted<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool>
     }
 }
 
+/// [`far_run`] as a function of its own.
+struct FarRun<'a, T, V, const D: usize, const NB: usize, const P: bool> {
+    kernel: &'a Softened<V>,
+    sources: List<'a, T, D>,
+    start: usize,
+    noted: &'a mut Noted,
+    groups: &'a mut [Group<V, D>; NB],
+}
+
+impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool> Part<T, I> for FarRun<'_, T, I::V, D, NB, P> {
+    type Out = usize;
+
+    #[inline(always)]
+    fn run(self, isa: I) -> usize {
+        let Self { kernel, sources, start, noted, groups } = self;
+        far_run::<T, I, D, NB, P>(isa, kernel, sources, start, noted, groups)
+    }
+}
+
+/// [`near_run`] without a test, as a function of its own.
+struct NearRun<'a, T, V, const D: usize, const NB: usize, const P: bool, const TERMS: usize> {
+    kernel: &'a Softened<V>,
+    inside: &'a Inside<V>,
+    laplacian: bool,
+    sources: List<'a, T, D>,
+    groups: &'a mut [Group<V, D>; NB],
+}
+
+impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool, const TERMS: usize> Part<T, I>
+    for NearRun<'_, T, I::V, D, NB, P, TERMS>
+{
+    type Out = usize;
+
+    #[inline(always)]
+    fn run(self, isa: I) -> usize {
+        let Self { kernel, inside, laplacian, sources, groups } = self;
+        near_run::<T, I, D, NB, P, TERMS, false>(isa, kernel, inside, laplacian, sources, groups)
+    }
+}
+
 /// The list without its first `n`.
 #[inline(always)]
 fn skip<'a, T, const D: usize>((positions, masses): List<'a, T, D>, n: usize) -> List<'a, T, D> {
@@ -550,9 +585,7 @@ fn far_run<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool>(
             let mut below = [isa.lt(one, zero); NB];
             for (below, (d, r2)) in below.iter_mut().zip(d.iter_mut().zip(&mut r2)) {
                 *below = isa.lt(*r2, kernel.edge);
-                for d in d.iter_mut() {
-                    *d = isa.select(*below, zero, *d);
-                }
+                d.iter_mut().for_each(|d| *d = isa.select(*below, zero, *d));
                 *r2 = isa.select(*below, one, *r2);
             }
             if P && D > 1 {
@@ -575,9 +608,7 @@ fn far_run<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool>(
         }
         if P {
             let values = outside_potential::<T, I, D, NB>(isa, kernel.log_exponent, &d, &r2);
-            for (group, k) in local.iter_mut().zip(values) {
-                group.add_potential(isa, mass, k);
-            }
+            local.iter_mut().zip(values).for_each(|(group, k)| group.add_potential(isa, mass, k));
         }
         if !P || D == 3 {
             let factors = outside_gradient::<T, I, D, NB>(isa, mass, &r2);
@@ -630,23 +661,17 @@ fn near_run<
             for (factors, x) in factors.iter_mut().zip(xs) {
                 let (d, _) = distances(isa, x, &local);
                 for (factor, d) in factors.iter_mut().zip(&d) {
-                    for &d in d.iter() {
-                        *factor = isa.mul_add(d, d, *factor);
-                    }
+                    d.iter().for_each(|&d| *factor = isa.mul_add(d, d, *factor));
                 }
             }
             for (factors, &m) in factors.iter_mut().zip(ms) {
                 let mass = isa.splat(m);
                 *factors = shifted.at::<T, I, NB, TERMS>(isa, factors);
-                for factor in factors.iter_mut() {
-                    *factor = isa.mul(mass, *factor);
-                }
+                factors.iter_mut().for_each(|factor| *factor = isa.mul(mass, *factor));
             }
             for (factors, x) in factors.iter().zip(xs) {
                 let (d, _) = distances(isa, x, &local);
-                for ((group, d), &g) in local.iter_mut().zip(&d).zip(factors) {
-                    group.add_gradient(isa, g, d);
-                }
+                local.iter_mut().zip(&d).zip(factors).for_each(|((group, d), &g)| group.add_gradient(isa, g, d));
             }
             done += 4;
         }
@@ -656,15 +681,11 @@ fn near_run<
                 let t = inside.t(isa, &r2);
                 if laplacian {
                     let b = inside.density.at::<T, I, NB, 0>(isa, &t);
-                    for (group, b) in local.iter_mut().zip(b) {
-                        group.add_laplacian(isa, isa.splat(m), b);
-                    }
+                    local.iter_mut().zip(b).for_each(|(group, b)| group.add_laplacian(isa, isa.splat(m), b));
                 }
                 if P {
                     let k = inside.potential::<T, I, D, NB>(isa, &t, &r2);
-                    for (group, k) in local.iter_mut().zip(k) {
-                        group.add_potential(isa, isa.splat(m), k);
-                    }
+                    local.iter_mut().zip(k).for_each(|(group, k)| group.add_potential(isa, isa.splat(m), k));
                 }
             }
         }
@@ -679,9 +700,7 @@ fn near_run<
         let t = inside.t(isa, &r2);
         if P {
             let k = inside.potential::<T, I, D, NB>(isa, &t, &r2);
-            for (group, k) in local.iter_mut().zip(k) {
-                group.add_potential(isa, mass, k);
-            }
+            local.iter_mut().zip(k).for_each(|(group, k)| group.add_potential(isa, mass, k));
         }
         if gradient {
             let g = inside.gradient.at::<T, I, NB, TERMS>(isa, &t);
@@ -690,9 +709,7 @@ fn near_run<
             }
             if laplacian {
                 let b = inside.density.at::<T, I, NB, 0>(isa, &t);
-                for (group, b) in local.iter_mut().zip(b) {
-                    group.add_laplacian(isa, mass, b);
-                }
+                local.iter_mut().zip(b).for_each(|(group, b)| group.add_laplacian(isa, mass, b));
             }
         }
         done += 1;
@@ -762,9 +779,7 @@ fn outside_gradient<T: Real, I: Isa<T>, const D: usize, const NB: usize>(
         1 => {
             // K = |x| / 2; the gradient factor is 1 / |x|, of which only the sign of x remains.
             let mut roots = *r2;
-            for r in &mut roots {
-                *r = isa.sqrt(*r);
-            }
+            roots.iter_mut().for_each(|r| *r = isa.sqrt(*r));
             isa.quotients(mass, roots)
         }
         2 => isa.quotients(mass, *r2),
@@ -797,16 +812,12 @@ pub(super) fn outside_potential<T: Real, I: Isa<T>, const D: usize, const NB: us
                 (*z, *e) = log_numerator(isa, r2);
                 *e = isa.add(*e, log_exponent);
             }
-            for z in &mut values {
-                *z = isa.div(*z, isa.add(two, *z));
-            }
+            values.iter_mut().for_each(|z| *z = isa.div(*z, isa.add(two, *z)));
             log(isa, e, values)
         }
         _ => {
             let roots = isa.inverse_roots(*r2);
-            for (value, root) in values.iter_mut().zip(roots) {
-                *value = isa.sub(zero, root);
-            }
+            values.iter_mut().zip(roots).for_each(|(value, root)| *value = isa.sub(zero, root));
             values
         }
     }

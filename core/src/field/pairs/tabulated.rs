@@ -31,7 +31,7 @@ use super::{Block, PairKernel, Passes};
 use crate::exec::Statistics;
 use crate::kernel::{Table, table_terms};
 use crate::real::{Real, Scalar};
-use crate::simd::{Isa, ROW, Rows};
+use crate::simd::{Isa, Part, ROW, Rows};
 
 /// A kernel with its table.
 #[derive(Clone, Copy)]
@@ -182,49 +182,16 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Tabulated<'a, T> {
     #[inline(always)]
     fn add_block<I: Isa<T>, const NB: usize, const P: bool>(
         isa: I,
-        (prepared, numbers): (&Prepared<'a, T>, &Lanes<I::V>),
+        prepared: (&Prepared<'a, T>, &Lanes<I::V>),
         block: &Block<'_, T, D>,
         groups: &mut [Group<I::V, D>; NB],
-        [noted, noted_rough]: &mut [Noted; 2],
+        noted: &mut [Noted; 2],
         _counts: &mut Statistics,
     ) {
-        let [a, b] = block.bounds;
-        let all_served = !prepared.has_gaps && farthest(a, b) < prepared.end;
-        let zero = isa.splat(T::ZERO);
-        for (at, (x, &m)) in block.sources.0.iter().zip(block.sources.1).enumerate() {
-            let (d, r2) = distances(isa, x, groups);
-            let mass = isa.splat(m);
-            let (mut left_out, mut rough) = (0, 0);
-            for ((group, d), &r2) in groups.iter_mut().zip(&d).zip(&r2) {
-                let mut u = numbers.u(isa, r2);
-                let mut factor = mass;
-                if !all_served {
-                    let (served, left) = numbers.served(isa, u, prepared.ends);
-                    left_out |= left;
-                    u = isa.select(served, u, numbers.held);
-                    factor = isa.select(served, mass, zero);
-                }
-                let row = Row::of(isa, prepared.rows, u);
-                group.add_gradient(isa, isa.mul(factor, row.gradient(isa)), d);
-                if P && block.potential {
-                    group.add_potential(isa, factor, row.potential(isa));
-                }
-                if block.laplacian {
-                    let mut laplacian = row.laplacian::<D>(isa, isa.sub(u, numbers.shift));
-                    if prepared.is_rough {
-                        let (smooth, lanes) = numbers.rough(isa, u);
-                        rough |= lanes;
-                        laplacian = isa.select(smooth, laplacian, zero);
-                    }
-                    group.add_laplacian(isa, factor, laplacian);
-                }
-            }
-            if left_out != 0 {
-                noted.push(at);
-            }
-            if rough != 0 {
-                noted_rough.push(at);
-            }
+        if P && block.potential {
+            isa.apart(Sources::<_, _, D, NB, true> { prepared, block, groups, noted });
+        } else {
+            isa.apart(Sources::<_, _, D, NB, false> { prepared, block, groups, noted });
         }
     }
 
@@ -249,6 +216,63 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Tabulated<'a, T> {
 
     fn exact(&self, x: &[T; D], mass: T, want: Want) -> Contribution<T, D> {
         called::pair(self.kernel, x, mass, want)
+    }
+}
+
+/// What the sources of a block give to a register block of targets, with potentials if `P`; a function of its own.
+struct Sources<'a, T: Real, V, const D: usize, const NB: usize, const P: bool> {
+    prepared: (&'a Prepared<'a, T>, &'a Lanes<V>),
+    block: &'a Block<'a, T, D>,
+    groups: &'a mut [Group<V, D>; NB],
+    noted: &'a mut [Noted; 2],
+}
+
+impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool> Part<T, I> for Sources<'_, T, I::V, D, NB, P> {
+    type Out = ();
+
+    #[inline(always)]
+    fn run(self, isa: I) {
+        let Self { prepared: (prepared, numbers), block, groups, noted: [noted, noted_rough] } = self;
+        let [a, b] = block.bounds;
+        let all_served = !prepared.has_gaps && farthest(a, b) < prepared.end;
+        let zero = isa.splat(T::ZERO);
+        let mut local = *groups;
+        for (at, (x, &m)) in block.sources.0.iter().zip(block.sources.1).enumerate() {
+            let (d, r2) = distances(isa, x, &local);
+            let mass = isa.splat(m);
+            let (mut left_out, mut rough) = (0, 0);
+            for ((group, d), &r2) in local.iter_mut().zip(&d).zip(&r2) {
+                let mut u = numbers.u(isa, r2);
+                let mut factor = mass;
+                if !all_served {
+                    let (served, left) = numbers.served(isa, u, prepared.ends);
+                    left_out |= left;
+                    u = isa.select(served, u, numbers.held);
+                    factor = isa.select(served, mass, zero);
+                }
+                let row = Row::of(isa, prepared.rows, u);
+                group.add_gradient(isa, isa.mul(factor, row.gradient(isa)), d);
+                if P {
+                    group.add_potential(isa, factor, row.potential(isa));
+                }
+                if block.laplacian {
+                    let mut laplacian = row.laplacian::<D>(isa, isa.sub(u, numbers.shift));
+                    if prepared.is_rough {
+                        let (smooth, lanes) = numbers.rough(isa, u);
+                        rough |= lanes;
+                        laplacian = isa.select(smooth, laplacian, zero);
+                    }
+                    group.add_laplacian(isa, factor, laplacian);
+                }
+            }
+            if left_out != 0 {
+                noted.push(at);
+            }
+            if rough != 0 {
+                noted_rough.push(at);
+            }
+        }
+        *groups = local;
     }
 }
 
