@@ -1927,6 +1927,9 @@ mollis_status mollis_grid2_workspace_bytes_f32(const struct mollis_mesh2 *mesh,
  * 4.4e-16 of that sum adds nothing, and one of 1e-12 has three digits. Of a source outside, the distance from the mesh's middle counts up to 1024 widths
  * of the mesh in the centre of mass.
  *
+ * Range: the sum of |masses| over a cell's width, and over the distance of a target outside, has to be in range; where it is not, gradients are infinite
+ * or NaN.
+ *
  * | output            | shape        |                                                                                  |
  * |-------------------|--------------|----------------------------------------------------------------------------------|
  * | gradient          | n_targets, 2 | grad u at the targets; outside the mesh that of all mass at its centre            |

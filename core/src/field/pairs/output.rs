@@ -60,8 +60,11 @@ impl<T: Real, const D: usize> Results<T, D> {
 
     /// Adds a pair to a target in double words.
     pub fn add(&mut self, target: usize, pair: &Contribution<T, D>) {
-        let low = self.low.get_or_insert_with(|| [Contribution::ZERO; WIDE * MAX_LANES]);
-        if let (Some(value), Some(low)) = (self.values.get_mut(target), low.get_mut(target)) {
+        if self.low.is_none() {
+            self.low = Some([Contribution::ZERO; WIDE * MAX_LANES]);
+        }
+        let low = self.low.as_mut().and_then(|low| low.get_mut(target));
+        if let (Some(value), Some(low)) = (self.values.get_mut(target), low) {
             let error = value.add(pair);
             low.add(&error);
             *low = value.add(&low.clone());
