@@ -982,3 +982,22 @@ fn moments_of_a_small_cloud_far_away() {
         assert!(close(got.laplacian[0], 7.0 * r.powi(6)), "{:e}", got.laplacian[0]);
     });
 }
+
+/// Exponential and screened kernels of lengths whose squares leave double precision are refused; powers of such lengths are not.
+#[test]
+fn lengths_whose_squares_are_out_of_range() {
+    fn prepare(law: Law, shape: (Mollifier, f64)) -> mollis_core::Result<()> {
+        let terms = [term(law, 1.0)];
+        let mut block = Aligned::new(Kernel::<f64, 3>::workspace_bytes(&terms, shape.0)?);
+        Kernel::<f64, 3>::prepare(block.bytes(), &terms, shape.0, shape.1).map(|_| ())
+    }
+    let none = (Mollifier::None, 0.0);
+    for length in [1e-196, 1e196] {
+        let refused = Err(mollis_core::Error::OutOfDomain);
+        assert_eq!(prepare(Law::Exponential { length }, none), refused);
+        assert_eq!(prepare(Law::Screened { k: 1.0 / length }, none), refused);
+        assert_eq!(prepare(Law::Exponential { length }, (COMPACT, length)), refused);
+        assert_eq!(prepare(power(1.5), (COMPACT, length)), Ok(()));
+    }
+    assert_eq!(prepare(Law::Exponential { length: 1e150 }, none), Ok(()));
+}

@@ -200,7 +200,8 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
     /// [`Error::WorkspaceTooSmall`], [`Error::Misaligned`]: the memory. [`Error::Unsupported`]: k delta (delta/l) is too
     /// large (about 600 for compact mollifiers, 13 to 26 for Gaussians), so that the exterior factor overflows; or the mollifier is too rough
     /// for a power's Laplacian (M = 1 with 0 < p + d - 1 < 0.08). [`Error::OutOfDomain`]: a coefficient, or the exterior factor, leaves the
-    /// range of the scalar (in single precision k delta above about 90, 4.7 to 13 for Gaussians). After an error `memory` holds no block.
+    /// range of the scalar (in single precision k delta above about 90, 4.7 to 13 for Gaussians), or the square of an exponential, screened or own
+    /// kernel's length (of delta under a mollifier) leaves that of double precision. After an error `memory` holds no block.
     pub fn prepare(memory: &'k mut [u8], terms: &[Term], mollifier: Mollifier, delta: T) -> Result<Self> {
         Self::prepare_with(memory, terms, None, mollifier, delta)
     }
@@ -299,6 +300,11 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
                     others.series = series;
                 }
                 let domain = domain(terms, supplied, mollifier, delta);
+                // Powers are sampled with exponents of their own. Other kernels are plain numbers, K'/r among them.
+                let powers = terms.iter().all(|term| matches!(term.law, Law::Newtonian | Law::Power { .. }));
+                if (supplied.is_some() || !powers) && Scalar::frexp(domain.unit).1.unsigned_abs() > 511 {
+                    return Err(Error::OutOfDomain);
+                }
                 let head = table::build::<T, D>(rows, &domain, &|r| kernel.pair_scaled(r, [true; 3]))?;
                 table_record.iter_mut().zip(head.to_record()).for_each(|(to, number)| *to = number);
             }

@@ -5,6 +5,7 @@
 //! Instruction sets differ in one-line operations only (`portable`, `avx2`, `avx512`, `neon`).
 //!
 //! Everything between `run` and the operations must be `#[inline(always)]`. Otherwise it is compiled without the features.
+//! [`Isa::apart`] runs a [`Part`] as a function of its own, with the features: a loop that needs all registers.
 //!
 //! Lanes are independent: no operation mixes them, except the predicates [`Isa::any`] and [`Isa::bits`].
 
