@@ -26,4 +26,3 @@ mod random;
 mod ranges;
 mod stable_steps;
 mod traps;
-mod traps_field;

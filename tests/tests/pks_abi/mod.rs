@@ -63,7 +63,8 @@ const WALLS: f64 = 0.75;
 const DELTA: f64 = 0.05;
 const N: usize = 60;
 
-fn options() -> mollis_pks_options {
+/// The default options with an attraction and a noise.
+pub(crate) fn options() -> mollis_pks_options {
     let mut options = std::mem::MaybeUninit::<mollis_pks_options>::uninit();
     // SAFETY: a live structure of this size, which the call fills.
     let mut options = unsafe {

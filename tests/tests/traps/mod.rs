@@ -1,5 +1,5 @@
 //! Ordinary input raises none of the floating-point exceptions that hosts trap: invalid, divide-by-zero and overflow. One row for each function of
-//! the header and kind of input. Field sums and their applications are in `traps_field`.
+//! the header and kind of input.
 #![expect(unsafe_code, reason = "calls the C ABI as a C program does")]
 #![allow(
     clippy::undocumented_unsafe_blocks,
@@ -7,6 +7,7 @@
 )]
 
 mod diagnostics;
+mod field;
 mod kernels;
 mod meshes;
 mod mollifiers;

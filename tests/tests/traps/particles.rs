@@ -7,18 +7,9 @@ use mollis_tests::Aligned;
 use mollis_tests::exceptions::Rows;
 
 use super::*;
+use crate::pks_abi::options;
 
 const N: usize = 60;
-
-fn options() -> mollis_pks_options {
-    let mut options = std::mem::MaybeUninit::<mollis_pks_options>::uninit();
-    let mut options = unsafe {
-        assert_eq!(mollis_pks_options_init(options.as_mut_ptr(), size_of::<mollis_pks_options>()), 0);
-        options.assume_init()
-    };
-    (options.chi, options.noise) = (80.0, 0.02);
-    options
-}
 
 /// Constants, laws and schemes with different formulas.
 fn choices() -> Vec<(&'static str, mollis_pks_options)> {

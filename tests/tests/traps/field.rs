@@ -1,28 +1,17 @@
 //! Field sums and their applications (steps of the blob method, coalescing particles with summed attraction) raise none of invalid, divide-by-zero
 //! and overflow on ordinary input. One row for each function of the header and kind of input.
-#![expect(unsafe_code, reason = "calls the C ABI as a C program does")]
-#![allow(
-    clippy::undocumented_unsafe_blocks,
-    reason = "each call passes buffers of the stated sizes that live through it"
-)]
 
 use std::ptr::{null, null_mut};
 
-use mollis_abi::*;
 use mollis_core::simd::Level;
 use mollis_tests::Aligned;
 use mollis_tests::exceptions::Rows;
 
-const NONE: mollis_mollifier = mollis_mollifier { kind: MOLLIS_MOLLIFIER_NONE, order: 0, exponent: 0 };
-
-const fn compact(order: i32, exponent: i32) -> mollis_mollifier {
-    mollis_mollifier { kind: MOLLIS_MOLLIFIER_COMPACT, order, exponent }
-}
+use super::*;
 
 fn mollifiers_in(dimension: usize) -> Vec<mollis_mollifier> {
     let mut all = vec![NONE, compact(2, 4), compact(4, 4)];
-    let gaussian = mollis_mollifier { kind: MOLLIS_MOLLIFIER_GAUSSIAN, order: 4, exponent: 0 };
-    all.extend([gaussian].into_iter().filter(|_| dimension < 3));
+    all.extend([gaussian(4)].into_iter().filter(|_| dimension < 3));
     all
 }
 
