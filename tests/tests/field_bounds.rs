@@ -1,11 +1,11 @@
 //! The error bound of sums for every kernel and method, the range of their arguments, and the independence of outputs.
 
-use mollis_core::Real;
 use mollis_core::exec::{Run, Statistics};
 use mollis_core::field::{self, Accumulation, Method, Options, Outputs, Sources, Wanted};
 use mollis_core::kernel::{Kernel, Law, Term};
 use mollis_core::mollifier::Mollifier;
 use mollis_core::simd::Level;
+use mollis_core::{Error, Real};
 use mollis_tests::{Aligned, Split};
 
 const ALL: Wanted = Wanted { potential: true, gradient: true, laplacian: true };
@@ -983,21 +983,49 @@ fn moments_of_a_small_cloud_far_away() {
     });
 }
 
-/// Exponential and screened kernels of lengths whose squares leave double precision are refused; powers of such lengths are not.
+/// Even powers at targets of very different distances.
 #[test]
-fn lengths_whose_squares_are_out_of_range() {
-    fn prepare(law: Law, shape: (Mollifier, f64)) -> mollis_core::Result<()> {
-        let terms = [term(law, 1.0)];
-        let mut block = Aligned::new(Kernel::<f64, 3>::workspace_bytes(&terms, shape.0)?);
-        Kernel::<f64, 3>::prepare(block.bytes(), &terms, shape.0, shape.1).map(|_| ())
+fn moments_near_and_far() {
+    let (far, near, mass) = (1.0_f32, 1e-6_f32, 1e20_f32);
+    with_kernel::<f32, 1, _>(&[term(power(8.0), 1.0)], (Mollifier::None, 0.0), |kernel| {
+        let sources: (_, &[f32], _) = (&[[0.0]][..], &[mass], &[[far], [near]][..]);
+        let got = sums_of(kernel, sources, ALL, &Options::default(), Level::best());
+        for (i, r) in [far, near].map(f64::from).into_iter().enumerate() {
+            let close = |got: f32, want: f64| (f64::from(got) / want - 1.0).abs() < 1e-5;
+            let mass = f64::from(mass);
+            assert!(close(got.gradient[i][0], mass * r.powi(7)), "{:e}", got.gradient[i][0]);
+            assert!(close(got.potential[i], mass * r.powi(8) / 8.0), "{:e}", got.potential[i]);
+            assert!(close(got.laplacian[i], mass * 7.0 * r.powi(6)), "{:e}", got.laplacian[i]);
+        }
+    });
+}
+
+/// Kernels whose K'/r leaves double precision are refused.
+#[test]
+fn kernels_out_of_range_are_refused() {
+    fn prepare(law: Law, coefficient: f64, shape: (Mollifier, f64)) -> mollis_core::Result<()> {
+        let terms = [term(law, coefficient)];
+        let before = [term(power(1.5), 1.0)];
+        let bytes = Kernel::<f64, 3>::workspace_bytes(&before, COMPACT)?;
+        let mut block = Aligned::new(bytes.max(Kernel::<f64, 3>::workspace_bytes(&terms, shape.0)?));
+        // Whatever was prepared there before is no block after an error.
+        Kernel::<f64, 3>::prepare(block.bytes(), &before, COMPACT, 1.0)?;
+        let made = Kernel::<f64, 3>::prepare(block.bytes(), &terms, shape.0, shape.1).map(|_| ());
+        assert_eq!(Kernel::<f64, 3>::open(block.bytes()).map(|_| ()), made.map_err(|_| Error::NotPrepared));
+        made
     }
     let none = (Mollifier::None, 0.0);
+    let refused = Err(Error::OutOfDomain);
     for length in [1e-196, 1e196] {
-        let refused = Err(mollis_core::Error::OutOfDomain);
-        assert_eq!(prepare(Law::Exponential { length }, none), refused);
-        assert_eq!(prepare(Law::Screened { k: 1.0 / length }, none), refused);
-        assert_eq!(prepare(Law::Exponential { length }, (COMPACT, length)), refused);
-        assert_eq!(prepare(power(1.5), (COMPACT, length)), Ok(()));
+        assert_eq!(prepare(Law::Exponential { length }, 1.0, none), refused);
+        assert_eq!(prepare(Law::Screened { k: 1.0 / length }, 1.0, none), refused);
+        assert_eq!(prepare(Law::Exponential { length }, 1.0, (COMPACT, length)), refused);
+        assert_eq!(prepare(power(1.5), 1.0, (COMPACT, length)), Ok(()));
     }
-    assert_eq!(prepare(Law::Exponential { length: 1e150 }, none), Ok(()));
+    assert_eq!(prepare(Law::Exponential { length: 1e150 }, 1.0, none), Ok(()));
+    assert_eq!(prepare(Law::Screened { k: 5.9e-125 }, 1.0, none), refused);
+    assert_eq!(prepare(power(9.0), 1.0, (COMPACT, 4.5e-58)), refused);
+    // A kernel of numbers too small for double precision is refused, one that is zero is not.
+    assert_eq!(prepare(Law::Exponential { length: 1.0 }, 1e-320, (COMPACT, 100.0)), refused);
+    assert_eq!(prepare(Law::Exponential { length: 1.0 }, 0.0, none), Ok(()));
 }

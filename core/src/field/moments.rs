@@ -8,12 +8,13 @@
 //! |x-c|^{2k} sum |m| are each at most 4^k sum |m| |x-y|^{2k}, and the expansion loses a bounded factor only. The centre is
 //! estimated from a few sources and corrected, by a second pass, where that was not good enough.
 //!
-//! All of it is computed in units ([`Units`]) taken from the targets and a few sources; where that was not good enough for a power to stay in range, from all
-//! sources. So a true result in range is computed, whatever the scene's units.
+//! All of it is computed in units ([`Frame`]) taken from the targets and a few sources; where that was not good enough for a power to stay in range, from all
+//! sources. The largest distances from the centre are as large as their powers allow, so that the powers of others, 2^-24 times as large, are in range
+//! too. So a true result in range is computed, whatever the scene's units.
 
 use super::finite::finite;
 use super::options::{Accumulation, Options};
-use super::pairs::{Units, power_of_two_pair as power_of_two};
+use super::pairs::{Units, power_of_two_pair};
 use super::problem::{Outputs, Sources, Wanted};
 use crate::error::{Error, Result};
 use crate::exec::{Chunks, MAX_WORKERS, Run, Statistics, par_chunks};
@@ -40,6 +41,11 @@ const EXTRA: usize = 5;
 const SAMPLE: usize = 1024;
 /// Distances from the centre below this, in units of the largest coordinate, have units of their own.
 const SMALL_SPREAD: f64 = 1.0 / 256.0;
+
+/// The binary exponent of the largest distances, in units. Sums of powers up to `degree` of twice that distance are in range, and so is the next power.
+fn largest_distance<T: Real>(degree: usize) -> i32 {
+    (T::MAX_EXPONENT - 40) / (degree as i32 + 1)
+}
 
 /// Monomials of at most `degree` in `dimension` variables.
 fn monomials(dimension: usize, degree: usize) -> usize {
@@ -96,9 +102,11 @@ pub(super) fn workspace_bytes<T: Real, const D: usize>(
 /// Where offsets are taken from, and the powers of two that bring them and masses into units.
 #[derive(Clone, Copy)]
 struct Frame<T, const D: usize> {
+    /// In units.
     centre: [T; D],
-    length: T,
-    mass: T,
+    /// A length in units is the true one times 2^position, a mass 2^mass.
+    position: i32,
+    mass: i32,
 }
 
 /// Sums of one task's sources.
@@ -133,6 +141,7 @@ impl<T: Real, const D: usize> Sum<'_, T, D> {
         let count = running.len();
         let (words, extra) = partial.split_at_mut_checked(2 * count).unwrap_or((&mut [], &mut []));
         let mut sizes = [[T::ZERO; LANES]; EXTRA];
+        let [_, mass] = frame.factors();
         running.fill([[T::ZERO; LANES]; 3]);
         let together = (LANES * blocks).max(1);
         for (group, weights) in positions.chunks(together).zip(masses.chunks(together)) {
@@ -146,7 +155,7 @@ impl<T: Real, const D: usize> Sum<'_, T, D> {
                         m
                     }
                 };
-                m.iter_mut().for_each(|m| *m *= frame.mass);
+                m.iter_mut().for_each(|m| *m *= mass);
                 add_block(&x, &m, degree, running, &mut sizes);
             }
             for [single, high, low] in running.iter_mut() {
@@ -171,8 +180,8 @@ impl<T: Real, const D: usize> Sum<'_, T, D> {
 /// Coordinates relative to the centre, in units, lane by lane; lanes without a point are 0.
 #[inline(always)]
 fn offsets<T: Real, const D: usize>(points: &[[T; D]], frame: &Frame<T, D>) -> [[T; LANES]; D] {
-    let Frame { centre, length, .. } = frame;
-    let length = *length;
+    let [length, _] = frame.factors();
+    let centre = &frame.centre;
     let mut x = [[T::ZERO; LANES]; D];
     if let Ok(points) = <&[[T; D]; LANES]>::try_from(points) {
         // a whole block: loops of known length
@@ -355,9 +364,16 @@ fn choose(n: usize, k: usize) -> f64 {
 /// A polynomial of one variable by Horner's rule, lane by lane: the first `N` of `c`, lowest power first.
 #[inline(always)]
 fn row<T: Real, const N: usize>(c: &[T], x: &[T; LANES]) -> [T; LANES] {
-    let Some([rest @ .., highest]) = c.first_chunk::<N>().map(|c| &c[..]) else {
-        return [T::ZERO; LANES];
-    };
+    match c.first_chunk::<N>() {
+        Some(c) => any_row(c, x),
+        None => [T::ZERO; LANES],
+    }
+}
+
+/// The same of any number of coefficients.
+#[inline(always)]
+fn any_row<T: Real>(c: &[T], x: &[T; LANES]) -> [T; LANES] {
+    let Some((highest, rest)) = c.split_last() else { return [T::ZERO; LANES] };
     let mut sum = [*highest; LANES];
     for &c in rest.iter().rev() {
         sum.iter_mut().zip(x).for_each(|(s, &x)| *s = *s * x + c);
@@ -365,19 +381,16 @@ fn row<T: Real, const N: usize>(c: &[T], x: &[T; LANES]) -> [T; LANES] {
     sum
 }
 
-/// The same for any length up to [`DEGREE`] + 1; each has loops of known length.
+/// The same of the first `n`; the short ones of the usual degrees have loops of known length.
 #[inline(always)]
-fn any_row<T: Real>(c: &[T], n: usize, x: &[T; LANES]) -> [T; LANES] {
+fn first_row<T: Real>(c: &[T], n: usize, x: &[T; LANES]) -> [T; LANES] {
     match n {
         1 => row::<T, 1>(c, x),
         2 => row::<T, 2>(c, x),
         3 => row::<T, 3>(c, x),
         4 => row::<T, 4>(c, x),
         5 => row::<T, 5>(c, x),
-        6 => row::<T, 6>(c, x),
-        7 => row::<T, 7>(c, x),
-        8 => row::<T, 8>(c, x),
-        _ => row::<T, { DEGREE + 1 }>(c, x),
+        _ => any_row(c.get(..n).unwrap_or(&[]), x),
     }
 }
 
@@ -389,19 +402,19 @@ fn horner<T: Real, const D: usize>(c: &[T; MONOMIALS], degree: usize, x: &[[T; L
     // rows of the last variable, from the highest power of the first down
     let mut end = monomials(D, degree);
     if D == 1 {
-        return any_row(c, degree + 1, x0);
+        return first_row(c, degree + 1, x0);
     }
     let mut sum = [T::ZERO; LANES];
     for left in 0..=degree {
         if D == 2 {
             end = end.saturating_sub(left + 1);
-            step(&mut sum, x0, &any_row(c.get(end..).unwrap_or(&[]), left + 1, x1));
+            step(&mut sum, x0, &first_row(c.get(end..).unwrap_or(&[]), left + 1, x1));
             continue;
         }
         let mut inner = [T::ZERO; LANES];
         for n in 1..=left + 1 {
             end = end.saturating_sub(n);
-            step(&mut inner, x1, &any_row(c.get(end..).unwrap_or(&[]), n, x2));
+            step(&mut inner, x1, &first_row(c.get(end..).unwrap_or(&[]), n, x2));
         }
         step(&mut sum, x0, &inner);
     }
@@ -511,22 +524,7 @@ pub(super) fn evaluate<T: Real, const D: usize>(
     let each = 2 * count + EXTRA;
     let blocks = if options.accumulation == Accumulation::Compensated { FEW_BLOCKS } else { BLOCKS };
 
-    let sample_stride = (n / SAMPLE).max(1);
-    let largest = |stride: usize| {
-        let [length, mass] = sources.largest(stride);
-        [length.max(delta), mass]
-    };
-    let mut units = Units::of(largest(sample_stride), targets);
-    let mut frame = Frame::new(&units, sources, sample_stride);
-    // Around a centre far from zero lengths are small beside the coordinates, and their powers would underflow in these units.
-    let spread = frame.spread(sources.positions, sample_stride).max(delta.ldexp(units.position));
-    if spread < T::from_f64(SMALL_SPREAD) {
-        let spread = frame.spread(targets, 1).max(spread);
-        if spread > T::ZERO {
-            units = Units::new(spread.ldexp(-units.position), largest(sample_stride)[1]);
-            frame = Frame::new(&units, sources, sample_stride);
-        }
-    }
+    let mut frame = Frame::new(sources, targets, delta, degree, (n / SAMPLE).max(1));
     let mut moments = [DoubleWord::ZERO; MONOMIALS];
     // At most: units from a few sources, a better centre in them, units from all sources, a better centre in these.
     let (mut centred, mut measured) = (false, false);
@@ -564,8 +562,7 @@ pub(super) fn evaluate<T: Real, const D: usize>(
                 return Err(Error::NotFinite);
             }
             measured = true;
-            units = Units::of(largest(1), targets);
-            frame = Frame::new(&units, sources, 1);
+            frame = Frame::new(sources, targets, delta, degree, 1);
             continue;
         }
         // |mean|^2 <= 3/4 of the mean square: the centre is within twice the sources' spread of their mean.
@@ -578,9 +575,9 @@ pub(super) fn evaluate<T: Real, const D: usize>(
         centred = true;
         frame.centre.iter_mut().zip(offset).for_each(|(c, v)| *c += v);
     }
-    let far = &far.in_units(units.position);
-    let exponent = far.exponent - units.mass;
-    let scales = [0, 1, 2].map(|times: i32| power_of_two(exponent + times * units.position));
+    let far = &far.in_units(frame.position, largest_distance::<T>(degree));
+    let exponent = far.exponent - frame.mass;
+    let scales = [0, 1, 2].map(|times: i32| power_of_two_pair(exponent + times * frame.position));
     let field = Field::new::<D>(far, degree, (&moments, highest), options);
     let pieces = (
         outputs.potential.map(|p| Chunks::new(p, TASK)),
@@ -611,28 +608,50 @@ pub(super) fn evaluate<T: Real, const D: usize>(
 }
 
 impl<T: Real, const D: usize> Frame<T, D> {
-    /// The units' factors, and as centre the mean of every `stride`-th source by |mass|.
-    fn new(units: &Units<T>, sources: Sources<'_, T, D>, stride: usize) -> Self {
-        let (length, mass) = (T::ONE.ldexp(units.position), T::ONE.ldexp(units.mass));
+    /// Units from every `stride`-th source, all targets and delta, for powers up to `degree`.
+    fn new(sources: Sources<'_, T, D>, targets: &[[T; D]], delta: T, degree: usize, stride: usize) -> Self {
+        let [length, mass] = sources.largest(stride);
+        let Units { position, mass, .. } = Units::of([length.max(delta), mass], targets);
+        let frame = Self::centred(sources, stride, position, mass);
+        // Around a centre far from zero, distances are small beside the coordinates.
+        let near = frame.spread(sources.positions, stride).max(delta.ldexp(position));
+        let spread = if near < T::from_f64(SMALL_SPREAD) { frame.spread(targets, 1).max(near) } else { T::ONE };
+        if spread == T::ZERO {
+            return frame;
+        }
+        // Coordinates stay in range, and so does the factor.
+        let limit = T::MAX_EXPONENT - 2;
+        let raised = largest_distance::<T>(degree).saturating_sub(spread.frexp().1).min(limit - 2);
+        Self::centred(sources, stride, position.saturating_add(raised).min(limit), mass)
+    }
+
+    /// Units as they are given; as centre the mean of every `stride`-th source by |mass|.
+    fn centred(sources: Sources<'_, T, D>, stride: usize, position: i32, mass: i32) -> Self {
+        let mut frame = Self { centre: [T::ZERO; D], position, mass };
+        let [length, unit] = frame.factors();
         let sample = sources.positions.iter().zip(sources.masses).step_by(stride);
         let (weight, sum) = sample.fold((T::ZERO, [T::ZERO; D]), |(weight, mut sum), (x, &m)| {
-            let share = m.abs() * mass;
+            let share = m.abs() * unit;
             sum.iter_mut().zip(x).for_each(|(s, &x)| *s += share * (x * length));
             (weight + share, sum)
         });
-        let mut centre = [T::ZERO; D];
-        for (c, s) in centre.iter_mut().zip(sum) {
+        for (c, s) in frame.centre.iter_mut().zip(sum) {
             let mean = if weight > T::ZERO { quotient(s, weight) } else { T::ZERO };
             *c = if mean.is_finite() { mean } else { T::ZERO };
         }
-        Self { centre, length, mass }
+        frame
+    }
+
+    /// What a length and a mass are multiplied by.
+    fn factors(&self) -> [T; 2] {
+        [self.position, self.mass].map(|exponent| T::ONE.ldexp(exponent))
     }
 
     /// The largest distance of every `stride`-th point from the centre along an axis, in units.
     fn spread(&self, points: &[[T; D]], stride: usize) -> T {
-        let apart = |x: &[T; D]| {
-            x.iter().zip(&self.centre).fold(T::ZERO, |most, (&x, &c)| most.max((x * self.length - c).abs()))
-        };
+        let [length, _] = self.factors();
+        let apart =
+            |x: &[T; D]| x.iter().zip(&self.centre).fold(T::ZERO, |most, (&x, &c)| most.max((x * length - c).abs()));
         points.iter().step_by(stride).fold(T::ZERO, |most, x| most.max(apart(x)))
     }
 }

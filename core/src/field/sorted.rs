@@ -193,7 +193,7 @@ pub(super) fn evaluate<T: Real, const D: usize>(
         order(targets.len(), |index| targets.get(index).map(first), entries, spare);
     }
     let order = entries.as_flattened().get(..targets.len()).unwrap_or(&[]);
-    let scaled = far.in_units(units.position);
+    let scaled = far.in_units(units.position, 0);
     let exponent = scaled.exponent - units.mass;
     let reach = T::from_f64(far.reach);
     let near = match kernel.near() {

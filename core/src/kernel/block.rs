@@ -111,6 +111,9 @@ fn check<const D: usize>(terms: &[Term], supplied: bool, mollifier: Mollifier) -
     Ok(Sizes { series, rows })
 }
 
+/// K'/r is a normal number of double precision below and above 1 by this power of two.
+const LARGEST_EXPONENT: i32 = 1020;
+
 /// e^{-r/l} is zero in f64 beyond this many lengths l.
 const EXPONENTIAL_REACH: f64 = 745.2;
 
@@ -200,8 +203,8 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
     /// [`Error::WorkspaceTooSmall`], [`Error::Misaligned`]: the memory. [`Error::Unsupported`]: k delta (delta/l) is too
     /// large (about 600 for compact mollifiers, 13 to 26 for Gaussians), so that the exterior factor overflows; or the mollifier is too rough
     /// for a power's Laplacian (M = 1 with 0 < p + d - 1 < 0.08). [`Error::OutOfDomain`]: a coefficient, or the exterior factor, leaves the
-    /// range of the scalar (in single precision k delta above about 90, 4.7 to 13 for Gaussians), or the square of an exponential, screened or own
-    /// kernel's length (of delta under a mollifier) leaves that of double precision. After an error `memory` holds no block.
+    /// range of the scalar (in single precision k delta above about 90, 4.7 to 13 for Gaussians), or K'/r of a kernel that isn't Newtonian leaves
+    /// that of double precision at distances of about delta (without a mollifier: of about its length). After an error `memory` holds no block.
     pub fn prepare(memory: &'k mut [u8], terms: &[Term], mollifier: Mollifier, delta: T) -> Result<Self> {
         Self::prepare_with(memory, terms, None, mollifier, delta)
     }
@@ -251,6 +254,8 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
             return Err(Error::WorkspaceTooSmall);
         }
         let Arrays { head, records, series, rows } = layout::<T>(&mut Carve::new(memory)?, sizes)?;
+        // What stood here before is a block no more, also if this one is refused.
+        head.fill(0);
         let (start, rest) = records.split_first_chunk_mut::<START>().ok_or(Error::WorkspaceTooSmall)?;
         let (mut newtonian, mut used, mut error) = (0.0, 0_usize, 0.0);
         if cfg!(feature = "kernels") {
@@ -300,12 +305,17 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
                     others.series = series;
                 }
                 let domain = domain(terms, supplied, mollifier, delta);
-                // Powers are sampled with exponents of their own. Other kernels are plain numbers, K'/r among them.
-                let powers = terms.iter().all(|term| matches!(term.law, Law::Newtonian | Law::Power { .. }));
-                if (supplied.is_some() || !powers) && Scalar::frexp(domain.unit).1.unsigned_abs() > 511 {
+                let sample = |r: f64| kernel.pair_scaled(r, [true; 3]);
+                let exponent = table::exponent(&domain, &sample);
+                // Newtonian kernels have exponents of their own. What others give are plain numbers: K'/r has to be one, and zero only if the kernel is.
+                let in_range = match exponent {
+                    Some(exponent) => (exponent - 2 * Scalar::frexp(domain.unit).1).abs() <= LARGEST_EXPONENT,
+                    None => supplied.is_some() || terms.len() > 1 || terms.iter().all(|term| term.coefficient == 0.0),
+                };
+                if used > 0 && !in_range {
                     return Err(Error::OutOfDomain);
                 }
-                let head = table::build::<T, D>(rows, &domain, &|r| kernel.pair_scaled(r, [true; 3]))?;
+                let head = table::build::<T, D>(rows, &domain, exponent.unwrap_or(0), &sample)?;
                 table_record.iter_mut().zip(head.to_record()).for_each(|(to, number)| *to = number);
             }
         } else if let ([only], Some(slot)) = (terms, rest.first_chunk_mut::<TERM>()) {

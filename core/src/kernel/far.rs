@@ -33,12 +33,17 @@ impl Far {
         self.coefficients.iter().rposition(|c| !c.is_zero()).unwrap_or(0)
     }
 
-    /// The polynomial of lengths in units, |x| being the true one times 2^`position`, less a power of two: the largest of its
-    /// coefficients is about 1, so that none overflows, and one that underflows has no part in values of that size.
-    pub(crate) fn in_units<T: Real>(&self, position: i32) -> Scaled<T> {
+    /// The polynomial of lengths in units, |x| being the true one times 2^`position`, less a power of two: at |x| = 2^`largest` its largest term is about
+    /// |x| to its degree. So no term overflows there, and a coefficient that underflows has no part in values of that size.
+    pub(crate) fn in_units<T: Real>(&self, position: i32, largest: i32) -> Scaled<T> {
         let in_units = |k: usize, c: Extended| c.shift(position.saturating_mul(k as i32).saturating_neg());
         let scaled = || self.coefficients.iter().enumerate().map(|(k, &c)| in_units(k, c));
-        let exponent = scaled().filter_map(Extended::exponent).max().unwrap_or(0);
+        let degree = self.degree();
+        let size = |(k, c): (usize, Extended)| {
+            c.exponent()
+                .map(|exponent| exponent.saturating_sub(largest.saturating_mul(degree.saturating_sub(k) as i32)))
+        };
+        let exponent = scaled().enumerate().filter_map(size).max().unwrap_or(0);
         let mut coefficients = [T::ZERO; POWERS];
         coefficients.iter_mut().zip(scaled()).for_each(|(to, c)| *to = T::from_f64(c.in_units(exponent)));
         Scaled { coefficients, exponent }

@@ -191,16 +191,31 @@ fn times<const N: usize>(matrix: &[[f64; N]; N], vector: &[f64; N]) -> [f64; N] 
     product
 }
 
-/// Fills a table from `sample(r)`, which returns K, K'/r and the Laplacian of K, in range or not.
+/// The binary exponent of the kernel's size within a unit; none if it is zero there. `sample(r)` returns K, K'/r and the Laplacian of K, in range or not.
+pub(crate) fn exponent(domain: &Domain, sample: &dyn Fn(f64) -> [Extended; 3]) -> Option<i32> {
+    let mut largest = if domain.shift > 0.0 { exponent_of(0.0, sample(0.0)) } else { None };
+    for k in 0..=16 {
+        let r = domain.unit * 1.0_f64.ldexp(-k);
+        largest = largest.max(exponent_of(r, sample(r)));
+    }
+    largest
+}
+
+/// Fills a table from `sample(r)`; `exponent` is that of the kernel's size.
 ///
 /// # Errors
 /// [`Error::NotFinite`]: a sample of the first octave is not finite.
 pub(crate) fn build<T: Real, const D: usize>(
     rows: &mut Rows<T>,
     domain: &Domain,
+    exponent: i32,
     sample: &dyn Fn(f64) -> [Extended; 3],
 ) -> Result<Head> {
-    if T::DIGITS > 24 { fill::<T, D, 7, 6>(rows, domain, sample) } else { fill::<T, D, 4, 3>(rows, domain, sample) }
+    if T::DIGITS > 24 {
+        fill::<T, D, 7, 6>(rows, domain, exponent, sample)
+    } else {
+        fill::<T, D, 4, 3>(rows, domain, exponent, sample)
+    }
 }
 
 /// The coefficients of g in y, from 0 to 1 in a panel; `at(y)` returns the square of the distance, K, g and the Laplacian. `first`: distances begin
@@ -255,19 +270,13 @@ fn exponent_of(r: f64, [value, factor, _]: [Extended; 3]) -> Option<i32> {
 fn fill<T: Real, const D: usize, const N: usize, const M: usize>(
     rows: &mut Rows<T>,
     domain: &Domain,
+    exponent: i32,
     sample: &dyn Fn(f64) -> [Extended; 3],
 ) -> Result<Head> {
     let &Domain { unit, shift, until, ends, edge } = domain;
     let interpolations = (&Interpolation::<N>::new(), &Interpolation::<M>::new());
     let first_octave = if shift > 0.0 { Scalar::frexp(shift).1 - 1 } else { SINGULAR_END - octaves::<T>(shift) };
     let octaves = octaves::<T>(shift);
-    // Values in units of `unit`, and of a power of two near their size within a unit.
-    let mut largest = if shift > 0.0 { exponent_of(0.0, sample(0.0)) } else { None };
-    for k in 0..=16 {
-        let r = unit * 1.0_f64.ldexp(-k);
-        largest = largest.max(exponent_of(r, sample(r)));
-    }
-    let exponent = largest.unwrap_or(0);
     let at = |square: f64| {
         let [value, factor, laplacian] = sample(unit * square.max(0.0).sqrt());
         let per_square = |value: Extended| value.scale(unit).scale(unit);
@@ -386,7 +395,7 @@ mod tests {
     fn a_smooth_kernel_is_met_to_rounding() {
         let domain = Domain { unit: 0.7, shift: 1.0, until: f64::INFINITY, ends: false, edge: true };
         let mut table = rows::<f64>();
-        let head = build::<f64, 3>(&mut table, &domain, &in_range(plummer)).unwrap();
+        let head = build::<f64, 3>(&mut table, &domain, 0, &in_range(plummer)).unwrap();
         assert_eq!((head.gap, head.last, head.ends), ([0.0; 2], 2.0_f64.powi(64), false));
         assert!(head.error < 2e-15, "{}", head.error);
         for k in 0..2000 {
@@ -413,7 +422,7 @@ mod tests {
         };
         let domain = Domain { unit: 1.0, shift: 1.0, until: f64::INFINITY, ends: false, edge: true };
         let mut table = rows::<f64>();
-        let head = build::<f64, 2>(&mut table, &domain, &in_range(rough)).unwrap();
+        let head = build::<f64, 2>(&mut table, &domain, 0, &in_range(rough)).unwrap();
         assert!(head.gap[0] == 2.0 && head.gap[1] > 2.0 && head.gap[1] <= 2.5, "{:?}", head.gap);
     }
 
@@ -422,7 +431,7 @@ mod tests {
         let domain = Domain { unit: 1.0, shift: 1.0, until: 5.01, ends: true, edge: false };
         let mut table = rows::<f32>();
         let jump = |r: f64| if r * r + 1.0 < 5.01 { plummer(r) } else { [0.0; 3] };
-        let head = build::<f32, 3>(&mut table, &domain, &in_range(jump)).unwrap();
+        let head = build::<f32, 3>(&mut table, &domain, 0, &in_range(jump)).unwrap();
         assert!(head.ends && head.last == 5.01 && head.error < 1e-6, "{head:?}");
         let numbers = table[row::<f32>(5.005)];
         let g = numbers[..4].iter().rev().fold(0.0, |sum, c| sum * 0.005 + c);

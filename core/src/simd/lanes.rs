@@ -36,7 +36,7 @@ pub trait Isa<T: Scalar>: Copy + Send + Sync {
     fn in_blocks<J: BlockJob<T>>(self, job: J) -> J::Out;
 
     /// Runs a part of an algorithm as a function of its own with these instructions, so that a loop that needs all registers has them.
-    #[inline(always)]
+    #[inline(never)]
     fn apart<P: Part<T, Self>>(self, part: P) -> P::Out {
         part.run(self)
     }

@@ -134,10 +134,11 @@ mod double {
 }
 
 macro_rules! portable {
-    ($t:ty, $own:ident, $digits:literal, $bias:literal, $mantissa:literal) => {
+    ($t:ty, $mask:ty, $own:ident, $digits:literal, $bias:literal, $mantissa:literal) => {
         impl Isa<$t> for Portable {
             type V = [$t; LANES];
-            type M = [bool; LANES];
+            // All bits or none: a choice by truth values would be a branch in every lane.
+            type M = [$mask; LANES];
             type R = [usize; LANES];
             const LANES: usize = LANES;
             const IN_ORDER: bool = true;
@@ -194,24 +195,28 @@ macro_rules! portable {
             }
             #[inline(always)]
             fn lt(self, a: Self::V, b: Self::V) -> Self::M {
-                both(a, b, |a, b| a < b)
+                both(a, b, |a, b| <$mask>::from(a < b).wrapping_neg())
             }
             #[inline(always)]
             fn select(self, m: Self::M, yes: Self::V, no: Self::V) -> Self::V {
-                let choices = both(yes, no, |yes, no| (yes, no));
-                both(m, choices, |m, (yes, no)| if m { yes } else { no })
+                let yes = both(m, yes, |m, yes| m & yes.to_bits());
+                let no = both(m, no, |m, no| !m & no.to_bits());
+                both(yes, no, |yes, no| <$t>::from_bits(yes | no))
             }
             #[inline(always)]
             fn bits(self, m: Self::M) -> u32 {
-                m.iter().rev().fold(0, |bits, &m| bits << 1 | u32::from(m))
+                m.iter().rev().fold(0, |bits, &m| bits << 1 | (m & 1) as u32)
             }
             #[inline(always)]
             fn any_below<const N: usize>(self, a: &[Self::V; N], bound: Self::V) -> bool {
-                a.iter().any(|&a| Isa::<$t>::any(self, Isa::<$t>::lt(self, a, bound)))
+                a.iter().fold(0, |any, &a| Isa::<$t>::lt(self, a, bound).iter().fold(any, |any, &below| any | below))
+                    != 0
             }
             #[inline(always)]
             fn all_below<const N: usize>(self, a: &[Self::V; N], bound: Self::V) -> bool {
-                a.iter().all(|&a| Isa::<$t>::lt(self, a, bound).iter().all(|&below| below))
+                a.iter().fold(<$mask>::MAX, |all, &a| {
+                    Isa::<$t>::lt(self, a, bound).iter().fold(all, |all, &below| all & below)
+                }) != 0
             }
             // One division per lane: a quotient that depends on other lanes would depend on the number of lanes.
             #[inline(always)]
@@ -246,5 +251,5 @@ macro_rules! portable {
         }
     };
 }
-portable!(f32, single, 24, 127, 0x007F_FFFF);
-portable!(f64, double, 53, 1023, 0x000F_FFFF_FFFF_FFFF);
+portable!(f32, u32, single, 24, 127, 0x007F_FFFF);
+portable!(f64, u64, double, 53, 1023, 0x000F_FFFF_FFFF_FFFF);

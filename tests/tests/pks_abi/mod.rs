@@ -7,6 +7,7 @@
 
 mod closed_forms;
 mod refusals;
+mod small;
 
 use std::ffi::c_void;
 use std::ptr::{null, null_mut};

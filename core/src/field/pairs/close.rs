@@ -9,7 +9,7 @@ use super::PairKernel;
 use super::lanes::{Group, Sums, Total, distances};
 use super::packed::{Units, least_square_exponent};
 use crate::real::Real;
-use crate::simd::Isa;
+use crate::simd::{Isa, Part};
 
 /// How often units are made closer.
 pub(super) const LEVELS: usize = 2;
@@ -79,23 +79,32 @@ impl<V: Copy, const D: usize, const NB: usize> Close<V, D, NB> {
         result.unwrap_or([[0; NB]; 2])
     }
 
-    /// The block's sums join the totals.
+    /// The totals of each level, from the first.
     #[inline(always)]
-    pub fn finish_block<T: Real, I: Isa<T, V = V>>(&mut self, isa: I, compensated: bool) {
-        let zero = isa.splat(T::ZERO);
-        for (total, group) in self.totals.as_flattened_mut().iter_mut().zip(self.groups.as_flattened_mut()) {
-            let sums = core::mem::replace(&mut group.sums, Sums::splat(zero));
-            if compensated {
+    pub fn totals(&self) -> impl Iterator<Item = &[Total<V, D>; NB]> {
+        self.totals.iter()
+    }
+}
+
+/// The block's sums join the totals; a function of its own, as close pairs are few.
+pub(super) struct FinishBlock<'a, V, const D: usize, const NB: usize> {
+    pub close: &'a mut Close<V, D, NB>,
+    pub compensated: bool,
+}
+
+impl<T: Real, I: Isa<T>, const D: usize, const NB: usize> Part<T, I> for FinishBlock<'_, I::V, D, NB> {
+    type Out = ();
+
+    #[inline(always)]
+    fn run(self, isa: I) {
+        let Close { groups, totals } = self.close;
+        for (total, group) in totals.as_flattened_mut().iter_mut().zip(groups.as_flattened_mut()) {
+            let sums = core::mem::replace(&mut group.sums, Sums::splat(isa.splat(T::ZERO)));
+            if self.compensated {
                 total.add_compensated(isa, sums);
             } else {
                 total.add(isa, sums);
             }
         }
-    }
-
-    /// The totals of each level, from the first.
-    #[inline(always)]
-    pub fn totals(&self) -> impl Iterator<Item = &[Total<V, D>; NB]> {
-        self.totals.iter()
     }
 }

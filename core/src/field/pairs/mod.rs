@@ -15,7 +15,7 @@
 //! * [`packed`]: sources without the massless ones, in units in which nothing overflows, with the bounds of each block;
 //! * [`lanes`]: a register block of targets, its sums, and what is common to all kernels;
 //! * [`newtonian`], [`tabulated`], [`called`]: the kernels, each an implementation of [`PairKernel`];
-//! * [`close`], [`exact`]: pairs outside the range of the fast path;
+//! * [`left_out`], [`close`], [`exact`]: pairs outside the range of the fast path;
 //! * [`output`]: from sums in units to results.
 //!
 //! # Outputs
@@ -39,6 +39,7 @@ mod close;
 mod exact;
 mod instances;
 mod lanes;
+mod left_out;
 mod newtonian;
 mod output;
 mod packed;
@@ -59,11 +60,12 @@ use crate::error::{Error, Result};
 use crate::exec::{Chunks, Run, Statistics, par_chunks};
 use crate::memory::{Carve, Measure};
 use crate::real::Real;
-use crate::simd::{BlockJob, Isa, Job, Level, MAX_LANES, portable};
-use close::Close;
-use lanes::{Bounds, Group, List, Noted, Sums, Total, WIDE, Want, valid_lanes};
+use crate::simd::{BlockJob, Isa, Job, Level, portable};
+use close::{Close, FinishBlock};
+use lanes::{Bounds, Group, List, Noted, Sums, Total, Want, valid_lanes};
+use left_out::LeftOut;
 use output::{Contribution, Results, Scales, Writer};
-use packed::{Class, Packed, bounds_of, load};
+use packed::{Class, Packed, Targets};
 
 /// Targets of one task: a multiple of every register block, so that blocks, and with them the bits of the results, do not depend on who
 /// runs them.
@@ -296,6 +298,9 @@ struct Shared<'a, T: Real, const D: usize, K: PairKernel<T, D>> {
     tally: &'a Tally,
 }
 
+/// Whether passes are compiled for each level. In the crate's unit tests only for one, as `core/tests/levels` and the package `tests` run all.
+const LEVELS: bool = cfg!(not(test));
+
 /// One pass of a task over the outputs that are there; no potential unless `P`.
 struct Pass<'a, T: Real, const D: usize, K: PairKernel<T, D>, const P: bool> {
     shared: &'a Shared<'a, T, D, K>,
@@ -307,7 +312,7 @@ struct Pass<'a, T: Real, const D: usize, K: PairKernel<T, D>, const P: bool> {
 
 impl<T: Real, const D: usize, K: PairKernel<T, D>, const P: bool> Pass<'_, T, D, K, P> {
     fn run(self, level: Level) {
-        if K::SCALAR { portable(self) } else { level.run(self) }
+        if K::SCALAR || !LEVELS { portable(self) } else { level.run(self) }
     }
 }
 
@@ -348,9 +353,7 @@ impl<T: Real, const D: usize, K: PairKernel<T, D>, const P: bool> BlockJob<T> fo
                     &mut counts,
                 );
                 let scales = shared.kernel.scales(shared.units, number);
-                for (results, total) in results.vectors(targets.len(), I::LANES).zip(&totals) {
-                    output::add(isa, results, &total.sums, &scales);
-                }
+                output::add(isa, (&mut results, targets.len()), &totals, &scales);
             }
             writer.write(results.finish(targets.len()));
         }
@@ -374,15 +377,13 @@ fn class_sums<T: Real, I: Isa<T>, const D: usize, const NB: usize, K: PairKernel
     let zero = isa.splat(T::ZERO);
     let mut groups = [Group { x: [zero; D], sums: Sums::splat(zero) }; NB];
     let mut valid = [0; NB];
-    // Vectors beyond the last target repeat it, as lanes do: what they sum stays in range.
-    let beyond = core::iter::repeat(targets.get(targets.len().saturating_sub(1)..).unwrap_or(&[]));
-    for (group, targets) in groups.iter_mut().zip(targets.chunks(I::LANES).chain(beyond)) {
-        group.x = load(isa, shared.units, targets);
+    let in_units = Targets::new(shared.units, targets, NB * I::LANES);
+    for (v, group) in groups.iter_mut().enumerate() {
+        group.x = in_units.vector(isa, v);
     }
     for (valid, targets) in valid.iter_mut().zip(targets.chunks(I::LANES)) {
         *valid = valid_lanes(targets.len());
     }
-    let bounds = target_bounds(shared.units, targets);
     let compensated = shared.options.accumulation == Accumulation::Compensated;
     let each = if compensated { SHORT_BLOCK } else { BLOCK };
     let mut totals = [Total::splat(zero); NB];
@@ -392,37 +393,23 @@ fn class_sums<T: Real, I: Isa<T>, const D: usize, const NB: usize, K: PairKernel
     for (start, source_bounds, (positions, masses)) in class.blocks() {
         for (k, sources) in positions.chunks(each).zip(masses.chunks(each)).enumerate() {
             let Want { potential, laplacian, .. } = want;
-            let block = Block { sources, bounds: [source_bounds, &bounds], potential, laplacian, valid: &valid };
+            let block =
+                Block { sources, bounds: [source_bounds, &in_units.bounds], potential, laplacian, valid: &valid };
             K::add_block::<I, NB, P>(isa, prepared, &block, &mut groups, &mut noted, counts);
-            for (list, laplacian) in noted.iter_mut().zip([false, true]) {
-                let want = if laplacian { Want { laplacian, ..Want::default() } } else { want };
-                let (mut closer, some) = ([const { None }; close::LEVELS], !list.is_empty() && !laplacian);
-                if some && let [Some(_), ..] = shared.closer {
-                    for (to, prepared) in closer.iter_mut().zip(shared.closer) {
-                        *to = prepared.as_ref().map(|prepared| (prepared, K::lanes(prepared, isa)));
-                    }
-                }
-                for at in list.take() {
-                    let (Some(x), Some(&mass)) = (sources.0.get(at), sources.1.get(at)) else { continue };
-                    let left_out = if closer[0].is_some() {
-                        let close = close.get_or_insert_with(|| Close::new(zero));
-                        let [served, left] =
-                            close.add::<T, I, K, P>(isa, lanes, &closer, want.laplacian, (x, mass), &groups);
-                        for ((served, left), valid) in served.iter().zip(&left).zip(&valid) {
-                            counts.scaled_pairs += u64::from((served & !left & valid).count_ones());
-                        }
-                        left
-                    } else {
-                        K::left_out::<I, NB>(isa, prepared, x, &groups, laplacian)
-                    };
-                    if left_out.iter().all(|&lanes| lanes == 0) {
-                        continue;
-                    }
-                    let origin = class.origins.get(start + k * each + at).map_or(usize::MAX, |&origin| origin as usize);
-                    let pairs = (shared.sources, origin);
-                    counts.scaled_pairs +=
-                        exact::add_pairs(shared.kernel, want, (targets, &mut *results), pairs, (&left_out, I::LANES));
-                }
+            if noted.iter().any(|list| !list.is_empty()) {
+                isa.apart(LeftOut::<T, I::V, D, NB, K, P> {
+                    shared,
+                    lanes,
+                    want,
+                    targets: (targets, &mut *results),
+                    sources,
+                    origins: class.origins.get(start + k * each..).unwrap_or(&[]),
+                    noted: &mut noted,
+                    close: &mut close,
+                    groups: &groups,
+                    valid: &valid,
+                    counts,
+                });
             }
             for (total, group) in totals.iter_mut().zip(&mut groups) {
                 if compensated {
@@ -433,23 +420,13 @@ fn class_sums<T: Real, I: Isa<T>, const D: usize, const NB: usize, K: PairKernel
                 group.sums = Sums::splat(zero);
             }
             if let Some(close) = &mut close {
-                close.finish_block(isa, compensated);
+                isa.apart(FinishBlock { close, compensated });
             }
         }
     }
     for (level, totals) in close.iter().flat_map(Close::totals).enumerate() {
         let scales = shared.kernel.scales(close::units_of(shared.units, level + 1), number);
-        for (results, total) in results.vectors(targets.len(), I::LANES).zip(totals) {
-            output::add(isa, results, &total.sums, &scales);
-        }
+        output::add(isa, (&mut *results, targets.len()), totals, &scales);
     }
     totals
-}
-
-/// The bounds of targets in units.
-#[inline(always)]
-fn target_bounds<T: Real, const D: usize>(units: Units<T>, targets: &[[T; D]]) -> Bounds<T, D> {
-    let mut scaled = [[T::ZERO; D]; WIDE * MAX_LANES];
-    scaled.iter_mut().zip(targets).for_each(|(scaled, x)| *scaled = units.point(x));
-    bounds_of(scaled.get(..targets.len()).unwrap_or(&[]))
 }

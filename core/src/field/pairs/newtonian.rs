@@ -359,7 +359,7 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Newtonian<'a, T, D> {
             let [a, b] = block.bounds;
             if inside.gradient.terms == 5 && farthest(a, b) < prepared.0.softened.edge {
                 let (laplacian, sources) = (block.laplacian, left);
-                near = isa.apart(NearRun::<_, _, D, NB, P, 5> { kernel, inside, laplacian, sources, groups });
+                near = isa.apart(NearRun::<_, _, D, NB, P, 5, false> { kernel, inside, laplacian, sources, groups });
                 left = (&[], &[]);
             }
         }
@@ -367,16 +367,19 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Newtonian<'a, T, D> {
             let start = all.0.len() - left.0.len();
             let far = isa.apart(FarRun::<_, _, D, NB, P> { kernel, sources: left, start, noted, groups });
             left = skip(left, far);
-            if I::IN_ORDER {
-                add_noted::<T, I, D, NB, P>(isa, prepared, block, groups, noted, counts);
+            if I::IN_ORDER && !noted.is_empty() {
+                isa.apart(AddNoted::<_, _, D, NB, P> { prepared, block, groups, noted, counts });
             }
             if let Some(inside) = &kernel.inside {
-                let run = near_run::<T, I, D, NB, P, 0, true>(isa, kernel, inside, block.laplacian, left, groups);
+                let (laplacian, sources) = (block.laplacian, left);
+                let run = isa.apart(NearRun::<_, _, D, NB, P, 0, true> { kernel, inside, laplacian, sources, groups });
                 left = skip(left, run);
                 near += run;
             }
         }
-        add_noted::<T, I, D, NB, P>(isa, prepared, block, groups, noted, counts);
+        if !noted.is_empty() {
+            isa.apart(AddNoted::<_, _, D, NB, P> { prepared, block, groups, noted, counts });
+        }
         let valid: u32 = block.valid.iter().map(|valid| valid.count_ones()).sum();
         counts.all_near_blocks += near as u64;
         counts.polynomial_blocks += near as u64;
@@ -477,33 +480,49 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Newtonian<'a, T, D> {
 }
 
 /// Adds what noted sources give to the lanes below the edge, where lanes can; else the sources stay noted.
-#[inline(always)]
-fn add_noted<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool>(
-    isa: I,
-    (prepared, kernel): (&Prepared<'_, T>, &Softened<I::V>),
-    block: &Block<'_, T, D>,
-    groups: &mut [Group<I::V, D>; NB],
-    noted: &mut Noted,
-    counts: &mut Statistics,
-) {
-    let mut count = |lanes: [u32; NB]| {
-        counts.polynomial_blocks += 1;
-        for (lanes, valid) in lanes.iter().zip(block.valid) {
-            counts.near_pairs += u64::from((lanes & valid).count_ones());
-        }
-    };
-    if let Some(inside) = &kernel.inside {
-        for at in noted.take() {
-            let (Some(x), Some(&m)) = (block.sources.0.get(at), block.sources.1.get(at)) else { continue };
-            count(inside_lanes::<T, I, D, NB, P>(isa, kernel.edge, inside, block.laplacian, x, m, groups));
-        }
-    } else if TABLES && let Some(((table, _), numbers)) = prepared.table.as_ref().zip(kernel.table.as_ref()) {
-        let sums = (table, numbers, kernel.table_scales);
-        for at in noted.take() {
-            let (Some(x), Some(&m)) = (block.sources.0.get(at), block.sources.1.get(at)) else { continue };
-            let (d, r2) = distances(isa, x, groups);
-            let pairs = (&d, &r2);
-            count(tabulated::add_below::<T, I, D, NB, P>(isa, kernel.edge, sums, block.laplacian, pairs, m, groups));
+struct AddNoted<'a, 'k, T: Real, V, const D: usize, const NB: usize, const P: bool> {
+    prepared: (&'a Prepared<'k, T>, &'a Softened<V>),
+    block: &'a Block<'a, T, D>,
+    groups: &'a mut [Group<V, D>; NB],
+    noted: &'a mut Noted,
+    counts: &'a mut Statistics,
+}
+
+impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool> Part<T, I>
+    for AddNoted<'_, '_, T, I::V, D, NB, P>
+{
+    type Out = ();
+
+    #[inline(always)]
+    fn run(self, isa: I) {
+        let Self { prepared: (prepared, kernel), block, groups, noted, counts } = self;
+        let mut count = |lanes: [u32; NB]| {
+            counts.polynomial_blocks += 1;
+            for (lanes, valid) in lanes.iter().zip(block.valid) {
+                counts.near_pairs += u64::from((lanes & valid).count_ones());
+            }
+        };
+        if let Some(inside) = &kernel.inside {
+            for at in noted.take() {
+                let (Some(x), Some(&m)) = (block.sources.0.get(at), block.sources.1.get(at)) else { continue };
+                count(inside_lanes::<T, I, D, NB, P>(isa, kernel.edge, inside, block.laplacian, x, m, groups));
+            }
+        } else if TABLES && let Some(((table, _), numbers)) = prepared.table.as_ref().zip(kernel.table.as_ref()) {
+            let sums = (table, numbers, kernel.table_scales);
+            for at in noted.take() {
+                let (Some(x), Some(&m)) = (block.sources.0.get(at), block.sources.1.get(at)) else { continue };
+                let (d, r2) = distances(isa, x, groups);
+                let pairs = (&d, &r2);
+                count(tabulated::add_below::<T, I, D, NB, P>(
+                    isa,
+                    kernel.edge,
+                    sums,
+                    block.laplacian,
+                    pairs,
+                    m,
+                    groups,
+                ));
+            }
         }
     }
 }
@@ -527,8 +546,8 @@ impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool> Part<T,
     }
 }
 
-/// [`near_run`] without a test, as a function of its own.
-struct NearRun<'a, T, V, const D: usize, const NB: usize, const P: bool, const TERMS: usize> {
+/// [`near_run`] as a function of its own.
+struct NearRun<'a, T, V, const D: usize, const NB: usize, const P: bool, const TERMS: usize, const TEST: bool> {
     kernel: &'a Softened<V>,
     inside: &'a Inside<V>,
     laplacian: bool,
@@ -536,15 +555,15 @@ struct NearRun<'a, T, V, const D: usize, const NB: usize, const P: bool, const T
     groups: &'a mut [Group<V, D>; NB],
 }
 
-impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool, const TERMS: usize> Part<T, I>
-    for NearRun<'_, T, I::V, D, NB, P, TERMS>
+impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool, const TERMS: usize, const TEST: bool>
+    Part<T, I> for NearRun<'_, T, I::V, D, NB, P, TERMS, TEST>
 {
     type Out = usize;
 
     #[inline(always)]
     fn run(self, isa: I) -> usize {
         let Self { kernel, inside, laplacian, sources, groups } = self;
-        near_run::<T, I, D, NB, P, TERMS, false>(isa, kernel, inside, laplacian, sources, groups)
+        near_run::<T, I, D, NB, P, TERMS, TEST>(isa, kernel, inside, laplacian, sources, groups)
     }
 }
 
@@ -745,22 +764,29 @@ fn inside_pairs<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bo
     groups: &mut [Group<I::V, D>; NB],
 ) -> [u32; NB] {
     let (zero, mass) = (isa.splat(T::ZERO), isa.splat(mass));
-    let mut lanes = [0; NB];
-    for (((group, d), &r2), lanes) in groups.iter_mut().zip(d).zip(r2).zip(&mut lanes) {
-        let below = isa.lt(r2, edge);
-        *lanes = isa.bits(below);
-        // Beyond the support powers of t might overflow, which may be trapped.
-        let r2 = isa.select(below, r2, edge);
-        let t = inside.t(isa, &[r2]);
-        if P {
-            let [k] = inside.potential::<T, I, D, 1>(isa, &t, &[r2]);
+    let (mut below, mut lanes) = ([isa.lt(zero, zero); NB], [0; NB]);
+    // Beyond the support powers of t might overflow, which may be trapped.
+    let mut within = *r2;
+    for ((r2, below), lanes) in within.iter_mut().zip(&mut below).zip(&mut lanes) {
+        *below = isa.lt(*r2, edge);
+        *lanes = isa.bits(*below);
+        *r2 = isa.select(*below, *r2, edge);
+    }
+    let t = inside.t(isa, &within);
+    if P {
+        let k = inside.potential::<T, I, D, NB>(isa, &t, &within);
+        for ((group, k), &below) in groups.iter_mut().zip(k).zip(&below) {
             group.add_potential(isa, mass, isa.select(below, k, zero));
         }
-        if !P || D == 3 {
-            let [g] = inside.gradient.at::<T, I, 1, 0>(isa, &t);
+    }
+    if !P || D == 3 {
+        let g = inside.gradient.at::<T, I, NB, 0>(isa, &t);
+        for (((group, d), g), &below) in groups.iter_mut().zip(d).zip(g).zip(&below) {
             group.add_gradient(isa, isa.select(below, isa.mul(mass, g), zero), d);
-            if laplacian {
-                let [b] = inside.density.at::<T, I, 1, 0>(isa, &t);
+        }
+        if laplacian {
+            let b = inside.density.at::<T, I, NB, 0>(isa, &t);
+            for ((group, b), &below) in groups.iter_mut().zip(b).zip(&below) {
                 group.add_laplacian(isa, mass, isa.select(below, b, zero));
             }
         }

@@ -1,6 +1,6 @@
 //! From sums in units to results.
 
-use super::lanes::{Sums, WIDE};
+use super::lanes::{Sums, Total, WIDE};
 use crate::field::Outputs;
 use crate::real::{DoubleWord, Real};
 use crate::simd::{Isa, MAX_LANES};
@@ -73,7 +73,7 @@ impl<T: Real, const D: usize> Results<T, D> {
 
     /// The results of the first `n` targets, by vectors of so many.
     #[inline(always)]
-    pub fn vectors(&mut self, n: usize, lanes: usize) -> impl Iterator<Item = &mut [Contribution<T, D>]> {
+    fn vectors(&mut self, n: usize, lanes: usize) -> impl Iterator<Item = &mut [Contribution<T, D>]> {
         self.values.get_mut(..n).unwrap_or_default().chunks_mut(lanes)
     }
 
@@ -89,22 +89,39 @@ impl<T: Real, const D: usize> Results<T, D> {
     }
 }
 
-/// Adds the sums of a vector of targets to their results.
+/// Adds the sums of vectors of targets to their results.
 #[inline(always)]
-pub(super) fn add<T: Real, I: Isa<T>, const D: usize>(
+pub(super) fn add<T: Real, I: Isa<T>, const D: usize, const NB: usize>(
     isa: I,
+    (results, n): (&mut Results<T, D>, usize),
+    totals: &[Total<I::V, D>; NB],
+    scales: &Scales<T>,
+) {
+    for (results, Total { sums, .. }) in results.vectors(n, I::LANES).zip(totals) {
+        let mut lanes = Sums::splat([T::ZERO; MAX_LANES]);
+        lanes.potential = isa.store(sums.potential);
+        lanes.laplacian = isa.store(sums.laplacian);
+        for (lanes, &sum) in lanes.gradient.iter_mut().zip(&sums.gradient) {
+            *lanes = isa.store(sum);
+        }
+        add_lanes(results, &lanes, scales);
+    }
+}
+
+/// Adds the sums of each lane to the results. Not in line: it is compiled once for all instruction sets.
+#[inline(never)]
+fn add_lanes<T: Real, const D: usize>(
     results: &mut [Contribution<T, D>],
-    sums: &Sums<I::V, D>,
+    sums: &Sums<[T; MAX_LANES], D>,
     scales: &Scales<T>,
 ) {
     let value = |sum: T, (factor, exponent): (T, i32)| (sum * factor).ldexp(exponent);
-    let (potential, laplacian) = (isa.store(sums.potential), isa.store(sums.laplacian));
-    for (result, (p, l)) in results.iter_mut().zip(potential.into_iter().zip(laplacian)) {
+    for (result, (&p, &l)) in results.iter_mut().zip(sums.potential.iter().zip(&sums.laplacian)) {
         result.potential += value(p, scales.potential);
         result.laplacian += value(l, scales.laplacian);
     }
-    for (k, &sum) in sums.gradient.iter().enumerate() {
-        for (result, g) in results.iter_mut().zip(isa.store(sum)) {
+    for (k, sum) in sums.gradient.iter().enumerate() {
+        for (result, &g) in results.iter_mut().zip(sum) {
             result.gradient.get_mut(k).into_iter().for_each(|to| *to += value(g, scales.gradient));
         }
     }

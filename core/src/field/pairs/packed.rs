@@ -8,7 +8,7 @@
 //! sums over different classes meet in true units. Products of a mass and a kernel's value then stay normal in each class.
 
 use super::BLOCK;
-use super::lanes::{Bounds, List};
+use super::lanes::{Bounds, List, WIDE};
 use crate::error::{Error, Result};
 use crate::memory::Space;
 use crate::real::Real;
@@ -252,22 +252,42 @@ impl<'a, T: Real, const D: usize> Class<'a, T, D> {
     }
 }
 
-/// Targets in units, one a lane; lanes beyond the last repeat it.
-#[inline(always)]
-pub(in crate::field) fn load<T: Real, I: Isa<T>, const D: usize>(
-    isa: I,
-    units: Units<T>,
-    targets: &[[T; D]],
-) -> [I::V; D] {
-    let last = targets.last().copied().unwrap_or([T::ZERO; D]);
-    let mut lanes = [[T::ZERO; MAX_LANES]; D];
-    for l in 0..MAX_LANES {
-        let x = units.point(targets.get(l).unwrap_or(&last));
-        for (lanes, x) in lanes.iter_mut().zip(x) {
-            lanes.get_mut(l).into_iter().for_each(|lane| *lane = x);
+/// The targets of a register block in units.
+pub(super) struct Targets<T, const D: usize> {
+    /// One a lane; lanes beyond the last repeat it, so that what they sum stays in range.
+    lanes: [[T; WIDE * MAX_LANES]; D],
+    pub bounds: Bounds<T, D>,
+}
+
+impl<T: Real, const D: usize> Targets<T, D> {
+    /// Of at least one and at most [`WIDE`] times [`MAX_LANES`] targets, for so many lanes. Not in line: it is compiled once for all instruction sets.
+    #[inline(never)]
+    pub fn new(units: Units<T>, targets: &[[T; D]], lanes: usize) -> Self {
+        let mut points = [[T::ZERO; D]; WIDE * MAX_LANES];
+        points.iter_mut().zip(targets).for_each(|(point, x)| *point = units.point(x));
+        let (within, beyond) = points.split_at_mut_checked(targets.len()).unwrap_or_default();
+        let bounds = bounds_of(within);
+        if let Some(last) = within.last() {
+            beyond.fill(*last);
         }
+        let mut of_lanes = [[T::ZERO; WIDE * MAX_LANES]; D];
+        for (l, point) in points.iter().enumerate().take(lanes) {
+            for (lanes, &x) in of_lanes.iter_mut().zip(point) {
+                lanes.get_mut(l).into_iter().for_each(|lane| *lane = x);
+            }
+        }
+        Self { lanes: of_lanes, bounds }
     }
-    let mut vectors = [isa.splat(T::ZERO); D];
-    vectors.iter_mut().zip(&lanes).for_each(|(vector, lanes)| *vector = isa.load(lanes));
-    vectors
+
+    /// The vector of this number.
+    #[inline(always)]
+    pub fn vector<I: Isa<T>>(&self, isa: I, number: usize) -> [I::V; D] {
+        let mut vector = [isa.splat(T::ZERO); D];
+        for (vector, lanes) in vector.iter_mut().zip(&self.lanes) {
+            if let Some(lanes) = lanes.get(number * I::LANES..).and_then(|lanes| lanes.first_chunk()) {
+                *vector = isa.load(lanes);
+            }
+        }
+        vector
+    }
 }

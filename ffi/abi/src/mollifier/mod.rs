@@ -3,8 +3,6 @@
 mod combinations;
 mod points;
 mod radii;
-#[cfg(test)]
-mod tests;
 
 pub use combinations::*;
 pub use points::*;

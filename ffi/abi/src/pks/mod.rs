@@ -1,8 +1,6 @@
 //! Coalescing particles: the size of the workspace, and the step.
 
 mod options;
-#[cfg(test)]
-mod tests;
 mod theory;
 
 pub use options::*;

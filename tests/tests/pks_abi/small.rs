@@ -1,9 +1,6 @@
-use super::*;
-use crate::options::Options;
-use core::ptr::{null, null_mut};
+//! A pair that merges, calls that are refused, the theory.
 
-#[repr(align(64))]
-struct Aligned([u8; 1 << 16]);
+use super::*;
 
 const NOTHING: mollis_pks_attraction = mollis_pks_attraction {
     kind: MOLLIS_PKS_ATTRACTION_NONE,
@@ -20,9 +17,9 @@ const NOTHING: mollis_pks_attraction = mollis_pks_attraction {
 fn a_pair_on_a_mesh_merges_and_bad_calls_write_nothing() {
     let mesh = mollis_mesh2 { lower: [-1.0; 2], upper: [1.0; 2], cells: [8, 8] };
     let attraction = mollis_pks_attraction { kind: MOLLIS_PKS_ATTRACTION_MESH, mesh: &raw const mesh, ..NOTHING };
-    let options = mollis_pks_options { chi: 1e3, noise: 1.0, ..mollis_pks_options::DEFAULT };
-    let mut memory = std::boxed::Box::new(Aligned([0xAA; 1 << 16]));
-    let memory = memory.0.as_mut_ptr().cast::<c_void>();
+    let options = mollis_pks_options { chi: 1e3, noise: 1.0, ..options() };
+    let mut memory = Aligned::new(1 << 16);
+    let memory: *mut c_void = memory.pointer();
     let (mut x, mut m) = ([[0.1, 0.1], [0.1, 0.100_001], [-0.9, 0.3]], [1.0, 3.0, 0.5]);
     let (mut labels, mut species) = ([9_u64, 4, 6], [1_u32, 2, 3]);
     let mut counters = mollis_pks_counters { time: 0.0, step: 0, count: 3, pending: 0 };
@@ -90,8 +87,8 @@ fn a_pair_on_a_mesh_merges_and_bad_calls_write_nothing() {
 
 #[test]
 fn single_precision_without_attraction_diffuses() {
-    let options = mollis_pks_options { noise: 1.0, ..mollis_pks_options::DEFAULT };
-    let mut memory = std::boxed::Box::new(Aligned([0xAA; 1 << 16]));
+    let options = mollis_pks_options { noise: 1.0, ..options() };
+    let mut memory = Aligned::new(1 << 16);
     let (mut x, mut m, mut labels) = ([[0.0_f32; 2]; 5], [1.0_f32; 5], [0_u64, 1, 2, 3, 4]);
     let mut counters = mollis_pks_counters { time: 0.0, step: 0, count: 5, pending: 0 };
     let mut events = mollis_pks_events {
@@ -122,7 +119,7 @@ fn single_precision_without_attraction_diffuses() {
             3,
             &raw mut events,
             null_mut(),
-            memory.0.as_mut_ptr().cast(),
+            memory.pointer(),
             bytes,
             null(),
         );
@@ -153,5 +150,5 @@ fn the_theory_in_c() {
     assert_eq!(index, [-1.5, -1.0, 1.0]);
     assert!(share.iter().all(|s| (s - 0.5).abs() < 1e-15) && (noise - 1.4).abs() < 1e-14 && rate.is_finite());
     assert_eq!(prediction.blow_up_bound, f64::INFINITY);
-    assert!((prediction.critical_mass - 8.0 * core::f64::consts::PI).abs() < 1e-14);
+    assert!((prediction.critical_mass - 8.0 * std::f64::consts::PI).abs() < 1e-14);
 }

@@ -1,15 +1,18 @@
-//! Through the functions that C calls: values, each refusal, and untouched outputs.
+//! Mollifiers through the C ABI: values, each refusal, and untouched outputs.
+#![expect(unsafe_code, reason = "calls the C ABI as a C program does")]
 
-use core::ptr::{null, null_mut};
+use std::ptr::{null, null_mut};
 
 use mollis_core::Error;
-use mollis_core::mollifier::{Blob, Quantity};
+use mollis_core::mollifier::{Blob, Mollifier, Quantity};
 
-use super::*;
+use mollis_abi::*;
 
 const N: usize = 5;
 const RADII: [f64; N] = [0.0, 0.25, 0.5, 1.0, 3.0];
 const GOOD: mollis_mollifier = mollis_mollifier { kind: MOLLIS_MOLLIFIER_COMPACT, order: 4, exponent: 3 };
+
+const CORE: Mollifier = Mollifier::Compact { order: 4, exponent: 3 };
 
 fn with(kind: i32, order: i32, exponent: i32) -> mollis_mollifier {
     mollis_mollifier { kind, order, exponent }
@@ -17,7 +20,7 @@ fn with(kind: i32, order: i32, exponent: i32) -> mollis_mollifier {
 
 #[test]
 fn values_are_those_of_core_and_null_outputs_are_skipped() {
-    let blob = Blob::<f64, 2>::new(GOOD.to_core().unwrap(), 0.7).unwrap();
+    let blob = Blob::<f64, 2>::new(CORE, 0.7).unwrap();
     let mut out = [[7.0; N]; 6];
     let [b, q, p, g, h, m] = &mut out;
     let status = unsafe {
@@ -182,7 +185,7 @@ fn overlaps_are_refused() {
 #[test]
 fn points_are_checked_and_evaluated() {
     let x = [[0.1_f32, -0.2, 0.05], [0.0, 0.0, 0.0], [1.0, 2.0, 3.0]];
-    let blob = Blob::<f32, 3>::new(GOOD.to_core().unwrap(), 0.5).unwrap();
+    let blob = Blob::<f32, 3>::new(CORE, 0.5).unwrap();
     let (mut density, mut potential) = ([0.0; 3], [0.0; 3]);
     let (mut gradient, mut hessian) = ([[0.0; 3]; 3], [[[0.0; 3]; 3]; 3]);
     let mut eval = |x: &[[f32; 3]; 3]| unsafe {

@@ -1,0 +1,73 @@
+//! Sources of a block with a lane that the kernel's fast path left out.
+
+use super::close::{self, Close};
+use super::lanes::{Group, List, Noted, Want};
+use super::output::Results;
+use super::{PairKernel, Shared, exact};
+use crate::exec::Statistics;
+use crate::real::Real;
+use crate::simd::{Isa, Part};
+
+/// Adds what they give to these lanes: in closer units, or one pair after the other. A function of its own, as it is seldom needed.
+pub(super) struct LeftOut<'a, T: Real, V: Copy, const D: usize, const NB: usize, K: PairKernel<T, D>, const P: bool> {
+    pub shared: &'a Shared<'a, T, D, K>,
+    pub lanes: &'a K::Lanes<V>,
+    pub want: Want,
+    /// The targets of the register block, and what pairs one by one give to them.
+    pub targets: (&'a [[T; D]], &'a mut Results<T, D>),
+    /// The sources of the block, and their numbers among the caller's.
+    pub sources: List<'a, T, D>,
+    pub origins: &'a [u32],
+    pub noted: &'a mut [Noted; 2],
+    /// Made when it is needed.
+    pub close: &'a mut Option<Close<V, D, NB>>,
+    pub groups: &'a [Group<V, D>; NB],
+    pub valid: &'a [u32; NB],
+    pub counts: &'a mut Statistics,
+}
+
+impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, K: PairKernel<T, D>, const P: bool> Part<T, I>
+    for LeftOut<'_, T, I::V, D, NB, K, P>
+{
+    type Out = ();
+
+    #[inline(always)]
+    fn run(self, isa: I) {
+        let Self { shared, lanes, want, targets, sources, origins, noted, close, groups, valid, counts } = self;
+        let (targets, results) = targets;
+        let mut closer = [const { None }; close::LEVELS];
+        if let ([Some(_), ..], [first, _]) = (shared.closer, &*noted)
+            && !first.is_empty()
+        {
+            for (to, prepared) in closer.iter_mut().zip(shared.closer) {
+                if let Some(prepared) = prepared {
+                    *to = Some((prepared, K::lanes(prepared, isa)));
+                }
+            }
+        }
+        for (list, laplacian) in noted.iter_mut().zip([false, true]) {
+            let want = if laplacian { Want { laplacian, ..Want::default() } } else { want };
+            for at in list.take() {
+                let (Some(x), Some(&mass)) = (sources.0.get(at), sources.1.get(at)) else { continue };
+                let left_out = if !laplacian && closer[0].is_some() {
+                    let close = close.get_or_insert_with(|| Close::new(isa.splat(T::ZERO)));
+                    let [served, left] =
+                        close.add::<T, I, K, P>(isa, lanes, &closer, want.laplacian, (x, mass), groups);
+                    for ((served, left), valid) in served.iter().zip(&left).zip(valid) {
+                        counts.scaled_pairs += u64::from((served & !left & valid).count_ones());
+                    }
+                    left
+                } else {
+                    K::left_out::<I, NB>(isa, (shared.prepared, lanes), x, groups, laplacian)
+                };
+                if left_out.iter().all(|&lanes| lanes == 0) {
+                    continue;
+                }
+                let origin = origins.get(at).map_or(usize::MAX, |&origin| origin as usize);
+                let pairs = (shared.sources, origin);
+                counts.scaled_pairs +=
+                    exact::add_pairs(shared.kernel, want, (targets, &mut *results), pairs, (&left_out, I::LANES));
+            }
+        }
+    }
+}
