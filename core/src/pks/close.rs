@@ -25,6 +25,7 @@ use crate::field::Interaction;
 use crate::memory::Space;
 use crate::mollifier::{Blob, Mollifier, Polynomial};
 use crate::real::{Real, normal_exponent, quotient};
+use crate::sort::radix::keys_per_width;
 use crate::sort::words as sort;
 
 /// The search's memory.
@@ -234,10 +235,8 @@ impl<'a, T: Real> Close<'a, T> {
             *to = x.map(|x| x * self.per_length);
             (low, high) = (low.min(to[0]), high.max(to[0]));
         }
-        let width = high - low;
         // Without a width all have the same key.
-        let divides = width > T::MIN_POSITIVE.ldexp(36);
-        (self.low, self.per) = (low, if divides { quotient(T::ONE.ldexp(31), width) } else { T::ZERO });
+        (self.low, self.per) = (low, keys_per_width(T::ONE.ldexp(31), high - low).unwrap_or(T::ZERO));
         for (i, [x, _]) in self.buffers.before.iter().take(points.len()).enumerate() {
             let word = u64::from(self.key(*x)) << 32 | i as u64;
             self.buffers.words.get_mut(i).into_iter().for_each(|to| *to = word);

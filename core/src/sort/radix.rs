@@ -61,6 +61,12 @@ fn scatter<W: Copy>(from: &[W], to: &mut [W], places: &mut [usize; 256], digit: 
     }
 }
 
+/// `keys / width`. None if all numbers are equal, or so close that the quotient would overflow, or their difference does.
+pub(crate) fn keys_per_width<T: Real>(keys: T, width: T) -> Option<T> {
+    // A function divides, so that the compiler does not before the test.
+    (width > T::MIN_POSITIVE.ldexp(36) && width.is_finite()).then(|| quotient(keys, width))
+}
+
 /// Writes the order of the points `0 .. n` by `value`, as their indices, into the first words of `entries`. Points without a
 /// value are omitted. Returns the number of points with a value. Equal values keep the order of their indices.
 pub fn order<T: Real>(
@@ -73,13 +79,10 @@ pub fn order<T: Real>(
         .filter_map(&value)
         .fold((T::INFINITY, -T::INFINITY), |(least, greatest), x| (least.min(x), greatest.max(x)));
     let width = greatest - least;
-    // Not if all are equal, or so close that the scale would overflow, or the difference does.
-    let divides = width > T::MIN_POSITIVE.ldexp(36) && width.is_finite();
-    if n > u32::MAX as usize || !divides {
+    let Some(scale) = keys_per_width(T::from_f64(4_294_967_040.0), width).filter(|_| n <= u32::MAX as usize) else {
         return order_by_all_bits(n, value, entries, spare);
-    }
-    // Monotone in x, as each rounding is. (A function, so that the compiler does not divide before the test.)
-    let scale = quotient(T::from_f64(4_294_967_040.0), width);
+    };
+    // Monotone in x, as each rounding is.
     let key = |x: T| (((x - least) * scale).to_f64() as u64).min(u64::from(u32::MAX));
     let mut count = 0;
     let mut places = [[0_usize; 256]; 4];

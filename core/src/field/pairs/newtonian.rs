@@ -53,7 +53,12 @@ pub(in crate::field) struct Prepared<'a, T: Real> {
     table: Option<(tabulated::Prepared<'a, T>, [T; 2])>,
     /// Whether it is too close for lanes alone that pairs are left out.
     has_closer: bool,
+    /// Whether the gradient's polynomial inside a compact mollifier has [`UNROLLED`] terms.
+    is_usual: bool,
 }
+
+/// Terms of the gradient's polynomial that is unrolled: those of M = 4, order 2, the paper's choice.
+const UNROLLED: usize = 5;
 
 /// Coefficients in powers of t, highest first.
 #[derive(Clone, Copy, Debug)]
@@ -158,6 +163,14 @@ struct Inside<C> {
 }
 
 impl<T: Real> Inside<T> {
+    const NONE: Self = Self {
+        per_square: T::ZERO,
+        gradient: Descending::NONE,
+        potential: Descending::NONE,
+        offset: T::ZERO,
+        density: Descending::NONE,
+    };
+
     fn new<const D: usize>(blob: &Blob<T, D>, delta: T) -> Self {
         let per = T::ONE / delta;
         let scale = per.powi(D as u32);
@@ -216,13 +229,22 @@ impl<V: Copy> Inside<V> {
 pub(in crate::field) struct Softened<C> {
     /// Lanes with r2 below this are not plainly Newtonian: inside the support, or too close for the fast path.
     edge: C,
-    /// A compact mollifier whose delta is not too small for lanes.
-    inside: Option<Inside<C>>,
+    /// Of a compact mollifier whose delta is not too small for lanes; of others without terms. (Not an `Option`: the compiler tests the number of terms
+    /// ahead of whether there are any, which a checker of memory would report.)
+    inside: Inside<C>,
     /// Added to the exponent of r2, so that its logarithm is that of true units.
     log_exponent: C,
     /// Of a Gaussian mollifier with a table.
     table: Option<tabulated::Lanes<C>>,
     table_scales: [C; 2],
+}
+
+impl<C> Softened<C> {
+    /// The inside of a compact mollifier.
+    #[inline(always)]
+    fn inside(&self) -> Option<&Inside<C>> {
+        if self.inside.gradient.terms > 0 { Some(&self.inside) } else { None }
+    }
 }
 
 /// Whether a Newtonian kernel may have a table: of a Gaussian mollifier.
@@ -254,10 +276,10 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Newtonian<'a, T, D> {
         let least = power_of_two::<T>(-least_square_exponent::<T>());
         let delta = blob.delta().ldexp(units.position);
         let square = delta * delta;
-        let (mut edge, mut inside, mut table) = (least, None, None);
+        let (mut edge, mut inside, mut table) = (least, Inside::NONE, None);
         if square >= least {
             match blob.mollifier() {
-                Mollifier::Compact { .. } => (edge, inside) = (square, Some(Inside::new(blob, delta))),
+                Mollifier::Compact { .. } => (edge, inside) = (square, Inside::new(blob, delta)),
                 Mollifier::Gaussian { order } => {
                     let support = gaussian_support::<T>(D, order);
                     edge = square * (support * support);
@@ -296,7 +318,8 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Newtonian<'a, T, D> {
             table: table.as_ref().map(|(table, _)| *table.numbers()),
             table_scales: table.as_ref().map_or([T::ZERO; 2], |(_, scales)| *scales),
         };
-        Prepared { softened, table, has_closer }
+        let is_usual = inside.gradient.terms == UNROLLED;
+        Prepared { softened, table, has_closer, is_usual }
     }
 
     fn scales(&self, units: Units<T>, class: usize) -> Scales<T> {
@@ -319,23 +342,20 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Newtonian<'a, T, D> {
     fn lanes<I: Isa<T>>(prepared: &Prepared<'a, T>, isa: I) -> Softened<I::V> {
         let softened = &prepared.softened;
         let [potential, gradient] = softened.table_scales;
+        let inside = &softened.inside;
         let mut lanes = Softened {
             edge: isa.splat(softened.edge),
-            inside: None,
-            log_exponent: isa.splat(softened.log_exponent),
-            table: None,
-            table_scales: [isa.splat(potential), isa.splat(gradient)],
-        };
-        // Not `map`: its closure would be compiled without the instruction set.
-        if let Some(inside) = &softened.inside {
-            lanes.inside = Some(Inside {
+            inside: Inside {
                 per_square: isa.splat(inside.per_square),
                 gradient: inside.gradient.lanes(isa),
                 potential: inside.potential.lanes(isa),
                 offset: isa.splat(inside.offset),
                 density: inside.density.lanes(isa),
-            });
-        }
+            },
+            log_exponent: isa.splat(softened.log_exponent),
+            table: None,
+            table_scales: [isa.splat(potential), isa.splat(gradient)],
+        };
         if TABLES && let Some(table) = &softened.table {
             lanes.table = Some(table.lanes(isa));
         }
@@ -354,14 +374,15 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Newtonian<'a, T, D> {
         let (kernel, all) = (prepared.1, block.sources);
         let mut left = all;
         let mut near = 0;
-        if let Some(inside) = &kernel.inside {
-            // With five terms (M = 4, order 2: the paper's choice) the gradient's polynomial is unrolled, and nothing is tested.
-            let [a, b] = block.bounds;
-            if inside.gradient.terms == 5 && farthest(a, b) < prepared.0.softened.edge {
-                let (laplacian, sources) = (block.laplacian, left);
-                near = isa.apart(NearRun::<_, _, D, NB, P, 5, false> { kernel, inside, laplacian, sources, groups });
-                left = (&[], &[]);
-            }
+        let [a, b] = block.bounds;
+        if prepared.0.is_usual
+            && farthest(a, b) < prepared.0.softened.edge
+            && let Some(inside) = kernel.inside()
+        {
+            // All pairs are near: nothing is tested.
+            let (laplacian, sources) = (block.laplacian, left);
+            near = isa.apart(NearRun::<_, _, D, NB, P, UNROLLED, false> { kernel, inside, laplacian, sources, groups });
+            left = (&[], &[]);
         }
         while !left.0.is_empty() {
             let start = all.0.len() - left.0.len();
@@ -370,7 +391,7 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Newtonian<'a, T, D> {
             if I::IN_ORDER && !noted.is_empty() {
                 isa.apart(AddNoted::<_, _, D, NB, P> { prepared, block, groups, noted, counts });
             }
-            if let Some(inside) = &kernel.inside {
+            if let Some(inside) = kernel.inside() {
                 let (laplacian, sources) = (block.laplacian, left);
                 let run = isa.apart(NearRun::<_, _, D, NB, P, 0, true> { kernel, inside, laplacian, sources, groups });
                 left = skip(left, run);
@@ -456,7 +477,7 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Newtonian<'a, T, D> {
         }
         if after.iter().any(|&lanes| lanes != 0) {
             let pairs = (&*d, &*r2);
-            if let Some(inside) = &inner.inside {
+            if let Some(inside) = inner.inside() {
                 inside_pairs::<T, I, D, NB, P>(isa, inner.edge, inside, laplacian, pairs, mass, groups);
                 after = [0; NB];
             } else if TABLES && let Some(((table, _), numbers)) = prepared.table.as_ref().zip(inner.table.as_ref()) {
@@ -502,7 +523,7 @@ impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool> Part<T,
                 counts.near_pairs += u64::from((lanes & valid).count_ones());
             }
         };
-        if let Some(inside) = &kernel.inside {
+        if let Some(inside) = kernel.inside() {
             for at in noted.take() {
                 let (Some(x), Some(&m)) = (block.sources.0.get(at), block.sources.1.get(at)) else { continue };
                 count(inside_lanes::<T, I, D, NB, P>(isa, kernel.edge, inside, block.laplacian, x, m, groups));
@@ -595,7 +616,7 @@ fn far_run<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool>(
         let mass = isa.splat(m);
         let mut stop = false;
         if isa.any_below(&r2, kernel.edge) {
-            if kernel.inside.is_some() && isa.all_below(&r2, kernel.edge) {
+            if kernel.inside().is_some() && isa.all_below(&r2, kernel.edge) {
                 break;
             }
             noted.push(start + done);
