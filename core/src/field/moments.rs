@@ -438,50 +438,61 @@ struct Evaluate<'a, T, const D: usize> {
     outputs: Outputs<'a, T, D>,
 }
 
+/// One of the polynomials that lead to an output.
+struct Row<'a, T> {
+    coefficients: &'a [T; MONOMIALS],
+    degree: usize,
+    /// Factors of the result.
+    scale: [T; 2],
+    wanted: bool,
+}
+
 impl<T: Real, const D: usize> Loops for Evaluate<'_, T, D> {
     type Out = ();
 
     #[inline(always)]
     fn run(self) {
-        // the usual degrees as constants, so that their loops are unrolled
-        match self.degree {
-            2 => self.of_degree(2),
-            4 => self.of_degree(4),
-            degree => self.of_degree(degree),
-        }
-    }
-}
-
-impl<T: Real, const D: usize> Evaluate<'_, T, D> {
-    #[inline(always)]
-    fn of_degree(self, degree: usize) {
-        let Self { field, frame, scales: [of_potential, of_gradient, of_laplacian], targets, outputs, .. } = self;
-        let Outputs { potential, gradient, laplacian } = outputs;
-        if let Some(out) = potential {
-            for (out, targets) in out.chunks_mut(LANES).zip(targets.chunks(LANES)) {
-                let values = horner(&field.value, degree, &offsets(targets, &frame));
-                out.iter_mut().zip(values).for_each(|(o, v)| *o = v * of_potential[0] * of_potential[1]);
-            }
-        }
-        if let Some(out) = laplacian {
-            for (out, targets) in out.chunks_mut(LANES).zip(targets.chunks(LANES)) {
-                let values = horner(&field.laplacian, degree.saturating_sub(2), &offsets(targets, &frame));
-                out.iter_mut().zip(values).for_each(|(o, v)| *o = v * of_laplacian[0] * of_laplacian[1]);
-            }
-        }
-        if let Some(out) = gradient {
-            for (out, targets) in out.chunks_mut(LANES).zip(targets.chunks(LANES)) {
-                let x = offsets(targets, &frame);
-                let mut values = [[T::ZERO; LANES]; D];
-                for (values, c) in values.iter_mut().zip(&field.gradient) {
-                    *values = horner(c, degree.saturating_sub(1), &x);
-                    values.iter_mut().for_each(|v| *v = *v * of_gradient[0] * of_gradient[1]);
+        let Self { field, degree, frame, scales: [of_potential, of_gradient, of_laplacian], targets, outputs } = self;
+        let Wanted { potential, gradient, laplacian } = outputs.wanted();
+        let row = |coefficients, less: usize, scale, wanted| {
+            let degree = degree.saturating_sub(less);
+            Row { coefficients, degree, scale, wanted }
+        };
+        let [x, y, z] = field.gradient.each_ref();
+        let rows = [
+            row(&field.value, 0, of_potential, potential),
+            row(&field.laplacian, 2, of_laplacian, laplacian),
+            row(x, 1, of_gradient, gradient),
+            row(y, 1, of_gradient, gradient && D > 1),
+            row(z, 1, of_gradient, gradient && D > 2),
+        ];
+        let mut blocks = (
+            outputs.potential.unwrap_or_default().chunks_mut(LANES),
+            outputs.laplacian.unwrap_or_default().chunks_mut(LANES),
+            outputs.gradient.unwrap_or_default().chunks_mut(LANES),
+        );
+        for targets in targets.chunks(LANES) {
+            let x = offsets(targets, &frame);
+            let mut values = [[T::ZERO; LANES]; 5];
+            for (values, row) in values.iter_mut().zip(&rows) {
+                if row.wanted {
+                    *values = horner(row.coefficients, row.degree, &x);
+                    values.iter_mut().for_each(|v| *v = *v * row.scale[0] * row.scale[1]);
                 }
+            }
+            let [of_potential, of_laplacian, of_gradient @ ..] = &values;
+            if let Some(out) = blocks.0.next() {
+                out.iter_mut().zip(of_potential).for_each(|(o, &v)| *o = v);
+            }
+            if let Some(out) = blocks.1.next() {
+                out.iter_mut().zip(of_laplacian).for_each(|(o, &v)| *o = v);
+            }
+            if let Some(out) = blocks.2.next() {
                 if let Ok(out) = <&mut [[T; D]; LANES]>::try_from(&mut *out) {
                     // a whole block: loops of known length
-                    store(out, &values);
+                    store::<T, D>(out, of_gradient);
                 } else {
-                    store(out, &values);
+                    store::<T, D>(out, of_gradient);
                 }
             }
         }
@@ -490,7 +501,7 @@ impl<T: Real, const D: usize> Evaluate<'_, T, D> {
 
 /// Lanes of coordinates as points.
 #[inline(always)]
-fn store<T: Real, const D: usize>(out: &mut [[T; D]], values: &[[T; LANES]; D]) {
+fn store<T: Real, const D: usize>(out: &mut [[T; D]], values: &[[T; LANES]; 3]) {
     for (d, values) in values.iter().enumerate() {
         for (out, &v) in out.iter_mut().zip(values) {
             if let Some(out) = out.get_mut(d) {

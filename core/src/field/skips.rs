@@ -209,7 +209,11 @@ pub(super) fn evaluate<T: Real, const D: usize>(
         Skip::Moments(far) => {
             moments::evaluate((&far, kernel.delta()), options, sources, targets, outputs, workspace, run)
         }
-        Skip::Sorted(far) => sorted::evaluate((kernel, &far), options, sources, targets, outputs, workspace, run),
+        // The constant condition keeps it from being compiled for two and three dimensions.
+        Skip::Sorted(far) if const { D == 1 } => {
+            sorted::evaluate((kernel, &far), options, sources, targets, outputs, workspace, run)
+        }
+        Skip::Sorted(_) => Err(Error::Unsupported),
         Skip::Split => split(options, kernel, sources, targets, outputs, workspace, run),
     }
 }
