@@ -14,6 +14,14 @@ pub enum Scalar {
 }
 
 impl Scalar {
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::F64 => "f64",
+            Self::F32 => "f32",
+        }
+    }
+
     /// The exponent of one unit in the last place of numbers in [2^(e-1), 2^e).
     fn ulp_exponent(self, e: i32) -> i32 {
         match self {

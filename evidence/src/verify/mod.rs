@@ -30,7 +30,7 @@ pub struct Args {
     /// The scalar to compute in. Rows whose inputs it cannot hold exactly are skipped, and counted.
     #[arg(long, value_enum, default_value_t = Scalar::F64)]
     scalar: Scalar,
-    /// Print a Markdown table of the largest errors by N, M and order instead, in the tolerance table's units.
+    /// Print lines of `docs/accuracy.csv` instead: the largest errors by dimension, exponent M and order, in the tolerance table's units.
     #[arg(long)]
     table: bool,
 }
@@ -42,7 +42,9 @@ pub fn main(args: Args) -> Result<ExitCode> {
         let report = report::Report::new(&reference::read(path)?, args.api, args.scalar)?;
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         if args.table {
-            say!("### {name}\n\n{}", report.table())?;
+            for line in report.lines(&name, args.scalar.name()) {
+                say!("{line}")?;
+            }
         } else {
             for object in report.json(&name) {
                 say!("{object}")?;

@@ -1,4 +1,4 @@
-//! Errors gathered by quantity and order, as JSON, and by mollifier, as a table.
+//! Errors gathered by quantity and order, as JSON, and by mollifier, as lines of a table.
 
 use std::collections::BTreeMap;
 
@@ -129,22 +129,14 @@ impl Report {
         self.by_order.iter().map(move |(&(_, order), (quantity, summary))| summary.json(quantity, order, file))
     }
 
-    /// Largest errors by dimension, exponent and order as a Markdown table.
-    pub fn table(&self) -> String {
-        let columns: BTreeMap<usize, &str> =
-            self.by_shape.values().flatten().map(|(&place, &(quantity, _))| (place, quantity)).collect();
-        let mut text = String::from("| N | M | order |");
-        text.extend(columns.values().map(|name| format!(" {name} |")));
-        text += "\n|---|---|---|";
-        text.extend(columns.values().map(|_| "---|"));
-        for ((dimension, exponent, order), errors) in &self.by_shape {
-            let exponent = exponent.map_or("-".into(), |m| m.to_string());
-            text += &format!("\n| {dimension} | {exponent} | {order} |");
-            for place in columns.keys() {
-                text += &errors.get(place).map_or(" |".into(), |(_, error)| format!(" {error:.2} |"));
-            }
-        }
-        text + "\n"
+    /// Largest errors by dimension, exponent and order: lines of `file,scalar,dimension,exponent,order,quantity,error`.
+    pub fn lines<'a>(&'a self, file: &'a str, scalar: &'a str) -> impl Iterator<Item = String> + 'a {
+        self.by_shape.iter().flat_map(move |(&(dimension, exponent, order), errors)| {
+            let exponent = exponent.map_or(String::new(), |m| m.to_string());
+            errors.values().map(move |(quantity, error)| {
+                format!("{file},{scalar},{dimension},{exponent},{order},{quantity},{error:.2}")
+            })
+        })
     }
 }
 
