@@ -472,7 +472,7 @@ typedef struct mollis_field_options {
    */
   int32_t reserved;
   /**
-   * (a, b): in 2D the gradient output is a grad u + b (grad u rotated by +90 degrees); else (1, 0).
+   * (a, b): in 2D the gradient output is a grad u + b (grad u rotated by +90 degrees), of the rounded gradient; else (1, 0).
    */
   double combination[2];
   /**
@@ -1575,6 +1575,8 @@ mollis_status mollis_field1_text(const void *kernel,
  * largest |K| and r^2 |K'/r|, |K'/r|, |Laplacian| and d |K'/r| at distances from r/2 to r; where r < delta from 0 to delta; for exponential and
  * screened kernels under Gaussian mollifiers from 0 to r. c = 32 in single precision; in double 128, and 1000 for Laplacians; 400 and 3000
  * for exponential and screened kernels whose delta is more than 5 lengths l or 1/k. Of several terms s is the sum of theirs.
+ * Even powers, by MOLLIS_METHOD_MOMENTS and MOLLIS_METHOD_SPLIT: s = |x_i - x_j| B for each component, with the largest r of all pairs where two targets'
+ * distances differ by more than 2^24 (in double 2^100). All of this where neither a result nor K itself is below the normal range.
  * Results do not depend on the number of threads, bit for bit. A refused call writes nothing (but `run->first_bad`, with
  * `MOLLIS_ERR_NOT_FINITE`: sources, then targets); a stopped one has written some outputs.
  *
@@ -2006,11 +2008,10 @@ mollis_status mollis_kernel2_workspace_bytes(const struct mollis_kernel_term *te
  *
  * Refused: as by the size query, and MOLLIS_ERR_WORKSPACE_TOO_SMALL, MOLLIS_ERR_DELTA, MOLLIS_ERR_UNSUPPORTED (delta is many times
  * a length l or 1/k: about 600 times, 13 to 26 under a Gaussian mollifier; or exponent M = 1 with a power 0 < p + d - 1 < 0.08, whose
- * Laplacian is all but infinite at delta), MOLLIS_ERR_OUT_OF_DOMAIN (the own kernel's reach; or a coefficient leaves the scalar's range, in
- * single precision at some 90 lengths, 4.7 to 13 under a Gaussian mollifier; or the square of the length of an exponential, screened or own kernel,
- * of delta under a mollifier, leaves double precision),
- * MOLLIS_ERR_NOT_FINITE (the own kernel returned such a value), or the status that the own kernel returned. After
- * MOLLIS_ERR_NOT_FINITE of an own kernel and the last two the block is not prepared; else it is as it was.
+ * Laplacian is all but infinite at delta; or a mollified power above about 20, whose fits do not converge), MOLLIS_ERR_OUT_OF_DOMAIN (the own kernel's reach; or a coefficient leaves the scalar's range, in
+ * single precision at some 90 lengths, 4.7 to 13 under a Gaussian mollifier; or K'/r of a kernel that isn't Newtonian leaves double precision at
+ * distances of about delta, without a mollifier of about its length), MOLLIS_ERR_NOT_FINITE (the own kernel returned such a value), or the status
+ * that the own kernel returned. After an error the block is not prepared, unless it was before and the size query or MOLLIS_ERR_DELTA refused.
  */
 mollis_status mollis_kernel2_prepare(void *kernel,
                                      size_t bytes,

@@ -1,5 +1,9 @@
 //! Mesh sums through the C ABI.
 #![expect(unsafe_code, reason = "calls the C ABI as a C program does")]
+#![allow(
+    clippy::undocumented_unsafe_blocks,
+    reason = "each call passes buffers of the stated sizes that live through it"
+)]
 
 use std::ffi::c_void;
 use std::ptr::{null, null_mut};

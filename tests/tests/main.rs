@@ -8,6 +8,7 @@ mod border;
 mod boundary_abi;
 mod diagnostics_abi;
 mod field_bounds;
+mod field_ranges;
 mod field_skips;
 mod grid;
 mod grid_abi;

@@ -1,5 +1,9 @@
 //! Mollifiers through the C ABI: values, each refusal, and untouched outputs.
 #![expect(unsafe_code, reason = "calls the C ABI as a C program does")]
+#![allow(
+    clippy::undocumented_unsafe_blocks,
+    reason = "each call passes buffers of the stated sizes that live through it"
+)]
 
 use std::ptr::{null, null_mut};
 

@@ -10,7 +10,8 @@
 //!
 //! All of it is computed in units ([`Frame`]) taken from the targets and a few sources; where that was not good enough for a power to stay in range, from all
 //! sources. The largest distances from the centre are as large as their powers allow, so that the powers of others, 2^-24 times as large, are in range
-//! too. So a true result in range is computed, whatever the scene's units.
+//! too. So a true result in range is computed, whatever the scene's units; a target whose distance is less than 2^-24 of the farthest's (f32, degree 8; 2^-100
+//! in f64) is the exception, its results may become zero.
 
 use super::finite::finite;
 use super::options::{Accumulation, Options};
@@ -82,11 +83,16 @@ struct Arrays<'w, T> {
     running: &'w mut [[[T; LANES]; 3]],
 }
 
+/// Running sums of a worker: an even number, so that the workspace grows by as much for each.
+fn running(count: usize) -> usize {
+    count.next_multiple_of(2)
+}
+
 fn layout<'w, T: Real>(space: &mut impl Space<'w>, count: usize, n: usize, workers: usize) -> Result<Arrays<'w, T>> {
     let each = 2 * count + EXTRA;
     Ok(Arrays {
         partial: space.try_array(n.div_ceil(TASK).checked_mul(each).ok_or(Error::TooLarge)?)?,
-        running: space.try_array(workers.clamp(1, MAX_WORKERS) * count)?,
+        running: space.try_array(workers.clamp(1, MAX_WORKERS) * running(count))?,
     })
 }
 
@@ -541,7 +547,7 @@ pub(super) fn evaluate<T: Real, const D: usize>(
     let (mut centred, mut measured) = (false, false);
     for _ in 0..4 {
         let pieces = Chunks::new(&mut *arrays.partial, each);
-        let running = Chunks::new(&mut *arrays.running, count);
+        let running = Chunks::new(&mut *arrays.running, running(count));
         par_chunks(run.executor, n.div_ceil(TASK), pieces, running, &|task, partial: &mut [T], running| {
             if stop() {
                 return Err(Error::Stopped);
@@ -552,6 +558,7 @@ pub(super) fn evaluate<T: Real, const D: usize>(
             else {
                 return Ok(());
             };
+            let running = running.get_mut(..count).unwrap_or_default();
             with_simd(run.level, Sum { positions, masses, frame, degree: highest, blocks, running, partial });
             Ok(())
         })?;

@@ -201,8 +201,8 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
     /// [`Error::KernelTerms`]: no term, or more than [`MAX_TERMS`]. [`Error::KernelParameter`], [`Error::NotFinite`]: a
     /// parameter. [`Error::Delta`], [`Error::Dimension`], [`Error::Order`], [`Error::Exponent`]: the mollifier.
     /// [`Error::WorkspaceTooSmall`], [`Error::Misaligned`]: the memory. [`Error::Unsupported`]: k delta (delta/l) is too
-    /// large (about 600 for compact mollifiers, 13 to 26 for Gaussians), so that the exterior factor overflows; or the mollifier is too rough
-    /// for a power's Laplacian (M = 1 with 0 < p + d - 1 < 0.08). [`Error::OutOfDomain`]: a coefficient, or the exterior factor, leaves the
+    /// large (about 600 for compact mollifiers, 13 to 26 for Gaussians), so that the exterior factor overflows; the mollifier is too rough
+    /// for a power's Laplacian (M = 1 with 0 < p + d - 1 < 0.08); or a mollified power is above about 20, and its fits do not converge. [`Error::OutOfDomain`]: a coefficient, or the exterior factor, leaves the
     /// range of the scalar (in single precision k delta above about 90, 4.7 to 13 for Gaussians), or K'/r of a kernel that isn't Newtonian leaves
     /// that of double precision at distances of about delta (without a mollifier: of about its length). After an error `memory` holds no block.
     pub fn prepare(memory: &'k mut [u8], terms: &[Term], mollifier: Mollifier, delta: T) -> Result<Self> {
@@ -307,15 +307,23 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
                 let domain = domain(terms, supplied, mollifier, delta);
                 let sample = |r: f64| kernel.pair_scaled(r, [true; 3]);
                 let exponent = table::exponent(&domain, &sample);
-                // Newtonian kernels have exponents of their own. What others give are plain numbers: K'/r has to be one, and zero only if the kernel is.
+                // Newtonian kernels have exponents of their own. What others give are plain numbers: K'/r has to be one, and zero only if the kernel is, or
+                // its terms cancel.
                 let in_range = match exponent {
                     Some(exponent) => (exponent - 2 * Scalar::frexp(domain.unit).1).abs() <= LARGEST_EXPONENT,
-                    None => supplied.is_some() || terms.len() > 1 || terms.iter().all(|term| term.coefficient == 0.0),
+                    None => {
+                        let nonzero = terms.iter().any(|term| term.coefficient != 0.0);
+                        let series = kernel.others.first().map_or(&[][..], |others| others.series);
+                        let seen =
+                            |part: &Part<f64>| table::exponent(&domain, &|r| part.scaled::<D>(series, r)).is_some();
+                        supplied.is_some() || !nonzero || kernel.parts().iter().any(seen)
+                    }
                 };
                 if used > 0 && !in_range {
                     return Err(Error::OutOfDomain);
                 }
-                let head = table::build::<T, D>(rows, &domain, exponent.unwrap_or(0), &sample)?;
+                let built = table::build::<T, D>(rows, &domain, exponent.unwrap_or(0), &sample);
+                let head = built.map_err(|error| if supplied.is_some() { error } else { Error::OutOfDomain })?;
                 table_record.iter_mut().zip(head.to_record()).for_each(|(to, number)| *to = number);
             }
         } else if let ([only], Some(slot)) = (terms, rest.first_chunk_mut::<TERM>()) {
@@ -323,8 +331,8 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
             newtonian = only.coefficient;
             *slot = [0.0, 0.0, newtonian];
         }
-        let newtonian = T::from_wide(newtonian);
-        if !newtonian.is_finite() {
+        let (newtonian, wide) = (T::from_wide(newtonian), newtonian);
+        if !newtonian.is_finite() || (newtonian.abs() < T::MIN_POSITIVE && Scalar::abs(wide) > 0.0) {
             return Err(Error::OutOfDomain);
         }
         *start = [f64::from_bits(length.bits()), f64::from_bits(newtonian.bits()), error];

@@ -152,16 +152,16 @@ impl<'a> Builder<'a> {
         let Axis { variable, scale, shift, root } = axis;
         let header = Panel { end: end.min(self.limit), variable, start, len, scale, shift, root };
         let place = self.tables.get_mut(self.headers..).and_then(|t| t.first_chunk_mut::<HEADER>());
-        *place.ok_or(Error::WorkspaceTooSmall)? = header.to_header();
+        *place.ok_or(Error::Unsupported)? = header.to_header();
         self.headers += HEADER;
         Ok(())
     }
 
     /// Reserves the next triples of the tables.
     fn triples(&mut self, len: usize) -> Result<&mut [[f64; 3]]> {
-        let free = self.tables.get_mut(self.next..).ok_or(Error::WorkspaceTooSmall)?;
+        let free = self.tables.get_mut(self.next..).ok_or(Error::Unsupported)?;
         self.next += 3 * len;
-        free.as_chunks_mut::<3>().0.get_mut(..len).ok_or(Error::WorkspaceTooSmall)
+        free.as_chunks_mut::<3>().0.get_mut(..len).ok_or(Error::Unsupported)
     }
 
     /// Stores a panel of powers in two words: coefficients times `factors`.

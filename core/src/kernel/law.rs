@@ -294,8 +294,10 @@ pub(crate) fn extended_power(r: f64, p: f64) -> Extended {
         return Extended::new(plain, 0);
     }
     let (fraction, exponent) = Scalar::frexp(r);
-    let whole = libm::floor(p * f64::from(exponent));
-    let rest = p * f64::from(exponent) - whole;
+    // The product without its rounding, which the power of two would multiply by some hundreds.
+    let DoubleWord { hi, lo } = DoubleWord::product(p, f64::from(exponent));
+    let whole = libm::floor(hi);
+    let rest = (hi - whole) + lo;
     let value = real_power(fraction, p) * Scalar::pow(2.0, rest);
     // The conversion saturates.
     Extended::new(value, whole as i32)

@@ -53,7 +53,7 @@ pub(in crate::field) struct Prepared<'a, T: Real> {
     table: Option<(tabulated::Prepared<'a, T>, [T; 2])>,
     /// Whether it is too close for lanes alone that pairs are left out.
     has_closer: bool,
-    /// Whether the gradient's polynomial inside a compact mollifier has [`UNROLLED`] terms.
+    /// Whether the gradient's polynomial inside a compact mollifier has [`UNROLLED`] terms, and delta is not too small for [`Inside::shifted`].
     is_usual: bool,
 }
 
@@ -318,7 +318,9 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Newtonian<'a, T, D> {
             table: table.as_ref().map(|(table, _)| *table.numbers()),
             table_scales: table.as_ref().map_or([T::ZERO; 2], |(_, scales)| *scales),
         };
-        let is_usual = inside.gradient.terms == UNROLLED;
+        // Its loop needs coefficients in powers of r2 - delta^2, the last of which is delta^-(D + 8) times a few hundred.
+        let exponent = (1 - delta.frexp().1).saturating_mul(D as i32 + 2 * (UNROLLED as i32 - 1));
+        let is_usual = inside.gradient.terms == UNROLLED && exponent < T::MAX_EXPONENT - 24;
         Prepared { softened, table, has_closer, is_usual }
     }
 

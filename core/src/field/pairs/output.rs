@@ -30,7 +30,8 @@ impl<T: Real, const D: usize> Contribution<T, D> {
         let add = |sum: &mut T, term: T| {
             let DoubleWord { hi, lo } = DoubleWord::sum(*sum, term);
             *sum = hi;
-            lo
+            // The error of an infinite sum would be NaN.
+            if hi.is_finite() { lo } else { T::ZERO }
         };
         error.potential = add(&mut self.potential, other.potential);
         error.laplacian = add(&mut self.laplacian, other.laplacian);
@@ -157,7 +158,9 @@ impl<'a, T: Real, const D: usize> Writer<'a, T, D> {
             for (result, to) in results.iter().zip(to) {
                 *to = result.gradient;
                 if let (Some((a, b)), [x, y, ..]) = (self.combination, to.as_mut_slice()) {
-                    (*x, *y) = (a * *x - b * *y, a * *y + b * *x);
+                    // A factor of zero takes nothing from a component that has overflowed.
+                    let times = |factor: T, x: T| if factor == T::ZERO { T::ZERO } else { factor * x };
+                    (*x, *y) = (times(a, *x) - times(b, *y), times(a, *y) + times(b, *x));
                 }
             }
         }

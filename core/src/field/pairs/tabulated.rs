@@ -26,7 +26,7 @@
 use super::called::{self, Radial};
 use super::lanes::{Group, Noted, Want, distances};
 use super::output::{Contribution, Scales};
-use super::packed::{Units, farthest};
+use super::packed::{Units, farthest, least_square_exponent, power_of_two};
 use super::{Block, PairKernel, Passes};
 use crate::exec::Statistics;
 use crate::kernel::{Table, table_terms};
@@ -144,7 +144,11 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Tabulated<'a, T> {
         // Where the table's unit is so small beside the coordinates that u leaves the scalar's range, nothing is served but r = 0, and that by the
         // functions too: an empty range.
         let fits = scale.is_finite() && scale < T::MAX * T::from_f64(1.0 / 64.0);
-        let (scale, first) = if fits { (scale, real(table.first)) } else { (T::ONE, T::MAX) };
+        let (scale, mut first) = if fits { (scale, real(table.first)) } else { (T::ONE, T::MAX) };
+        if table.shift == 0.0 {
+            // Closer pairs are left out: their r2, in units, may be below the normal range.
+            first = first.max(power_of_two::<T>(-least_square_exponent::<T>()) * scale);
+        }
         let (gap, rough) = (table.gap.map(real), table.rough.map(real));
         let numbers = Lanes { scale, shift, first, last: real(table.last), gap, rough, held: real(table.first) };
         let has_gaps = !fits || table.first > table.shift || table.gap[0] < table.gap[1];

@@ -259,6 +259,8 @@ pub unsafe extern "C" fn mollis_field1_text(
 /// largest |K| and r^2 |K'/r|, |K'/r|, |Laplacian| and d |K'/r| at distances from r/2 to r; where r < delta from 0 to delta; for exponential and
 /// screened kernels under Gaussian mollifiers from 0 to r. c = 32 in single precision; in double 128, and 1000 for Laplacians; 400 and 3000
 /// for exponential and screened kernels whose delta is more than 5 lengths l or 1/k. Of several terms s is the sum of theirs.
+/// Even powers, by MOLLIS_METHOD_MOMENTS and MOLLIS_METHOD_SPLIT: s = |x_i - x_j| B for each component, with the largest r of all pairs where two targets'
+/// distances differ by more than 2^24 (in double 2^100). All of this where neither a result nor K itself is below the normal range.
 /// Results do not depend on the number of threads, bit for bit. A refused call writes nothing (but `run->first_bad`, with
 /// `MOLLIS_ERR_NOT_FINITE`: sources, then targets); a stopped one has written some outputs.
 ///

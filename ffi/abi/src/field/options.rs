@@ -44,7 +44,7 @@ pub struct mollis_field_options {
     pub accumulation: i32,
     /// 0.
     pub reserved: i32,
-    /// (a, b): in 2D the gradient output is a grad u + b (grad u rotated by +90 degrees); else (1, 0).
+    /// (a, b): in 2D the gradient output is a grad u + b (grad u rotated by +90 degrees), of the rounded gradient; else (1, 0).
     pub combination: [f64; 2],
     /// The relative error that may be spent for speed; 0 asks for rounding alone.
     pub tolerance: f64,
