@@ -170,18 +170,55 @@ fn moments_of_a_small_cloud_far_away() {
 /// Even powers at targets of very different distances.
 #[test]
 fn moments_near_and_far() {
-    let (far, near, mass) = (1.0_f32, 1e-6_f32, 1e20_f32);
-    with_kernel::<f32, 1, _>(&[term(power(8.0), 1.0)], (Mollifier::None, 0.0), |kernel| {
-        let sources: (_, &[f32], _) = (&[[0.0]][..], &[mass], &[[far], [near]][..]);
-        let got = sums_of(kernel, sources, ALL, &Options::default(), Level::best());
-        for (i, r) in [far, near].map(f64::from).into_iter().enumerate() {
-            let close = |got: f32, want: f64| (f64::from(got) / want - 1.0).abs() < 1e-5;
-            let mass = f64::from(mass);
-            assert!(close(got.gradient[i][0], mass * r.powi(7)), "{:e}", got.gradient[i][0]);
-            assert!(close(got.potential[i], mass * r.powi(8) / 8.0), "{:e}", got.potential[i]);
-            assert!(close(got.laplacian[i], mass * 7.0 * r.powi(6)), "{:e}", got.laplacian[i]);
-        }
-    });
+    fn check<T: Real>(p: f64, sources: &[(f64, f64)], targets: &[f64]) {
+        let x: Vec<[T; 1]> = sources.iter().map(|&(x, _)| [T::from_f64(x)]).collect();
+        let m: Vec<T> = sources.iter().map(|&(_, m)| T::from_f64(m)).collect();
+        let y: Vec<[T; 1]> = targets.iter().map(|&y| [T::from_f64(y)]).collect();
+        let moments = Options { method: Some(Method::Moments), ..Options::default() };
+        with_kernel::<T, 1, _>(&[term(power(p), 1.0)], (Mollifier::None, 0.0), |kernel| {
+            let wanted = Wanted { laplacian: p > 2.0, ..ALL };
+            let got = sums_of(kernel, (&x, &m, &y), wanted, &moments, Level::best());
+            for (i, y) in y.iter().enumerate() {
+                // The sums, and those of magnitudes.
+                let mut want = [0.0; 3];
+                let mut size = 0.0;
+                for (x, m) in x.iter().zip(&m) {
+                    let (d, m) = (y[0].to_f64() - x[0].to_f64(), m.to_f64());
+                    if m != 0.0 {
+                        want[0] += m * d.abs().powf(p) / p;
+                        want[1] += m * d.abs().powf(p - 1.0) * d.signum();
+                        size += m * d.abs().powf(p - 1.0);
+                        want[2] += m * (p - 1.0) * d.abs().powf(p - 2.0);
+                    }
+                }
+                let laplacian = if wanted.laplacian { got.laplacian[i] } else { T::from_f64(want[2]) };
+                let sizes = [want[0], size, want[2]];
+                for ((got, want), size) in
+                    [got.potential[i], got.gradient[i][0], laplacian].into_iter().zip(want).zip(sizes)
+                {
+                    let (got, want) = (got.to_f64(), T::from_f64(want).to_f64());
+                    // Results below the normal range are rounded more coarsely.
+                    let allowed =
+                        300.0 * T::EPSILON.to_f64() * size + 4.0 * T::MIN_POSITIVE.to_f64() * T::EPSILON.to_f64();
+                    assert!(got == want || (got - want).abs() <= allowed, "|x|^{p} at {}: {got:e} {want:e}", y[0]);
+                }
+            }
+        });
+    }
+    check::<f32>(8.0, &[(0.0, 1e20)], &[1.0, 1e-6]);
+    check::<f32>(8.0, &[(0.0, 1.0)], &[6e4, 5e-5, 1.0]);
+    check::<f32>(8.0, &[(0.0, 1.0)], &[1e18, 1e4, 0.0]);
+    check::<f32>(4.0, &[(0.0, 1.0)], &[1e9, 1e-9]);
+    check::<f32>(2.0, &[(0.0, 1.0)], &[1e18, 1e-18]);
+    check::<f64>(8.0, &[(0.0, 1.0)], &[1e30, 1e-38, 1e60]);
+    // Particles without mass that are parked far away.
+    let cloud = |parked: f64| -> Vec<(f64, f64)> {
+        (0..40).map(|k| (f64::from(k) / 64.0, 1.0)).chain([(parked, 0.0)]).collect()
+    };
+    for (p, parked) in [(8.0, 1e9), (6.0, 1e12), (4.0, 1e20), (2.0, 1e30), (2.0, 1e35)] {
+        check::<f32>(p, &cloud(parked), &[0.25, 0.75, 40.0, parked]);
+    }
+    check::<f64>(8.0, &cloud(1e60), &[0.25, 0.75, 40.0, 1e60]);
 }
 
 /// Kernels whose K'/r leaves double precision are refused.

@@ -10,8 +10,8 @@
 //!
 //! All of it is computed in units ([`Frame`]) taken from the targets and a few sources; where that was not good enough for a power to stay in range, from all
 //! sources. The largest distances from the centre are as large as their powers allow, so that the powers of others, 2^-24 times as large, are in range
-//! too. So a true result in range is computed, whatever the scene's units; a target whose distance is less than 2^-24 of the farthest's (f32, degree 8; 2^-100
-//! in f64) is the exception, its results may become zero.
+//! too. Targets that are farther away, or closer to sources which are all in one place, are evaluated one by one in units of their own. So a true result in
+//! range is computed, whatever the scene's units.
 
 use super::finite::finite;
 use super::options::{Accumulation, Options};
@@ -46,6 +46,11 @@ const SMALL_SPREAD: f64 = 1.0 / 256.0;
 /// The binary exponent of the largest distances, in units. Sums of powers up to `degree` of twice that distance are in range, and so is the next power.
 fn largest_distance<T: Real>(degree: usize) -> i32 {
     (T::MAX_EXPONENT - 40) / (degree as i32 + 1)
+}
+
+/// Minus the binary exponent of the least distances, in units, whose powers up to `degree` are in the normal range.
+fn least_distance<T: Real>(degree: usize) -> i32 {
+    (T::MAX_EXPONENT - 8) / degree.max(1) as i32
 }
 
 /// Monomials of at most `degree` in `dimension` variables.
@@ -113,6 +118,8 @@ struct Frame<T, const D: usize> {
     /// A length in units is the true one times 2^position, a mass 2^mass.
     position: i32,
     mass: i32,
+    /// The least and the largest distances of targets, in units, whose powers are in range.
+    distances: [T; 2],
 }
 
 /// Sums of one task's sources.
@@ -245,16 +252,14 @@ fn add_block<T: Real, const D: usize>(
     }
     let [weight, rest @ ..] = sizes;
     let (first, last) = rest.split_at_mut(3);
-    let mut square = [T::ZERO; LANES];
     let mut share = [T::ZERO; LANES];
     share.iter_mut().zip(m).for_each(|(s, m)| *s = m.abs());
     add(Some(weight), &share);
     for (x, slot) in x.iter().zip(first) {
-        add(Some(slot), &product(&share, x));
-        square.iter_mut().zip(x).for_each(|(s, &x)| *s += x * x);
-    }
-    for slot in last {
-        add(Some(slot), &product(&share, &square));
+        let moment = product(&share, x);
+        // Not the square first, which may overflow where there is no mass.
+        last.iter_mut().for_each(|slot| add(Some(slot), &product(&moment, x)));
+        add(Some(slot), &moment);
     }
 }
 
@@ -438,8 +443,8 @@ struct Evaluate<'a, T, const D: usize> {
     field: &'a Field<T>,
     degree: usize,
     frame: Frame<T, D>,
-    /// Factors, to be multiplied one after the other, from potential, gradient and Laplacian in units to true ones.
-    scales: [[T; 2]; 3],
+    /// True potential, gradient and Laplacian are those in units times 2^these.
+    exponents: [i32; 3],
     targets: &'a [[T; D]],
     outputs: Outputs<'a, T, D>,
 }
@@ -448,9 +453,32 @@ struct Evaluate<'a, T, const D: usize> {
 struct Row<'a, T> {
     coefficients: &'a [T; MONOMIALS],
     degree: usize,
-    /// Factors of the result.
+    /// The result is the polynomial times 2^this, or times these factors one after the other.
+    exponent: i32,
     scale: [T; 2],
     wanted: bool,
+}
+
+/// The polynomials at an offset of any size: in units of its own.
+#[cold]
+#[inline(never)]
+fn at_any_distance<T: Real, const D: usize>(rows: &[Row<'_, T>; 5], x: &[T; D]) -> [T; 5] {
+    let mut values = [T::ZERO; 5];
+    let exponent = x.iter().fold(T::ZERO, |most, x| most.max(x.abs())).frexp().1;
+    let mut lanes = [[T::ZERO; LANES]; D];
+    for (lanes, x) in lanes.iter_mut().zip(x) {
+        lanes.iter_mut().take(1).for_each(|lane| *lane = x.ldexp(exponent.saturating_neg()));
+    }
+    for (value, row) in values.iter_mut().zip(rows).filter(|(_, row)| row.wanted) {
+        let mut coefficients = [T::ZERO; MONOMIALS];
+        for ((to, c), e) in coefficients.iter_mut().zip(row.coefficients).zip(exponents::<D>(row.degree)) {
+            let less = row.degree.saturating_sub(e.iter().sum()) as i32;
+            *to = c.ldexp(less.saturating_mul(exponent).saturating_neg());
+        }
+        let [first, ..] = horner(&coefficients, row.degree, &lanes);
+        *value = first.ldexp(exponent.saturating_mul(row.degree as i32).saturating_add(row.exponent));
+    }
+    values
 }
 
 impl<T: Real, const D: usize> Loops for Evaluate<'_, T, D> {
@@ -458,12 +486,14 @@ impl<T: Real, const D: usize> Loops for Evaluate<'_, T, D> {
 
     #[inline(always)]
     fn run(self) {
-        let Self { field, degree, frame, scales: [of_potential, of_gradient, of_laplacian], targets, outputs } = self;
+        let Self { field, degree, frame, exponents: [of_potential, of_gradient, of_laplacian], targets, outputs } =
+            self;
         let Wanted { potential, gradient, laplacian } = outputs.wanted();
-        let row = |coefficients, less: usize, scale, wanted| {
+        let row = |coefficients, less: usize, exponent, wanted| {
             let degree = degree.saturating_sub(less);
-            Row { coefficients, degree, scale, wanted }
+            Row { coefficients, degree, exponent, scale: power_of_two_pair(exponent), wanted }
         };
+        let [least, most] = frame.distances;
         let [x, y, z] = field.gradient.each_ref();
         let rows = [
             row(&field.value, 0, of_potential, potential),
@@ -479,11 +509,32 @@ impl<T: Real, const D: usize> Loops for Evaluate<'_, T, D> {
         );
         for targets in targets.chunks(LANES) {
             let x = offsets(targets, &frame);
+            let mut size = [T::ZERO; LANES];
+            for x in &x {
+                size.iter_mut().zip(x).for_each(|(size, x)| *size = if x.abs() > *size { x.abs() } else { *size });
+            }
+            let is_out = |size: T| size > most || (size < least && size > T::ZERO);
+            let some_are_out = size.iter().any(|&size| is_out(size));
+            let mut within = x;
+            if some_are_out {
+                // Their powers might overflow, which may be trapped.
+                for x in &mut within {
+                    x.iter_mut().zip(&size).for_each(|(x, &size)| *x = if is_out(size) { T::ZERO } else { *x });
+                }
+            }
             let mut values = [[T::ZERO; LANES]; 5];
             for (values, row) in values.iter_mut().zip(&rows) {
                 if row.wanted {
-                    *values = horner(row.coefficients, row.degree, &x);
+                    *values = horner(row.coefficients, row.degree, &within);
                     values.iter_mut().for_each(|v| *v = *v * row.scale[0] * row.scale[1]);
+                }
+            }
+            if some_are_out {
+                for (lane, _) in size.iter().enumerate().filter(|(_, size)| is_out(**size)) {
+                    let at = x.each_ref().map(|x| x.get(lane).copied().unwrap_or(T::ZERO));
+                    for (values, value) in values.iter_mut().zip(at_any_distance(&rows, &at)) {
+                        values.get_mut(lane).into_iter().for_each(|slot| *slot = value);
+                    }
                 }
             }
             let [of_potential, of_laplacian, of_gradient @ ..] = &values;
@@ -595,7 +646,7 @@ pub(super) fn evaluate<T: Real, const D: usize>(
     }
     let far = &far.in_units(frame.position, largest_distance::<T>(degree));
     let exponent = far.exponent - frame.mass;
-    let scales = [0, 1, 2].map(|times: i32| power_of_two_pair(exponent + times * frame.position));
+    let exponents = [0, 1, 2].map(|times: i32| exponent + times * frame.position);
     let field = Field::new::<D>(far, degree, (&moments, highest), options);
     let pieces = (
         outputs.potential.map(|p| Chunks::new(p, TASK)),
@@ -614,7 +665,7 @@ pub(super) fn evaluate<T: Real, const D: usize>(
             let start = task.saturating_mul(TASK);
             let targets = targets.get(start..targets.len().min(start.saturating_add(TASK))).unwrap_or(&[]);
             let outputs = Outputs { potential, gradient, laplacian };
-            with_simd(run.level, Evaluate { field: &field, degree, frame, scales, targets, outputs });
+            with_simd(run.level, Evaluate { field: &field, degree, frame, exponents, targets, outputs });
             Ok(())
         },
     )?;
@@ -632,20 +683,29 @@ impl<T: Real, const D: usize> Frame<T, D> {
         let Units { position, mass, .. } = Units::of([length.max(delta), mass], targets);
         let frame = Self::centred(sources, stride, position, mass);
         // Around a centre far from zero, distances are small beside the coordinates.
-        let near = frame.spread(sources.positions, stride).max(delta.ldexp(position));
-        let spread = if near < T::from_f64(SMALL_SPREAD) { frame.spread(targets, 1).max(near) } else { T::ONE };
+        let near = frame.spread_of_sources(sources, stride).max(delta.ldexp(position));
+        let mut spread = if near < T::from_f64(SMALL_SPREAD) { frame.spread(targets).max(near) } else { T::ONE };
         if spread == T::ZERO {
             return frame;
         }
+        // The sources' own powers stay in range too; targets that are then too far away have units of their own, and so have those that are too close to
+        // sources which are all in one place.
+        let (largest, least) = (largest_distance::<T>(degree), least_distance::<T>(degree));
+        if near > T::ZERO {
+            spread = spread.min(near.ldexp(largest + least));
+        }
         // Coordinates stay in range, and so does the factor.
         let limit = T::MAX_EXPONENT - 2;
-        let raised = largest_distance::<T>(degree).saturating_sub(spread.frexp().1).min(limit - 2);
-        Self::centred(sources, stride, position.saturating_add(raised).min(limit), mass)
+        let raised = largest.saturating_sub(spread.frexp().1).min(limit - 2);
+        let mut frame = Self::centred(sources, stride, position.saturating_add(raised).min(limit), mass);
+        let least = if near > T::ZERO { T::ZERO } else { T::ONE.ldexp(-least) };
+        frame.distances = [least, T::ONE.ldexp(largest + 1)];
+        frame
     }
 
     /// Units as they are given; as centre the mean of every `stride`-th source by |mass|.
     fn centred(sources: Sources<'_, T, D>, stride: usize, position: i32, mass: i32) -> Self {
-        let mut frame = Self { centre: [T::ZERO; D], position, mass };
+        let mut frame = Self { centre: [T::ZERO; D], position, mass, distances: [T::ZERO, T::MAX] };
         let [length, unit] = frame.factors();
         let sample = sources.positions.iter().zip(sources.masses).step_by(stride);
         let (weight, sum) = sample.fold((T::ZERO, [T::ZERO; D]), |(weight, mut sum), (x, &m)| {
@@ -665,11 +725,20 @@ impl<T: Real, const D: usize> Frame<T, D> {
         [self.position, self.mass].map(|exponent| T::ONE.ldexp(exponent))
     }
 
-    /// The largest distance of every `stride`-th point from the centre along an axis, in units.
-    fn spread(&self, points: &[[T; D]], stride: usize) -> T {
+    /// The largest distance of a point from the centre along an axis, in units.
+    fn spread<'x>(&self, points: impl IntoIterator<Item = &'x [T; D]>) -> T
+    where
+        T: 'x,
+    {
         let [length, _] = self.factors();
-        let apart =
+        let away =
             |x: &[T; D]| x.iter().zip(&self.centre).fold(T::ZERO, |most, (&x, &c)| most.max((x * length - c).abs()));
-        points.iter().step_by(stride).fold(T::ZERO, |most, x| most.max(apart(x)))
+        points.into_iter().fold(T::ZERO, |most, x| most.max(away(x)))
+    }
+
+    /// The same of every `stride`-th source that has a mass.
+    fn spread_of_sources(&self, sources: Sources<'_, T, D>, stride: usize) -> T {
+        let sample = sources.positions.iter().zip(sources.masses).step_by(stride);
+        self.spread(sample.filter(|(_, m)| **m != T::ZERO).map(|(x, _)| x))
     }
 }
