@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use anyhow::{Context, Result, bail};
 use clap::Args;
-use mollis_core::exec::{Chunks, Executor, Run, Serial, par_chunks};
+use mollis_core::exec::{Chunks, Executor, Resources, Run, Serial, par_chunks};
 use mollis_core::grid::{Equation, Grid, MassScale, Mesh, Order};
 use mollis_core::pks::{
     Attraction, Counters, Event, Events, Heavy, Merging, Options, Report as Made, Setting, State, step, theory,
@@ -147,21 +147,22 @@ impl Pks {
         let mut grid = Grid::prepare(aligned(&mut memory), mesh, self.equation(), executor.workers())?;
         // Masses change when particles merge, not within a sub-step.
         let scale = MassScale::of(&masses)?;
+        let resources = Resources { executor, ..Resources::default() };
         let clock = if self.threads > 1 { wall_time } else { cpu_time };
         let mut seconds = [const { Vec::new() }; 4];
         for step in 1..=self.repetitions.max(1) as u32 {
             let times: [Duration; 4] = {
                 let begin = clock();
                 grid.begin(scale);
-                grid.add(&positions, &masses, executor)?;
+                grid.add(&positions, &masses, resources)?;
                 let deposited = clock();
-                grid.solve(executor)?;
+                grid.solve(resources)?;
                 let solved = clock();
                 let grid = &grid;
                 let tasks = self.n.div_ceil(TASK);
                 par_chunks(executor, tasks, Chunks::new(&mut positions, TASK), (), &|task, positions, ()| {
                     let (mut gradient, mut normals) = ([[0.0; 2]; TASK], [[0.0; 2]; TASK]);
-                    grid.interpolate_here(positions, &mut gradient);
+                    grid.interpolate_here(positions, &mut gradient, resources.level);
                     philox.normals(&labels[task * TASK..][..positions.len()], step, 0, &mut normals);
                     let spread = noise * dt.sqrt();
                     for ((x, g), z) in positions.iter_mut().zip(&gradient).zip(&normals) {

@@ -115,7 +115,7 @@ impl Reader {
     }
 }
 
-/// FNV-1a over 64 bits (Fowler, Noll & Vo): finds damage, not malice.
+/// FNV-1a over 64 bits (Fowler, Noll & Vo): detects accidental damage, not tampering.
 pub fn checksum(bytes: &[u8]) -> u64 {
     bytes.iter().fold(0xCBF2_9CE4_8422_2325, |hash, &byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01B3))
 }

@@ -15,7 +15,7 @@ pub fn write(path: &Path, content: impl FnOnce(&mut BufWriter<File>) -> Result<(
     let attempt = || -> Result<()> {
         let mut writer = BufWriter::new(File::create(&fresh)?);
         content(&mut writer)?;
-        // The bytes must be there before the name is.
+        // Flush the data before the rename.
         writer.into_inner().map_err(std::io::IntoInnerError::into_error)?.sync_all()?;
         Ok(fs::rename(&fresh, path)?)
     };

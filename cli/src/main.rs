@@ -25,7 +25,7 @@ mod results;
 mod run;
 mod scene;
 
-/// Particles with softened potentials: check a scene, run it, see it move.
+/// Particles with softened potentials: check, run and plot scenes.
 #[derive(Parser)]
 #[command(name = "mollis", version, arg_required_else_help = true)]
 struct Arguments {

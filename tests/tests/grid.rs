@@ -3,7 +3,7 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use mollis_core::exec::{Executor, Serial};
+use mollis_core::exec::{Executor, Resources, Serial};
 use mollis_core::grid::{Equation, Grid, MassScale, Mesh, Order, Walls};
 use mollis_core::memory::ALIGN;
 use mollis_core::{Error, Real, Result, Scalar};
@@ -83,13 +83,13 @@ fn agrees_with_the_dense_twin() {
                 let walls = if no_flux { Walls::NoFlux } else { Walls::Free };
                 let mesh = Mesh::new(case.lower, case.upper, cells).unwrap();
                 with_grid(mesh, Equation { screening, walls, ..Equation::POISSON }, 1, |grid| {
-                    grid.deposit(&x, &m, &Serial).unwrap();
-                    grid.solve(&Serial).unwrap();
+                    grid.deposit(&x, &m, Resources::default()).unwrap();
+                    grid.solve(Resources::default()).unwrap();
                     let (mut masses, mut u) = (vec![f64::NAN; mesh.nodes()], vec![f64::NAN; mesh.nodes()]);
                     grid.masses(&mut masses).unwrap();
                     grid.potential(&mut u).unwrap();
                     let mut gradient = vec![[f64::NAN; 2]; targets.len()];
-                    grid.interpolate(&targets, &mut gradient, &Serial).unwrap();
+                    grid.interpolate(&targets, &mut gradient, Resources::default()).unwrap();
                     // Masses: an error of half a unit, 2^-50 of at most twice the total, for each share of 60 particles.
                     let total: f64 = m.iter().sum();
                     for (a, b) in masses.iter().zip(&want.masses) {
@@ -174,7 +174,7 @@ fn manufactured_error(cells: [usize; 2], ratio: usize, walls: Walls) -> f64 {
         } else {
             assert_eq!(total, 0);
         }
-        grid.solve(&Serial).unwrap();
+        grid.solve(Resources::default()).unwrap();
         let mut got = vec![f64::NAN; mesh.nodes()];
         grid.potential(&mut got).unwrap();
         let share = |i: usize, n: usize| if i == 0 || i == n { 0.5 } else { 1.0 };
@@ -219,11 +219,12 @@ fn any_order_any_number_of_threads_any_split_the_same_bits() {
     m[777] = 1e6;
     let mesh = Mesh::new(case.lower, case.upper, case.cells).unwrap();
     let run = |x: &[[f64; 2]], m: &[f64], executor: &dyn Executor| {
+        let resources = Resources { executor, ..Resources::default() };
         with_grid(mesh, Equation::POISSON, executor.workers(), |grid| {
-            grid.deposit(x, m, executor).unwrap();
-            grid.solve(executor).unwrap();
+            grid.deposit(x, m, resources).unwrap();
+            grid.solve(resources).unwrap();
             let mut gradient = vec![[0.0; 2]; x.len()];
-            grid.interpolate(x, &mut gradient, executor).unwrap();
+            grid.interpolate(x, &mut gradient, resources).unwrap();
             let bits: Vec<[u64; 2]> = gradient.iter().map(|g| g.map(f64::to_bits)).collect();
             (grid.words().to_vec(), grid.outside(), *grid.monopole(), bits)
         })
@@ -248,24 +249,25 @@ fn any_order_any_number_of_threads_any_split_the_same_bits() {
     for (x, m) in x.chunks(12_345).zip(m.chunks(12_345)) {
         with_grid(mesh, Equation::POISSON, 1, |grid| {
             grid.begin(scale);
-            grid.add(x, m, &Serial).unwrap();
+            grid.add(x, m, Resources::default()).unwrap();
             sum.iter_mut().zip(grid.words()).for_each(|(s, w)| *s += w);
         });
     }
     assert!(sum == want.0);
     let square = Mesh::new(case.lower, case.upper, [48, 41]).unwrap();
     let fourth = |executor: &dyn Executor| {
+        let resources = Resources { executor, ..Resources::default() };
         with_grid(square, Equation { order: Order::Fourth, ..Equation::POISSON }, executor.workers(), |grid| {
-            grid.deposit(&x, &m, executor).unwrap();
-            grid.solve(executor).unwrap();
+            grid.deposit(&x, &m, resources).unwrap();
+            grid.solve(resources).unwrap();
             grid.gradient().iter().map(|g| g.map(f64::to_bits)).collect::<Vec<_>>()
         })
     };
     assert!(fourth(&Threads(3)) == fourth(&Serial));
     // A single target gives the same bits as all targets together.
     with_grid(mesh, Equation::POISSON, 1, |grid| {
-        grid.deposit(&x, &m, &Serial).unwrap();
-        grid.solve(&Serial).unwrap();
+        grid.deposit(&x, &m, Resources::default()).unwrap();
+        grid.solve(Resources::default()).unwrap();
         for (x, bits) in x.iter().zip(&want.3).step_by(97) {
             assert_eq!(grid.gradient_at(*x).map(f64::to_bits), *bits);
         }
@@ -283,8 +285,8 @@ fn a_lone_particle_is_hardly_moved_by_itself() {
             let mut next = random(4);
             for _ in 0..50 {
                 let x = [next() - 0.5, next() - 0.5];
-                grid.deposit(&[x], &[1.0], &Serial).unwrap();
-                grid.solve(&Serial).unwrap();
+                grid.deposit(&[x], &[1.0], Resources::default()).unwrap();
+                grid.solve(Resources::default()).unwrap();
                 let own = grid.gradient_at(x);
                 // The field one mesh width away is 1 / (2 pi h) = 5.
                 assert!(own[0].hypot(own[1]) < 1e-3, "{order:?} {x:?} {own:?}");
@@ -303,8 +305,8 @@ fn no_flux_mirrors_what_is_outside() {
     let m = [1.0, 2.0, 3.0];
     let run = |x: &[[f64; 2]]| {
         with_grid(mesh, equation, 1, |grid| {
-            grid.deposit(x, &m, &Serial).unwrap();
-            grid.solve(&Serial).unwrap();
+            grid.deposit(x, &m, Resources::default()).unwrap();
+            grid.solve(Resources::default()).unwrap();
             assert_eq!(grid.outside(), 0);
             let mut u = vec![0.0; mesh.nodes()];
             grid.potential(&mut u).unwrap();
@@ -333,14 +335,14 @@ fn single_precision_agrees_with_double() {
     let mut want = vec![[0.0; 2]; x.len()];
     let mut got = vec![[0.0_f32; 2]; x.len()];
     with_grid(Mesh::new([-1.0, -1.0], [1.0, 1.0], case.cells).unwrap(), Equation::POISSON, 1, |grid| {
-        grid.deposit(&x, &m, &Serial).unwrap();
-        grid.solve(&Serial).unwrap();
-        grid.interpolate(&x, &mut want, &Serial).unwrap();
+        grid.deposit(&x, &m, Resources::default()).unwrap();
+        grid.solve(Resources::default()).unwrap();
+        grid.interpolate(&x, &mut want, Resources::default()).unwrap();
     });
     with_grid(Mesh::new([-1.0_f32, -1.0], [1.0, 1.0], case.cells).unwrap(), Equation::POISSON, 1, |grid| {
-        grid.deposit(&x32, &m32, &Serial).unwrap();
-        grid.solve(&Serial).unwrap();
-        grid.interpolate(&x32, &mut got, &Serial).unwrap();
+        grid.deposit(&x32, &m32, Resources::default()).unwrap();
+        grid.solve(Resources::default()).unwrap();
+        grid.interpolate(&x32, &mut got, Resources::default()).unwrap();
     });
     let size = largest(want.iter().flatten().copied());
     for (a, b) in got.iter().flatten().zip(want.iter().flatten()) {
@@ -369,23 +371,24 @@ fn refuses_what_it_must_and_leaves_the_rest() {
     assert_eq!(Grid::workspace_bytes(&mesh, &coarse, 1), Err(Error::Unsupported));
     assert_eq!(Grid::workspace_bytes(&mesh, &screened, 1), Err(Error::Unsupported));
     with_grid(mesh, Equation::POISSON, 1, |grid| {
-        grid.deposit(&[[0.5, 0.5]], &[1.0], &Serial).unwrap();
+        grid.deposit(&[[0.5, 0.5]], &[1.0], Resources::default()).unwrap();
         let before = grid.words().to_vec();
-        assert_eq!(grid.deposit(&[[0.5, 0.5]], &[], &Serial), Err(Error::LengthMismatch));
-        assert_eq!(grid.deposit(&[[0.5, 0.5]], &[f64::NAN], &Serial), Err(Error::NotFinite));
-        assert_eq!(grid.deposit(&[[0.5, 0.5]], &[1.0], &Threads(2)), Err(Error::WorkspaceTooSmall));
-        assert_eq!(grid.solve(&Threads(2)), Err(Error::WorkspaceTooSmall));
-        assert_eq!(grid.interpolate(&[[0.5, 0.5]], &mut [], &Serial), Err(Error::LengthMismatch));
+        assert_eq!(grid.deposit(&[[0.5, 0.5]], &[], Resources::default()), Err(Error::LengthMismatch));
+        assert_eq!(grid.deposit(&[[0.5, 0.5]], &[f64::NAN], Resources::default()), Err(Error::NotFinite));
+        let two = Resources { executor: &Threads(2), ..Resources::default() };
+        assert_eq!(grid.deposit(&[[0.5, 0.5]], &[1.0], two), Err(Error::WorkspaceTooSmall));
+        assert_eq!(grid.solve(two), Err(Error::WorkspaceTooSmall));
+        assert_eq!(grid.interpolate(&[[0.5, 0.5]], &mut [], Resources::default()), Err(Error::LengthMismatch));
         assert_eq!(grid.potential(&mut [0.0; 3]), Err(Error::LengthMismatch));
         assert_eq!(grid.masses(&mut [0.0; 3]), Err(Error::LengthMismatch));
         assert!(grid.words() == before);
-        assert_eq!(grid.add(&[[f64::NAN, 0.5]], &[1.0], &Serial), Err(Error::NotFinite));
+        assert_eq!(grid.add(&[[f64::NAN, 0.5]], &[1.0], Resources::default()), Err(Error::NotFinite));
         // Zero mass, and masses that cancel.
-        grid.deposit(&[], &[], &Serial).unwrap();
-        grid.solve(&Serial).unwrap();
+        grid.deposit(&[], &[], Resources::default()).unwrap();
+        grid.solve(Resources::default()).unwrap();
         assert!(grid.gradient().iter().flatten().all(|&g| g == 0.0));
-        grid.deposit(&[[0.25, 0.5], [0.75, 0.5]], &[1.0, -1.0], &Serial).unwrap();
-        grid.solve(&Serial).unwrap();
+        grid.deposit(&[[0.25, 0.5], [0.75, 0.5]], &[1.0, -1.0], Resources::default()).unwrap();
+        grid.solve(Resources::default()).unwrap();
         assert_eq!(grid.monopole().mass, 0.0);
         assert!(grid.gradient_at([0.5, 0.5])[0] > 0.0 && grid.gradient_at([9.0, 9.0]) == [0.0, 0.0]);
     });
@@ -401,8 +404,8 @@ fn mass_far_outside_or_at_the_border_gives_finite_fields() {
             }
             for x in [[1e300, -1e300], [0.0, 0.0], [1.0, 0.5], [-0.1, 0.5], [1e-300, 1.0], [0.5, -1e4]] {
                 with_grid(mesh, Equation { screening, walls, ..Equation::POISSON }, 1, |grid| {
-                    grid.deposit(&[x, x], &[1.0, 1e-9], &Serial).unwrap();
-                    grid.solve(&Serial).unwrap();
+                    grid.deposit(&[x, x], &[1.0, 1e-9], Resources::default()).unwrap();
+                    grid.solve(Resources::default()).unwrap();
                     assert!(grid.gradient().iter().flatten().all(|g| g.is_finite()), "{screening} {x:?}");
                     assert!(grid.gradient_at([2.0, 2.0]).iter().all(|g| g.is_finite()));
                 });
@@ -429,8 +432,8 @@ fn second_moments_on_the_border_bring_the_field_of_divided_mass() {
     let m = vec![1.0 / x.len() as f64; x.len()];
     let error = |walls| {
         with_grid(mesh, Equation { screening: 0.0, walls, ..Equation::POISSON }, 1, |grid| {
-            grid.deposit(&x, &m, &Serial).unwrap();
-            grid.solve(&Serial).unwrap();
+            grid.deposit(&x, &m, Resources::default()).unwrap();
+            grid.solve(Resources::default()).unwrap();
             let (mut worst, mut largest) = (0.0_f64, 0.0_f64);
             for k in 0..40 {
                 let (sin, cos) = (std::f64::consts::TAU * f64::from(k) / 40.0).sin_cos();
@@ -474,10 +477,10 @@ fn what_the_mesh_loses_of_the_attraction_falls_as_the_order_says() {
     let lost = |order, cells: [usize; 2]| {
         let mesh = Mesh::new([-1.0, -1.1], [1.0, 0.9], cells).unwrap();
         with_grid(mesh, Equation { order, ..Equation::POISSON }, 1, |grid| {
-            grid.deposit(&x, &m, &Serial).unwrap();
-            grid.solve(&Serial).unwrap();
+            grid.deposit(&x, &m, Resources::default()).unwrap();
+            grid.solve(Resources::default()).unwrap();
             let mut g = vec![[0.0; 2]; x.len()];
-            grid.interpolate(&x, &mut g, &Serial).unwrap();
+            grid.interpolate(&x, &mut g, Resources::default()).unwrap();
             let virial: f64 = x.iter().zip(&m).zip(&g).map(|((x, m), g)| m * (x[0] * g[0] + x[1] * g[1])).sum();
             (1.0 - virial * 4.0 * std::f64::consts::PI).abs()
         })

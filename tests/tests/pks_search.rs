@@ -1,6 +1,6 @@
 //! The search for clusters by sorting, compared with the descent through cells.
 
-use mollis_core::exec::Serial;
+use mollis_core::exec::{Resources, Serial};
 use mollis_core::memory::{ALIGN, Carve, Measure};
 use mollis_core::pks::collision::Criterion;
 use mollis_core::pks::extent::Extent;
@@ -27,7 +27,7 @@ fn search(
     let extent = Extent::of(positions, masses, &Serial).unwrap();
     let mesh = Mesh::new(search, &extent, step, 1.0);
     let particles = Particles { positions, masses, smallest: extent.smallest };
-    find(search, criterion, &mesh, particles, &Serial, &mut scratch).unwrap();
+    find(search, criterion, &mesh, particles, Resources::default(), &mut scratch).unwrap();
     let mut out = Vec::new();
     for cluster in scratch.clusters() {
         let mut members: Vec<usize> = scratch.members(cluster.first, cluster.count).collect();

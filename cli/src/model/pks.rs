@@ -21,7 +21,7 @@ use crate::initial::diffusion;
 use crate::particles::Particles;
 use crate::scene::Scene;
 
-/// Events that one call has room for; a step with more is gone on with.
+/// Event capacity of one call; a step with more is continued by further calls.
 const ROOM: usize = 4096;
 
 /// A run.

@@ -11,7 +11,7 @@ use crate::history::{Event, History, Snapshot};
 use crate::particles::Particles;
 use crate::scene::Scene;
 
-/// What moves.
+/// A model that advances in time.
 pub trait Simulation {
     /// The names of what [`Simulation::row`] returns.
     fn columns(&self) -> Vec<String>;
@@ -53,7 +53,7 @@ pub trait Simulation {
 pub enum Ending {
     /// At its end.
     Done,
-    /// At the host's wish; a checkpoint was written.
+    /// On request; a checkpoint was written.
     Stopped,
 }
 

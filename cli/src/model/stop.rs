@@ -1,4 +1,4 @@
-//! The wish to stop.
+//! Requests to stop.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 

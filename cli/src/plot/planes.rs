@@ -1,7 +1,7 @@
 //! Pictures of the plane: density maps, particles, the field of the chemical.
 
 use anyhow::{Context, Result, ensure};
-use mollis_core::exec::Executor;
+use mollis_core::exec::{Executor, Resources};
 use mollis_core::field::Sources;
 use mollis_core::grid::{Equation, Grid};
 use mollis_host::memory::Memory;
@@ -156,7 +156,7 @@ pub fn particles(picture: &Picture, results: &[&CaseResult<'_>]) -> Result<Canva
             let points =
                 || particles.positions.chunks_exact(particles.dimension).map(|x| [x[0], x[1]]).zip(&particles.masses);
             let light: Vec<[f64; 2]> = points().filter(|(_, mass)| !heavy(**mass)).map(|(x, _)| x).collect();
-            // More points than pixels hide nothing but time: every k-th is drawn.
+            // With more points than pixels only every k-th is drawn.
             let every = light.len().div_ceil(20_000).max(1);
             let radius = if light.len() > 2000 { 0.7 } else { 1.8 };
             let light = light.into_iter().step_by(every).collect();
@@ -183,9 +183,10 @@ pub fn field(picture: &Picture, results: &[&CaseResult<'_>], executor: &dyn Exec
         let (low, high) = (mesh.lower(), mesh.upper());
         let axes = [0, 1].map(|axis| Axis::fixed([low[axis], high[axis]]));
         let axes = [picture.x.map_or(axes[0], Axis::fixed), picture.y.map_or(axes[1], Axis::fixed)];
+        let resources = Resources { executor, ..Resources::default() };
         for snapshot in &snapshots {
-            grid.deposit(snapshot.particles.positions.as_chunks::<2>().0, &snapshot.particles.masses, executor)?;
-            grid.solve(executor)?;
+            grid.deposit(snapshot.particles.positions.as_chunks::<2>().0, &snapshot.particles.masses, resources)?;
+            grid.solve(resources)?;
             let mut values = vec![0.0; (nx + 1) * (ny + 1)];
             grid.potential(&mut values)?;
             values.iter_mut().for_each(|u| *u = -*u);

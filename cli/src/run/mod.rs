@@ -127,7 +127,7 @@ pub fn main(args: Args) -> Result<ExitCode> {
     if failed.is_empty() && runner.checkpoint.exists() {
         std::fs::remove_file(&runner.checkpoint).with_context(|| format!("{}", runner.checkpoint.display()))?;
     }
-    // Everything is written by now: a reader that has gone changes nothing about how the run ended.
+    // All files are written; a closed output pipe does not change the exit status.
     let told = if args.quiet { Ok(()) } else { report(&out, &file, &results, &checks) };
     failed.extend(told.err().filter(|error| !console::is_closed(error)).map(|error| format!("{error:#}")));
     let missed: Vec<String> = checks.iter().filter(|check| !check.passed).map(described).collect();

@@ -315,8 +315,14 @@ const TIME: &[Field] = &[
 ];
 
 const METHOD: &[Field] = &[
-    field("sum", Choice(&["auto", "direct"]), "", Otherwise("auto"), "auto: the cheapest that meets the tolerance"),
-    field("tolerance", Number(Open(0.0, 1.0)), "", Otherwise("1e-12"), "of sums by fast methods, relative"),
+    field("sum", Choice(&["auto", "direct"]), "", Otherwise("auto"), "auto: the fastest method that serves the kernel"),
+    field(
+        "tolerance",
+        Number(Open(0.0, 1.0)),
+        "",
+        Otherwise("1e-12"),
+        "of sums by approximate methods, relative; no present method uses it",
+    ),
 ];
 
 const PKS: &[Field] = &[

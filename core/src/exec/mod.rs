@@ -1,6 +1,6 @@
 //! The context of a call: its executor and instruction set, the division of outputs among tasks, and its counters.
 //!
-//! * [`Run`]: level, executor, stop request; [`Statistics`]: the counters of a sum
+//! * [`Run`]: level, executor, stop request; [`Resources`]: the first two; [`Statistics`]: the counters of a sum
 //! * [`Executor`]: runs independent tasks for the host; [`Serial`]: in the calling thread
 //! * [`par_chunks`]: runs tasks, each with its own piece of the outputs ([`Partition`]) and of the scratch
 //!
@@ -18,4 +18,4 @@ pub use columns::{Block, Columns};
 pub use executor::{Executor, Serial};
 #[cfg(target_has_atomic = "ptr")]
 pub use partition::{Body, Chunks, MAX_WORKERS, Partition, Ranges, par_chunks};
-pub use run::{Run, Statistics};
+pub use run::{Resources, Run, Statistics};

@@ -15,6 +15,35 @@ pub struct Run<'a> {
     pub counters: Option<&'a mut Statistics>,
 }
 
+/// The part of a call's options that every loop needs: where it runs.
+#[derive(Clone, Copy)]
+pub struct Resources<'a> {
+    /// The instruction set.
+    pub level: Level,
+    /// Runs the tasks.
+    pub executor: &'a dyn Executor,
+}
+
+impl Default for Resources<'_> {
+    fn default() -> Self {
+        Self { level: Level::best(), executor: &Serial }
+    }
+}
+
+impl core::fmt::Debug for Resources<'_> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("Resources").field("level", &self.level).field("workers", &self.executor.workers()).finish()
+    }
+}
+
+impl<'a> Run<'a> {
+    /// Its instruction set and executor.
+    #[must_use]
+    pub fn resources(&self) -> Resources<'a> {
+        Resources { level: self.level, executor: self.executor }
+    }
+}
+
 impl Default for Run<'_> {
     fn default() -> Self {
         Self { level: Level::best(), executor: &Serial, should_stop: None, counters: None }

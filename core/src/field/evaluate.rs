@@ -31,7 +31,7 @@ pub fn evaluate<T: Real, const D: usize>(
     checked::<T, D, true>(plan, kernel, sources, targets, outputs, workspace, run)
 }
 
-/// As [`evaluate`], for solvers. Firmware's want gradients and Laplacians by default options, and what leads to potentials is not linked.
+/// As [`evaluate`], for the particle methods. With the feature `small` only gradients and Laplacians with default options; code for potentials is not linked.
 pub(crate) fn flow<T: Real, const D: usize>(
     plan: &Plan,
     kernel: &dyn Interaction<T, D>,

@@ -1,6 +1,6 @@
 //! Sums over sources: `u(x_i) = sum_j m_j K_delta(x_i - x_j)`, its gradient and its Laplacian.
 //!
-//! One front door: [`plan`] picks the method and says why, what is skipped and how many workspace bytes it takes;
+//! Two entry points: [`plan`] selects the method and reports the reason, the omitted work and the size of the workspace;
 //! [`evaluate`] runs it. Masses may have either sign; targets may or may not be the sources. A mollified kernel counts
 //! every pair, a target on a source included; without a mollifier coincident pairs contribute nothing, and coincidence
 //! is by position, so no index map is needed.

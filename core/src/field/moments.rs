@@ -24,7 +24,7 @@ use crate::memory::{Carve, Measure, Space};
 use crate::real::{DoubleWord, Real, quotient};
 use crate::simd::{Loops, with_simd};
 
-/// Particles side by side: two registers of AVX2.
+/// Particles per vector operation: two registers of AVX2.
 const LANES: usize = 8;
 /// Blocks of lanes that are summed in single words before they go into double words.
 const BLOCKS: usize = 64;

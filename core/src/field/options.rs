@@ -18,7 +18,7 @@ pub struct Options {
     /// In two dimensions the gradient output is `a grad u + b (grad u rotated by +90 degrees)`: `(1, 0)` is the
     /// gradient, `(0, 1)` its rotation (vortex flow). Other dimensions take `(1, 0)` only.
     pub combination: (f64, f64),
-    /// The relative error that may be spent for speed, in the l2 norm over targets; 0 asks for rounding alone.
+    /// Relative error, in the l2 norm over targets, allowed to approximate methods; 0 allows rounding only. No present method uses it.
     pub tolerance: f64,
     /// Forces a method; `None` lets the plan choose.
     pub method: Option<Method>,
@@ -67,6 +67,6 @@ pub enum Reason {
     CompactLaplacian,
     /// Some terms are even powers.
     SomeEvenPowers,
-    /// No faster method serves this kernel, size and tolerance.
+    /// No faster method serves this kernel and size.
     NothingFaster,
 }

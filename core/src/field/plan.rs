@@ -135,7 +135,7 @@ impl Plan {
             Reason::OneDimension => "one dimension, and polynomials of the distance",
             Reason::CompactLaplacian => "only the Laplacian is wanted, which has compact support",
             Reason::SomeEvenPowers => "some terms are even powers",
-            Reason::NothingFaster => "no faster method serves this kernel, size and tolerance",
+            Reason::NothingFaster => "no faster method serves this kernel and size",
         });
         let mut count = |number: usize, what: &str| {
             take("; ");

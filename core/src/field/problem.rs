@@ -12,11 +12,11 @@ pub trait Interaction<T: Real, const D: usize>: Sync {
     fn gradient_factor(&self, r: T) -> T;
     /// The Laplacian of K_delta at distance r.
     fn laplacian(&self, r: T) -> T;
-    /// The coefficient and the blob, where the kernel is Newtonian: such sums have loops of their own for each instruction set.
+    /// The coefficient and the blob, where the kernel is Newtonian: such sums have a loop of their own.
     fn newtonian(&self) -> Option<(T, &Blob<T, D>)> {
         None
     }
-    /// The sum of known kernels that this is, if it is one: some sums have faster methods.
+    /// The kernel as a sum of built-in terms, if it is one: some of these have faster methods.
     fn sum(&self) -> Option<&Kernel<'_, T, D>> {
         None
     }
@@ -55,7 +55,7 @@ impl<T: Real, const D: usize> Interaction<T, D> for Blob<T, D> {
     }
 }
 
-/// What attracts: positions `[n][D]` and masses `[n]` of any sign. A mass is the density times the cell volume h^D.
+/// The sources: positions `[n][D]` and masses `[n]` of any sign. A mass is the density times the cell volume h^D.
 #[derive(Clone, Copy, Debug)]
 pub struct Sources<'a, T, const D: usize> {
     /// Where the sources are.

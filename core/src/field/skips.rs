@@ -1,4 +1,4 @@
-//! Sums that need no pair, or only near ones: which of them serves a kernel, and the way to it.
+//! Methods that avoid the sum over all pairs: their selection and execution.
 
 use super::options::{Method, Options, Reason};
 use super::problem::{Interaction, Outputs, Sources, Wanted};
@@ -14,39 +14,39 @@ use crate::real::Real;
 const FEW_PAIRS: usize = 2048;
 
 /// A method that can serve a sum.
-enum Skip {
+enum FastMethod {
     Moments(Far),
     Sorted(Far),
     Neighbours,
     Split,
 }
 
-impl Skip {
+impl FastMethod {
     fn method(&self) -> (Method, Reason) {
         match self {
-            Skip::Moments(_) => (Method::Moments, Reason::EvenPowers),
-            Skip::Sorted(_) => (Method::Sorted, Reason::OneDimension),
-            Skip::Neighbours => (Method::Neighbours, Reason::CompactLaplacian),
-            Skip::Split => (Method::Split, Reason::SomeEvenPowers),
+            FastMethod::Moments(_) => (Method::Moments, Reason::EvenPowers),
+            FastMethod::Sorted(_) => (Method::Sorted, Reason::OneDimension),
+            FastMethod::Neighbours => (Method::Neighbours, Reason::CompactLaplacian),
+            FastMethod::Split => (Method::Split, Reason::SomeEvenPowers),
         }
     }
 }
 
-fn skip<T: Real, const D: usize>(kernel: &Kernel<'_, T, D>, wanted: Wanted) -> Option<Skip> {
+fn skip<T: Real, const D: usize>(kernel: &Kernel<'_, T, D>, wanted: Wanted) -> Option<FastMethod> {
     let only_laplacian = wanted.laplacian && !wanted.potential && !wanted.gradient;
     if only_laplacian && kernel.is_newtonian() && !matches!(kernel.mollifier(), Mollifier::Gaussian { .. }) {
-        return Some(Skip::Neighbours);
+        return Some(FastMethod::Neighbours);
     }
     let Some(far) = kernel.far() else {
         // Beside another table the even powers cost nothing.
         let gaussian = matches!(kernel.mollifier(), Mollifier::Gaussian { .. });
         let (even, _) = kernel.without_even_powers().filter(|(_, rest)| rest.is_newtonian() && !gaussian)?;
-        return even_powers(&even, wanted).map(|_| Skip::Split);
+        return even_powers(&even, wanted).map(|_| FastMethod::Split);
     };
     if let Some(far) = even_powers(kernel, wanted) {
-        return Some(Skip::Moments(far));
+        return Some(FastMethod::Moments(far));
     }
-    (D == 1).then_some(Skip::Sorted(far))
+    (D == 1).then_some(FastMethod::Sorted(far))
 }
 
 /// The polynomial, if all terms are even powers and moments can serve them.
@@ -187,7 +187,7 @@ fn split<T: Real, const D: usize>(
 }
 
 /// Runs one of these methods; the caller has checked the arguments against the plan.
-#[allow(clippy::too_many_arguments, reason = "the front door's arguments")]
+#[allow(clippy::too_many_arguments, reason = "the arguments of `field::evaluate`")]
 pub(super) fn evaluate<T: Real, const D: usize>(
     (method, wanted): (Method, Wanted),
     options: &Options,
@@ -202,18 +202,18 @@ pub(super) fn evaluate<T: Real, const D: usize>(
     let kernel = kernel.sum().ok_or(Error::Unsupported)?;
     let skip = skip(kernel, wanted).filter(|skip| skip.method().0 == method).ok_or(Error::Unsupported)?;
     match skip {
-        Skip::Neighbours => {
+        FastMethod::Neighbours => {
             let coefficient = kernel.newtonian_coefficient();
             neighbours::evaluate((coefficient, kernel.blob()), options, sources, targets, outputs, workspace, run)
         }
-        Skip::Moments(far) => {
+        FastMethod::Moments(far) => {
             moments::evaluate((&far, kernel.delta()), options, sources, targets, outputs, workspace, run)
         }
         // The constant condition keeps it from being compiled for two and three dimensions.
-        Skip::Sorted(far) if const { D == 1 } => {
+        FastMethod::Sorted(far) if const { D == 1 } => {
             sorted::evaluate((kernel, &far), options, sources, targets, outputs, workspace, run)
         }
-        Skip::Sorted(_) => Err(Error::Unsupported),
-        Skip::Split => split(options, kernel, sources, targets, outputs, workspace, run),
+        FastMethod::Sorted(_) => Err(Error::Unsupported),
+        FastMethod::Split => split(options, kernel, sources, targets, outputs, workspace, run),
     }
 }

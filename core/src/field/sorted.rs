@@ -27,9 +27,9 @@ use crate::sort::radix::{Entry, order};
 /// Targets whose results are written together: the outputs' order is another, so each write may miss every cache, and one after the other
 /// they wait for memory at the same time.
 const TOGETHER: usize = 64;
-/// So many between two questions whether to stop.
-const ASK: usize = 64 * TOGETHER;
-/// Near sources side by side (sixteen take longer, though one round would then do for most targets).
+/// Targets between two calls of `should_stop`.
+const STOP_INTERVAL: usize = 64 * TOGETHER;
+/// Near sources per vector operation (16 was slower, although one iteration would then suffice for most targets).
 const LANES: usize = 8;
 /// Sources from one place to the next where the moments of all sources to the right are kept.
 const STRIDE: usize = 32;
@@ -42,7 +42,7 @@ struct Arrays<'w, T> {
     spare: &'w mut [Entry],
     /// At every [`STRIDE`]-th place.
     kept: &'w mut [Kept<T>],
-    /// Sorted sources, and behind them lanes of none, infinitely far.
+    /// Sorted sources, then padding at infinite distance.
     positions: &'w mut [T],
     masses: &'w mut [T],
 }
@@ -369,7 +369,7 @@ impl<T: Real, const D: usize, const N: usize> Loops for Sweep<'_, '_, T, D, N> {
         let mut near_pairs = 0_u64;
         for (block, indices) in order.chunks(TOGETHER).enumerate() {
             let first_step = block * TOGETHER;
-            if first_step.is_multiple_of(ASK) && should_stop.is_some_and(|stop| stop()) {
+            if first_step.is_multiple_of(STOP_INTERVAL) && should_stop.is_some_and(|stop| stop()) {
                 return Err(Error::Stopped);
             }
             let mut results = [[T::ZERO; 3]; TOGETHER];

@@ -30,7 +30,7 @@ pub use mesh::{MAX_CELLS, Mesh};
 pub use monopole::Monopole;
 
 use crate::error::{Error, Result};
-use crate::exec::{Chunks, Executor, MAX_WORKERS, par_chunks};
+use crate::exec::{Chunks, MAX_WORKERS, Resources, par_chunks};
 use crate::memory::{Carve, Measure, Space};
 use crate::real::{Real, Scalar};
 use crate::simd::{Level, with_simd};
@@ -210,8 +210,8 @@ impl<'w, T: Real> Grid<'w, T> {
         &self.equation
     }
 
-    fn check_workers(&self, executor: &dyn Executor) -> Result<()> {
-        let used = executor.workers().clamp(1, MAX_WORKERS);
+    fn check_workers(&self, resources: Resources<'_>) -> Result<()> {
+        let used = resources.executor.workers().clamp(1, MAX_WORKERS);
         if used > self.workers { Err(Error::WorkspaceTooSmall) } else { Ok(()) }
     }
 
@@ -219,13 +219,13 @@ impl<'w, T: Real> Grid<'w, T> {
     ///
     /// # Errors
     /// As both. If a length or the scale is refused, the density is unchanged.
-    pub fn deposit(&mut self, positions: &[[T; 2]], masses: &[T], executor: &dyn Executor) -> Result<()> {
-        self.check_workers(executor)?;
+    pub fn deposit(&mut self, positions: &[[T; 2]], masses: &[T], resources: Resources<'_>) -> Result<()> {
+        self.check_workers(resources)?;
         if positions.len() != masses.len() {
             return Err(Error::LengthMismatch);
         }
         self.begin(MassScale::of(masses)?);
-        self.add(positions, masses, executor)
+        self.add(positions, masses, resources)
     }
 
     /// Removes all mass and sets the unit of what is added afterwards, by array, rank or species.
@@ -244,32 +244,35 @@ impl<'w, T: Real> Grid<'w, T> {
     /// # Errors
     /// [`Error::LengthMismatch`], [`Error::WorkspaceTooSmall`] (the executor has more workers than the grid was prepared for)
     /// before anything is added; [`Error::NotFinite`]: a position is not finite, and the density is then undefined.
-    pub fn add(&mut self, positions: &[[T; 2]], masses: &[T], executor: &dyn Executor) -> Result<()> {
-        self.change(positions, masses, false, executor)
+    pub fn add(&mut self, positions: &[[T; 2]], masses: &[T], resources: Resources<'_>) -> Result<()> {
+        self.change(positions, masses, false, resources)
     }
 
     /// Removes particles that were added with the same positions and masses. The density is then bit for bit the one without them.
     ///
     /// # Errors
     /// As [`Grid::add`].
-    pub fn remove(&mut self, positions: &[[T; 2]], masses: &[T], executor: &dyn Executor) -> Result<()> {
-        self.change(positions, masses, true, executor)
+    pub fn remove(&mut self, positions: &[[T; 2]], masses: &[T], resources: Resources<'_>) -> Result<()> {
+        self.change(positions, masses, true, resources)
     }
 
-    fn change(&mut self, positions: &[[T; 2]], masses: &[T], remove: bool, executor: &dyn Executor) -> Result<()> {
-        self.check_workers(executor)?;
+    fn change(&mut self, positions: &[[T; 2]], masses: &[T], remove: bool, resources: Resources<'_>) -> Result<()> {
+        self.check_workers(resources)?;
         if positions.len() != masses.len() {
             return Err(Error::LengthMismatch);
         }
         let (mesh, locator, walls, scale) = (&self.mesh, self.locator, self.equation.walls, self.scale);
         let each = mesh.nodes() + TAIL;
         let tasks = positions.len().div_ceil(PARTICLES);
-        par_chunks(executor, tasks, (), Chunks::new(self.arrays.words, each), &|task, (), words| {
+        par_chunks(resources.executor, tasks, (), Chunks::new(self.arrays.words, each), &|task, (), words| {
             let from = task * PARTICLES;
             let until = positions.len().min(from.saturating_add(PARTICLES));
             let (positions, masses) = (positions.get(from..until), masses.get(from..until));
             let (positions, masses) = (positions.unwrap_or_default(), masses.unwrap_or_default());
-            with_simd(Level::best(), deposit::Deposit { mesh, locator, walls, scale, positions, masses, remove, words })
+            with_simd(
+                resources.level,
+                deposit::Deposit { mesh, locator, walls, scale, positions, masses, remove, words },
+            )
         })?;
         // The assignment of tasks to workers does not matter, because the integer sum is the same in any order.
         let (result, others) = self.arrays.words.split_at_mut_checked(each).ok_or(Error::WorkspaceTooSmall)?;
@@ -355,15 +358,15 @@ impl<'w, T: Real> Grid<'w, T> {
     ///
     /// # Errors
     /// [`Error::WorkspaceTooSmall`]: the executor has more workers than the grid was prepared for.
-    pub fn solve(&mut self, executor: &dyn Executor) -> Result<()> {
-        self.check_workers(executor)?;
+    pub fn solve(&mut self, resources: Resources<'_>) -> Result<()> {
+        self.check_workers(resources)?;
         self.locate_mass();
         let each = self.mesh.nodes() + TAIL;
         let Arrays { words, gradient, solver } = &mut self.arrays;
         let words = words.get(..each).ok_or(Error::WorkspaceTooSmall)?;
-        solver.solve(&self.mesh, &self.equation, &self.relative, words, executor)?;
+        solver.solve(&self.mesh, &self.equation, &self.relative, words, resources)?;
         let unit = self.scale.exponent() + fixed::BITS;
-        solver.differences(&self.mesh, self.equation.order, unit, gradient, executor)
+        solver.differences(&self.mesh, self.equation.order, unit, gradient, resources)
     }
 
     /// Overwrites `out` with u at the nodes, node (i, j) at `j (cells[0] + 1) + i`.
@@ -394,21 +397,21 @@ impl<'w, T: Real> Grid<'w, T> {
     ///
     /// # Errors
     /// [`Error::LengthMismatch`] before anything is written; [`Error::Executor`].
-    pub fn interpolate(&self, positions: &[[T; 2]], out: &mut [[T; 2]], executor: &dyn Executor) -> Result<()> {
+    pub fn interpolate(&self, positions: &[[T; 2]], out: &mut [[T; 2]], resources: Resources<'_>) -> Result<()> {
         if positions.len() != out.len() {
             return Err(Error::LengthMismatch);
         }
         let tasks = positions.len().div_ceil(PARTICLES);
-        par_chunks(executor, tasks, Chunks::new(out, PARTICLES), (), &|task, out, ()| {
+        par_chunks(resources.executor, tasks, Chunks::new(out, PARTICLES), (), &|task, out, ()| {
             let from = task * PARTICLES;
             let positions = positions.get(from..positions.len().min(from.saturating_add(PARTICLES)));
-            self.interpolate_here(positions.unwrap_or_default(), out);
+            self.interpolate_here(positions.unwrap_or_default(), out, resources.level);
             Ok(())
         })
     }
 
     /// [`Grid::interpolate`] in the calling thread, for use within a caller's task. The shorter slice gives the number of particles.
-    pub fn interpolate_here(&self, positions: &[[T; 2]], out: &mut [[T; 2]]) {
+    pub fn interpolate_here(&self, positions: &[[T; 2]], out: &mut [[T; 2]], level: Level) {
         let job = interpolate::Interpolate {
             mesh: &self.mesh,
             locator: self.locator,
@@ -419,13 +422,13 @@ impl<'w, T: Real> Grid<'w, T> {
             positions,
             out,
         };
-        with_simd(Level::best(), job);
+        with_simd(level, job);
     }
 
     /// grad u at one point, with the same bits as [`Grid::interpolate`].
     pub fn gradient_at(&self, x: [T; 2]) -> [T; 2] {
         let mut out = [[T::ZERO; 2]];
-        self.interpolate_here(&[x], &mut out);
+        self.interpolate_here(&[x], &mut out, Level::Portable);
         let [gradient] = out;
         gradient
     }

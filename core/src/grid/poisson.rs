@@ -25,7 +25,7 @@ use super::fixed::{BITS, exact, halves};
 use super::transform::{Kind, ROWS, Transform};
 use super::{Equation, Mesh, Monopole, Order, Walls};
 use crate::error::Result;
-use crate::exec::{Block, Chunks, Columns, Executor, par_chunks};
+use crate::exec::{Block, Chunks, Columns, Resources, par_chunks};
 use crate::memory::Space;
 use crate::real::Real;
 use crate::simd::{Level, Loops, with_simd};
@@ -182,14 +182,13 @@ impl<'w, T: Real> Solver<'w, T> {
         equation: &Equation<T>,
         monopole: &Monopole<T>,
         words: &[i64],
-        executor: &dyn Executor,
+        resources: Resources<'_>,
     ) -> Result<()> {
         let shape = self.shape;
         if shape.kind == Kind::Sine {
             self.border.fill(&shape, mesh, monopole, 0);
             self.ghosts.fill(&shape, mesh, monopole, 1);
         }
-        let level = Level::best();
         let [h, k] = shape.spacing(mesh);
         let norm = T::TWO / T::from_usize(shape.n);
         let words = words.get(..words.len().saturating_sub(TAIL)).unwrap_or_default();
@@ -219,18 +218,21 @@ impl<'w, T: Real> Solver<'w, T> {
                 let singular = shape.kind == Kind::Cosine && equation.screening == T::ZERO;
                 let columns = Columns::new(self.values, shape.pitch, WIDTH);
                 let factors = Chunks::new(self.factors, shape.m + 1);
-                par_chunks(executor, shape.pitch / WIDTH, columns, factors, &|task, block, factors| {
+                par_chunks(resources.executor, shape.pitch / WIDTH, columns, factors, &|task, block, factors| {
                     let excess = excess.get(task * WIDTH..).unwrap_or_default();
                     let shares = shares.get(task * WIDTH..).unwrap_or_default();
-                    with_simd(level, Sweep { shape, singular: singular && task == 0, excess, shares, block, factors });
+                    with_simd(
+                        resources.level,
+                        Sweep { shape, singular: singular && task == 0, excess, shares, block, factors },
+                    );
                     Ok(())
                 })?;
                 continue;
             }
             let rows = Chunks::new(self.values, each);
             let buffers = Chunks::new(self.buffers, buffer);
-            par_chunks(executor, tasks, rows, buffers, &|task, rows, buffers| {
-                with_simd(level, Lines { transform, data, phase, first: task * ROWS, rows, buffers });
+            par_chunks(resources.executor, tasks, rows, buffers, &|task, rows, buffers| {
+                with_simd(resources.level, Lines { transform, data, phase, first: task * ROWS, rows, buffers });
                 Ok(())
             })?;
         }
@@ -249,13 +251,13 @@ impl<'w, T: Real> Solver<'w, T> {
         order: Order,
         unit: i32,
         gradient: &mut [[T; 2]],
-        executor: &dyn Executor,
+        resources: Resources<'_>,
     ) -> Result<()> {
         let pitch = mesh.cells()[0] + 1;
         let tasks = (mesh.cells()[1] + 1).div_ceil(ROWS);
-        par_chunks(executor, tasks, Chunks::new(gradient, ROWS * pitch), (), &|task, rows, ()| {
+        par_chunks(resources.executor, tasks, Chunks::new(gradient, ROWS * pitch), (), &|task, rows, ()| {
             for (j, out) in (task * ROWS..).zip(rows.chunks_mut(pitch.max(1))) {
-                self.differences_of_row(mesh, unit, j, out);
+                self.differences_of_row(mesh, (unit, resources.level), j, out);
                 if order == Order::Fourth {
                     self.widen(mesh, unit, j, out);
                 }
@@ -288,7 +290,7 @@ impl<'w, T: Real> Solver<'w, T> {
         }
     }
 
-    fn differences_of_row(&self, mesh: &Mesh<T>, unit: i32, j: usize, out: &mut [[T; 2]]) {
+    fn differences_of_row(&self, mesh: &Mesh<T>, (unit, level): (i32, Level), j: usize, out: &mut [[T; 2]]) {
         let [nx, ny] = mesh.cells();
         let [per_h, per_k] = mesh.spacing().map(|h| Slope::new(T::HALF / h, unit));
         let shape = self.shape;
@@ -306,7 +308,7 @@ impl<'w, T: Real> Solver<'w, T> {
         } else {
             let (below, here, above) = (line(j.saturating_sub(1)), line(j), line((j + 1).min(ny)));
             let job = Differences { below, here, above, per_h, per_k, out: &mut *out };
-            with_simd(Level::best(), job);
+            with_simd(level, job);
         }
         // Border nodes: differences with the ghost values; zero at a wall.
         let wall = shape.kind == Kind::Cosine;

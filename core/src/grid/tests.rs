@@ -1,7 +1,7 @@
 //! Properties of the whole grid solver: conservation, adjointness, the equations of the scheme, free-space fields.
 
 use super::*;
-use crate::exec::Serial;
+use crate::exec::Resources;
 use crate::memory::ALIGN;
 use std::vec;
 use std::vec::Vec;
@@ -91,8 +91,8 @@ fn the_scheme_holds_in_every_setting() {
                 }
                 let (x, m) = cloud(200, [-1.1, -0.1], [1.1, 1.6], 5);
                 let worst = with_grid(mesh, Equation { screening, walls, order: Order::Second }, 1, |grid| {
-                    grid.deposit(&x, &m, &Serial).unwrap();
-                    grid.solve(&Serial).unwrap();
+                    grid.deposit(&x, &m, Resources::default()).unwrap();
+                    grid.solve(Resources::default()).unwrap();
                     residual(grid)
                 });
                 assert!(worst < 1e-14, "{cells:?} {screening} {walls:?}: {worst:e}");
@@ -101,8 +101,8 @@ fn the_scheme_holds_in_every_setting() {
                 let mesh = Mesh::new([-1.0, 0.0], [1.0, 1.1 * h * cells[1] as f64], cells).unwrap();
                 let equation = Equation { screening: screening.min(0.9 / h), walls, order: Order::Fourth };
                 let worst = with_grid(mesh, equation, 1, |grid| {
-                    grid.deposit(&x, &m, &Serial).unwrap();
-                    grid.solve(&Serial).unwrap();
+                    grid.deposit(&x, &m, Resources::default()).unwrap();
+                    grid.solve(Resources::default()).unwrap();
                     residual(grid)
                 });
                 assert!(worst < 1e-14, "{cells:?} {equation:?}: {worst:e}");
@@ -116,8 +116,8 @@ fn mass_and_centre_are_kept() {
     let mesh = Mesh::new([-1.0, -2.0], [3.0, 1.0], [40, 30]).unwrap();
     let (x, m) = cloud(1000, [-1.5, -2.5], [3.5, 1.5], 9);
     with_grid(mesh, Equation::POISSON, 1, |grid| {
-        grid.deposit(&x, &m, &Serial).unwrap();
-        grid.solve(&Serial).unwrap();
+        grid.deposit(&x, &m, Resources::default()).unwrap();
+        grid.solve(Resources::default()).unwrap();
         let units: i64 = grid.words()[..mesh.nodes()].iter().sum::<i64>() + grid.words()[mesh.nodes() + 1];
         let per_mass: f64 = grid.scale().per_mass().into_iter().product();
         let exact: i64 = m.iter().map(|m| fixed::nearest(m * per_mass)).sum();
@@ -139,8 +139,8 @@ fn mass_and_centre_are_kept() {
 fn far_gradient_is_the_monopoles_and_near_gradient_the_logarithms() {
     let mesh = Mesh::new([-1.0, -1.0], [1.0, 1.0], [128, 128]).unwrap();
     with_grid(mesh, Equation::POISSON, 1, |grid| {
-        grid.deposit(&[[0.0, 0.0]], &[2.0], &Serial).unwrap();
-        grid.solve(&Serial).unwrap();
+        grid.deposit(&[[0.0, 0.0]], &[2.0], Resources::default()).unwrap();
+        grid.solve(Resources::default()).unwrap();
         for x in [[0.4, 0.3], [0.9, -0.9], [-0.99, 0.995], [5.0, 6.0]] {
             let g = grid.gradient_at(x);
             let r2 = x[0] * x[0] + x[1] * x[1];
@@ -161,13 +161,13 @@ fn interpolation_is_the_adjoint_of_the_deposit() {
             Walls::NoFlux => cloud(500, [-0.5, -0.7], [1.5, 2.7], 3),
         };
         with_grid(mesh, Equation { screening: 0.0, walls, ..Equation::POISSON }, 1, |grid| {
-            grid.deposit(&x, &m, &Serial).unwrap();
-            grid.solve(&Serial).unwrap();
+            grid.deposit(&x, &m, Resources::default()).unwrap();
+            grid.solve(Resources::default()).unwrap();
             let nodes: [f64; 2] = [0, 1].map(|k: usize| {
                 grid.words().iter().zip(grid.gradient()).map(|(&w, g)| w as f64 * grid.scale().unit() * g[k]).sum()
             });
             let mut at = vec![[0.0; 2]; x.len()];
-            grid.interpolate(&x, &mut at, &Serial).unwrap();
+            grid.interpolate(&x, &mut at, Resources::default()).unwrap();
             let mut size = 0.0;
             let mut particles = [0.0; 2];
             for ((x, m), g) in x.iter().zip(&m).zip(&at) {
@@ -195,12 +195,12 @@ fn removal_restores_the_words() {
         let scale = MassScale::of(&masses).unwrap();
         with_grid(mesh, Equation { walls, ..Equation::POISSON }, 1, |grid| {
             grid.begin(scale);
-            grid.add(kept, kept_masses, &Serial).unwrap();
+            grid.add(kept, kept_masses, Resources::default()).unwrap();
             let words = grid.words().to_vec();
             grid.begin(scale);
-            grid.add(&positions, &masses, &Serial).unwrap();
+            grid.add(&positions, &masses, Resources::default()).unwrap();
             assert!(grid.words() != words);
-            grid.remove(gone, gone_masses, &Serial).unwrap();
+            grid.remove(gone, gone_masses, Resources::default()).unwrap();
             assert_eq!(grid.words(), words);
         });
     }
@@ -218,22 +218,22 @@ fn at_the_border<T: Real>(mesh: Mesh<T>, walls: Walls, places: &[[T; 2]]) {
     with_grid(mesh, Equation { screening: T::ZERO, walls, order: Order::Second }, 1, |grid| {
         for &x in places {
             assert!(mesh.contains(x));
-            grid.deposit(&[x], &[mass], &Serial).unwrap();
-            let context = std::format!("{mesh:?} {walls:?} {x:?}");
+            grid.deposit(&[x], &[mass], Resources::default()).unwrap();
+            let resources = std::format!("{mesh:?} {walls:?} {x:?}");
             let nodes = &grid.words()[..mesh.nodes()];
-            assert_eq!(nodes.iter().sum::<i64>(), units, "{context}");
-            assert!(grid.words()[mesh.nodes()..].iter().all(|&w| w == 0), "{context}");
+            assert_eq!(nodes.iter().sum::<i64>(), units, "{resources}");
+            assert!(grid.words()[mesh.nodes()..].iter().all(|&w| w == 0), "{resources}");
             // At a corner all mass is on the corner node, except for the rounding of the coordinates relative to a mesh width, 1/n of the side.
             if x == mesh.upper() {
                 let lost = units - nodes[mesh.nodes() - 1];
-                assert!(lost as f64 <= 4.0 * (n + m) as f64 * f64::EPSILON * units as f64, "{context}: {lost}");
+                assert!(lost as f64 <= 4.0 * (n + m) as f64 * f64::EPSILON * units as f64, "{resources}: {lost}");
             }
-            grid.solve(&Serial).unwrap();
+            grid.solve(Resources::default()).unwrap();
             assert_eq!(grid.outside(), 0);
-            assert_eq!(grid.monopole().mass, mass, "{context}");
-            assert!(grid.gradient_at(x).iter().all(|g| g.is_finite()), "{context}");
-            grid.remove(&[x], &[mass], &Serial).unwrap();
-            assert!(grid.words().iter().all(|&w| w == 0), "{context}");
+            assert_eq!(grid.monopole().mass, mass, "{resources}");
+            assert!(grid.gradient_at(x).iter().all(|g| g.is_finite()), "{resources}");
+            grid.remove(&[x], &[mass], Resources::default()).unwrap();
+            assert!(grid.words().iter().all(|&w| w == 0), "{resources}");
         }
     });
 }
@@ -282,7 +282,7 @@ fn the_border_is_inside() {
     let mesh = Mesh::new([-15.0; 2], [15.0; 2], [250, 250]).unwrap();
     with_grid(mesh, Equation::POISSON, 1, |grid| {
         let beyond = beside(15.0_f64, true);
-        grid.deposit(&[[beyond, 0.0], [0.0, -beyond], [15.0, -15.0]], &[1.0; 3], &Serial).unwrap();
+        grid.deposit(&[[beyond, 0.0], [0.0, -beyond], [15.0, -15.0]], &[1.0; 3], Resources::default()).unwrap();
         grid.locate_mass();
         assert_eq!(grid.outside(), 2);
     });
@@ -293,8 +293,8 @@ fn a_position_that_is_not_finite_has_no_gradient() {
     let mesh = Mesh::new([-1.0; 2], [1.0; 2], [4, 4]).unwrap();
     for walls in [Walls::Free, Walls::NoFlux] {
         with_grid(mesh, Equation { walls, ..Equation::POISSON }, 1, |grid| {
-            grid.deposit(&[[0.1, 0.2]], &[1.0], &Serial).unwrap();
-            grid.solve(&Serial).unwrap();
+            grid.deposit(&[[0.1, 0.2]], &[1.0], Resources::default()).unwrap();
+            grid.solve(Resources::default()).unwrap();
             for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
                 assert!(grid.gradient_at([bad, 0.0]).iter().all(|g| g.is_nan()));
                 assert!(grid.gradient_at([0.0, bad]).iter().all(|g| g.is_nan()));
@@ -313,8 +313,8 @@ fn field<T: Real>(walls: Walls, order: Order, screening: f64, mass: i32, length:
     let x: Vec<[T; 2]> = x.iter().map(|x| corner(*x)).collect();
     let m: Vec<T> = m.iter().map(|m| of(*m, mass)).collect();
     with_grid(mesh, equation, 1, |grid| {
-        grid.deposit(&x, &m, &Serial).unwrap();
-        grid.solve(&Serial).unwrap();
+        grid.deposit(&x, &m, Resources::default()).unwrap();
+        grid.solve(Resources::default()).unwrap();
         let mut u = vec![T::NAN; mesh.nodes()];
         grid.potential(&mut u).unwrap();
         let mut gradient = grid.gradient().to_vec();
@@ -339,7 +339,7 @@ fn units<T: Real>(mass: &[i32], length: &[i32]) {
             let total: f64 = cloud(40, [0.0; 2], [1.0; 2], 3).1.iter().sum();
             let free = walls != Walls::NoFlux && screening == 0.0;
             for (&mass, &length) in mass.iter().zip(length) {
-                let context = std::format!("{walls:?} {order:?} {screening} {mass} {length}");
+                let resources = std::format!("{walls:?} {order:?} {screening} {mass} {length}");
                 let (other_u, other_g) = field::<T>(walls, order, screening, mass, length);
                 let log = f64::from(length) * core::f64::consts::LN_2 / (2.0 * core::f64::consts::PI);
                 let shift = if free { total * log } else { 0.0 };
@@ -347,13 +347,13 @@ fn units<T: Real>(mass: &[i32], length: &[i32]) {
                 let bound = 200.0 * e * (total + shift.abs());
                 for (u, other) in u.iter().zip(&other_u) {
                     let other = other.ldexp(-mass).to_f64();
-                    assert!((other - u.to_f64() - shift).abs() <= bound, "{context}: {other} {u} {shift}");
+                    assert!((other - u.to_f64() - shift).abs() <= bound, "{resources}: {other} {u} {shift}");
                 }
                 // Differences over a mesh width of 1/6.
                 for (g, other) in g.iter().zip(&other_g) {
                     for k in 0..2 {
                         let other = other[k].ldexp(length).ldexp(-mass).to_f64();
-                        assert!((other - g[k].to_f64()).abs() <= 12.0 * bound, "{context}: {other} {}", g[k]);
+                        assert!((other - g[k].to_f64()).abs() <= 12.0 * bound, "{resources}: {other} {}", g[k]);
                     }
                 }
             }

@@ -4,7 +4,7 @@ use crate::error::{Error, Result};
 use crate::exec::Executor;
 use crate::real::Real;
 
-/// Up to this many particles are looked at in one go, more in [`PARTS`].
+/// Up to this many particles are processed in one pass, more in [`PARTS`].
 #[cfg(all(target_has_atomic = "ptr", not(feature = "small")))]
 const FEW: usize = 1 << 14;
 #[cfg(all(target_has_atomic = "ptr", not(feature = "small")))]
@@ -33,7 +33,7 @@ impl<T: Real> Extent<T> {
     /// [`Error::NotFinite`]: a number or the sum of the masses; [`Error::Mass`]: one is not positive; the executor's.
     #[cfg_attr(feature = "small", inline(never))]
     pub fn of(positions: &[[T; 2]], masses: &[T], executor: &dyn Executor) -> Result<Self> {
-        let Seen { extent, poison } = Seen::by(positions, masses, executor)?;
+        let RawExtent { extent, poison } = RawExtent::by(positions, masses, executor)?;
         if poison.is_nan() || !extent.total.is_finite() {
             return Err(Error::NotFinite);
         }
@@ -58,15 +58,15 @@ impl<T: Real> Extent<T> {
     }
 }
 
-/// The extent of some particles, before it is known whether it means anything.
+/// The extent of some particles, not yet validated.
 #[derive(Clone, Copy)]
-struct Seen<T> {
+struct RawExtent<T> {
     extent: Extent<T>,
     /// The sum of zero times each number: NaN once one is not finite.
     poison: T,
 }
 
-impl<T: Real> Seen<T> {
+impl<T: Real> RawExtent<T> {
     #[inline(always)]
     fn none() -> Self {
         let (low, high) = ([T::INFINITY; 2], [-T::INFINITY; 2]);

@@ -13,7 +13,7 @@
 use super::motion::{self, Moved, Moving};
 use super::state::Options;
 use crate::error::{Error, Result};
-use crate::exec::{Chunks, Executor, par_chunks};
+use crate::exec::{Chunks, Resources, par_chunks};
 use crate::field::{Interaction, Wanted};
 use crate::grid::{Equation, Grid, Mesh, Walls};
 use crate::mollifier::{Blob, Mollifier, Series};
@@ -105,7 +105,7 @@ impl<'a, T: Real> HeavySet<'a, T> {
         (!picked.masses.is_empty()).then_some(picked)
     }
 
-    /// Takes one more, for the last of the lightest if there is no room.
+    /// Inserts a particle; in a full list it replaces the lightest (of equals the last).
     fn take(&mut self, index: usize, x: [T; 2], m: T) {
         if self.masses.is_full() {
             let (mut lightest, mut at) = (T::INFINITY, 0);
@@ -142,18 +142,15 @@ impl<'a, T: Real> HeavySet<'a, T> {
     ///
     /// # Errors
     /// Those of [`Grid::remove`].
-    pub fn remove_from(&self, grid: &mut Grid<'_, T>, executor: &dyn Executor) -> Result<()> {
-        grid.remove(self.positions(), self.masses(), executor)
+    pub fn remove_from(&self, grid: &mut Grid<'_, T>, resources: Resources<'_>) -> Result<()> {
+        grid.remove(self.positions(), self.masses(), resources)
     }
 
     /// Adds the gradient of their potential to that at `points`, and lowers the longest jumps there. A heavy particle's own place gets
     /// nothing from itself.
-    pub fn attract(&self, points: &[[T; 2]], slopes: &mut [[T; 2]], jumps: &mut [T]) {
+    pub fn attract(&self, points: &[[T; 2]], slopes: &mut [[T; 2]], jumps: &mut [T], level: Level) {
         let (positions, masses) = (self.positions(), self.masses());
-        with_simd(
-            Level::best(),
-            Attract { pull: &self.pull, core: self.core, positions, masses, points, slopes, jumps },
-        );
+        with_simd(level, Attract { pull: &self.pull, core: self.core, positions, masses, points, slopes, jumps });
     }
 
     /// Overwrites the gradients at the heavy particles with that of the other particles, by pairs, in the mean over their infall if given
@@ -166,10 +163,10 @@ impl<'a, T: Real> HeavySet<'a, T> {
         (positions, masses): (&[[T; 2]], &[T]),
         [chi, dt]: [T; 2],
         slopes: &mut [[T; 2]],
-        executor: &dyn Executor,
+        resources: Resources<'_>,
     ) -> Result<()> {
         let pull = &self.pull;
-        par_chunks(executor, self.masses.len(), Chunks::new(slopes, 1), (), &|task, slopes, ()| {
+        par_chunks(resources.executor, self.masses.len(), Chunks::new(slopes, 1), (), &|task, slopes, ()| {
             let (Some(&at), Some(&mass)) = (self.positions().get(task), self.masses().get(task)) else { return Ok(()) };
             let Some(slope) = slopes.first_mut() else { return Ok(()) };
             // chi times the mass is in range where chi dt may not be; the scaling is exact.
@@ -181,7 +178,7 @@ impl<'a, T: Real> HeavySet<'a, T> {
                 let part = from..until;
                 from = until + 1;
                 let (Some(positions), Some(masses)) = (positions.get(part.clone()), masses.get(part)) else { continue };
-                let [x, y] = with_simd(Level::best(), React { pull, at, infall_factor, positions, masses });
+                let [x, y] = with_simd(resources.level, React { pull, at, infall_factor, positions, masses });
                 *slope = [slope[0] + x, slope[1] + y];
             }
             Ok(())
@@ -198,19 +195,19 @@ impl<'a, T: Real> HeavySet<'a, T> {
         grid: &Grid<'_, T>,
         (positions, masses): (&[[T; 2]], &[T]),
         slopes: &mut [[T; 2]],
-        executor: &dyn Executor,
+        resources: Resources<'_>,
     ) -> Result<()> {
         let tasks = positions.len().div_ceil(PARTICLES);
-        par_chunks(executor, tasks, Chunks::new(slopes, PARTICLES), (), &|task, slopes, ()| {
+        par_chunks(resources.executor, tasks, Chunks::new(slopes, PARTICLES), (), &|task, slopes, ()| {
             let points = positions.get(task * PARTICLES..).unwrap_or_default();
             let points = points.get(..slopes.len()).unwrap_or_default();
-            grid.interpolate_here(points, slopes);
-            self.attract(points, slopes, &mut []);
+            grid.interpolate_here(points, slopes, resources.level);
+            self.attract(points, slopes, &mut [], resources.level);
             Ok(())
         })?;
         let mut own = list_of(self.masses.len(), [T::ZERO; 2])?;
-        self.react((positions, masses), [T::ZERO; 2], &mut own, executor)?;
-        self.attract(self.positions(), &mut own, &mut []);
+        self.react((positions, masses), [T::ZERO; 2], &mut own, resources)?;
+        self.attract(self.positions(), &mut own, &mut [], resources.level);
         for (&index, own) in self.indices().iter().zip(&own) {
             slopes.get_mut(index).into_iter().for_each(|slope| *slope = *own);
         }
@@ -228,7 +225,7 @@ impl<'a, T: Real> HeavySet<'a, T> {
         moving: &Moving<'_, T>,
         generator: &mut dyn Generator,
         moved: Moved<'_, T>,
-        executor: &dyn Executor,
+        resources: Resources<'_>,
     ) -> Result<u64> {
         let n = self.masses.len();
         let (mut corrections, mut slopes) = (list_of(n, [T::ZERO; 2])?, list_of(n, [T::ZERO; 2])?);
@@ -239,8 +236,8 @@ impl<'a, T: Real> HeavySet<'a, T> {
             *flag = moving.recorded.get(index).copied().unwrap_or(0);
         }
         let infall = [moving.options.chi, moving.dt];
-        self.react((moving.positions, moving.masses), infall, &mut corrections, executor)?;
-        grid.interpolate_here(self.positions(), &mut slopes);
+        self.react((moving.positions, moving.masses), infall, &mut corrections, resources)?;
+        grid.interpolate_here(self.positions(), &mut slopes, resources.level);
         for (correction, mesh) in corrections.iter_mut().zip(&slopes) {
             *correction = [correction[0] - mesh[0], correction[1] - mesh[1]];
         }
@@ -254,12 +251,12 @@ impl<'a, T: Real> HeavySet<'a, T> {
         };
         let mut there = self.clone();
         let mut sum = |points: &[[T; 2]], slopes: &mut [[T; 2]]| {
-            grid.interpolate_here(points, slopes);
+            grid.interpolate_here(points, slopes, resources.level);
             for (slope, correction) in slopes.iter_mut().zip(&corrections) {
                 *slope = [slope[0] + correction[0], slope[1] + correction[1]];
             }
             there.positions.iter_mut().zip(points).for_each(|(to, x)| *to = *x);
-            there.attract(points, slopes, &mut []);
+            there.attract(points, slopes, &mut [], resources.level);
             Ok(())
         };
         let to = Moved { positions: &mut ends, increments: &mut jumps, substeps: &mut [] };

@@ -30,7 +30,7 @@ impl<'w, T: Real> Queue<'w, T> {
         Self { ranges: space.array(half), lowest: space.array(half), values: space.array(half), head: space.array(6) }
     }
 
-    /// Forgets a queue left in the memory.
+    /// Invalidates a queue left in the memory.
     pub fn clear(&mut self) {
         self.head.fill(0);
     }

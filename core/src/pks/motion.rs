@@ -7,7 +7,7 @@
 use super::close::Close;
 use super::state::Options;
 use crate::error::{Error, Result};
-use crate::exec::Executor;
+use crate::exec::Resources;
 use crate::random::{Generator, Philox, normals_of_labels};
 use crate::real::{Real, length, normal_exponent};
 use crate::rk4;
@@ -20,7 +20,7 @@ pub const TILE: usize = 256;
 /// jumps that sub-steps from there may make.
 pub type Gradient<'a, T> = dyn Fn(&[[T; 2]], &mut [[T; 2]], &mut [T]) + Sync + 'a;
 
-/// A field that stands still for a step.
+/// A field that is constant during a step.
 #[derive(Clone, Copy)]
 pub struct Frozen<'a, T> {
     /// The field.
@@ -46,6 +46,8 @@ pub struct Moving<'a, T> {
     pub dt: T,
     /// The step's number.
     pub step: u32,
+    /// The instruction set.
+    pub level: Level,
 }
 
 /// Where the motion goes, all as long as the particles but the last.
@@ -95,14 +97,14 @@ pub fn frozen<T: Real>(
     field: Option<&Frozen<'_, T>>,
     generator: &mut dyn Generator,
     moved: Moved<'_, T>,
-    executor: &dyn Executor,
+    resources: Resources<'_>,
 ) -> Result<u64> {
     let Moved { positions, increments, substeps } = moved;
     let philox = generator.counter_based();
     if cfg!(not(feature = "small")) && (philox.is_some() || moving.options.noise == T::ZERO) {
         // Without noise nothing is drawn, so any generator will do.
         let philox = philox.unwrap_or(Philox::new(0));
-        tiles(moving, positions, increments, substeps, executor, &|k, part, positions, increments| {
+        tiles(moving, positions, increments, substeps, resources, &|k, part, positions, increments| {
             let mut draw = |labels: &[u64], substep: u32, out: &mut [[T; 2]]| {
                 philox.normals(labels, moving.step, substep, out);
                 Ok(())
@@ -130,13 +132,13 @@ fn tiles<T: Real>(
     positions: &mut [[T; 2]],
     increments: &mut [[T; 2]],
     substeps: &mut [u32],
-    executor: &dyn Executor,
+    resources: Resources<'_>,
     body: &Body<'_, T>,
 ) -> Result<()> {
     use crate::exec::{Chunks, par_chunks};
     let tasks = tiles_of(positions.len());
     let outputs = (Chunks::new(positions, TILE), Chunks::new(increments, TILE), Chunks::new(substeps, 1));
-    par_chunks(executor, tasks, outputs, (), &|k, (positions, increments, substeps), ()| {
+    par_chunks(resources.executor, tasks, outputs, (), &|k, (positions, increments, substeps), ()| {
         let made = body(k, moving.tile(k), positions, increments)?;
         substeps.iter_mut().for_each(|s| *s = made);
         Ok(())
@@ -149,7 +151,7 @@ fn tiles<T: Real>(
     positions: &mut [[T; 2]],
     increments: &mut [[T; 2]],
     substeps: &mut [u32],
-    _executor: &dyn Executor,
+    _context: Resources<'_>,
     body: &Body<'_, T>,
 ) -> Result<()> {
     let chunks = positions.chunks_mut(TILE).zip(increments.chunks_mut(TILE)).zip(substeps.iter_mut());
@@ -160,21 +162,22 @@ fn tiles<T: Real>(
 }
 
 /// Overwrites `to` with `from`, which is as long, through the executor, or if that fails without.
-pub fn copy<T: Real>(to: &mut [[T; 2]], from: &[[T; 2]], executor: &dyn Executor) {
+pub fn copy<T: Real>(to: &mut [[T; 2]], from: &[[T; 2]], resources: Resources<'_>) {
     #[cfg(all(target_has_atomic = "ptr", not(feature = "small")))]
     {
         use crate::exec::{Chunks, par_chunks};
         const EACH: usize = 1 << 15;
-        let copied = par_chunks(executor, from.len().div_ceil(EACH), Chunks::new(to, EACH), (), &|task, to, ()| {
-            let from = from.get(task * EACH..).unwrap_or(&[]);
-            to.iter_mut().zip(from).for_each(|(to, from)| *to = *from);
-            Ok(())
-        });
+        let copied =
+            par_chunks(resources.executor, from.len().div_ceil(EACH), Chunks::new(to, EACH), (), &|task, to, ()| {
+                let from = from.get(task * EACH..).unwrap_or(&[]);
+                to.iter_mut().zip(from).for_each(|(to, from)| *to = *from);
+                Ok(())
+            });
         if copied.is_ok() {
             return;
         }
     }
-    let _ = executor;
+    let _ = resources;
     to.iter_mut().zip(from).for_each(|(to, from)| *to = *from);
 }
 
@@ -236,8 +239,8 @@ fn tile<T: Real>(
     }
     let mut enough = [true; TILE];
     let job = Once { part, slopes, normals, positions: &mut *positions, enough: &mut enough };
-    // Where flash is dear nothing moves in tiles.
-    let finite = if cfg!(feature = "small") { job.run() } else { with_simd(Level::best(), job) };
+    // With the feature `small` particles are not moved in tiles.
+    let finite = if cfg!(feature = "small") { job.run() } else { with_simd(part.level, job) };
     if !finite {
         return Err(Error::BecameNotFinite);
     }

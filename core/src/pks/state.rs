@@ -9,7 +9,7 @@ use crate::real::Real;
 
 /// The particles: the host's arrays, of which the first [`Counters::count`] elements are alive.
 ///
-/// Together with [`Counters`] and the generator's state this is all that a run is: copied away and back, it continues bit for bit.
+/// Together with [`Counters`] and the generator's state this is the complete state of a run: restored from a copy, it continues bit for bit.
 #[derive(Debug)]
 pub struct State<'a, T> {
     /// Positions.
@@ -42,7 +42,7 @@ pub struct Counters {
 pub struct Event {
     /// When it happened, inside the step.
     pub time: f64,
-    /// The label that goes on: the lowest.
+    /// The label of the merged particle: the lowest.
     pub label: u64,
     /// The mass of the merged particle: `hi` of the running sum [`DoubleWord::plus`](crate::real::DoubleWord::plus) in the run's scalar,
     /// which starts with the kept particle's mass and adds the absorbed ones' in the order of their labels. It is the exact sum rounded once

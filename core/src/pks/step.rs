@@ -10,7 +10,7 @@ use super::search::{self, Mesh, Particles};
 use super::state::{Counters, Events, Options, Report, Scheme, State};
 use super::theory::Law;
 use crate::error::{Error, Result};
-use crate::exec::{Executor, Run};
+use crate::exec::{Resources, Run};
 use crate::field::{self, Interaction, Outputs, Sources, Wanted};
 use crate::grid::{Grid, MassScale, Walls};
 use crate::memory::{Carve, Measure, Space};
@@ -20,7 +20,7 @@ use crate::rk4;
 
 /// Where the particles' attraction comes from.
 pub enum Attraction<'a, 'g, T: Real> {
-    /// Nowhere: no field is computed, whatever chi is. Not with the feature `small`, nor is chi = 0.
+    /// No attraction: no field is computed, whatever chi is. Refused with the feature `small`, as is chi = 0.
     None,
     /// The sum over all particles of a kernel, K = V: exact, without a mesh; all particles share their sub-steps, and each sub-step sums
     /// anew. A mollified kernel bounds the speed. Close pairs that do not merge ([`Merging::Hard`], [`Merging::Never`]) are moved
@@ -201,7 +201,7 @@ pub fn step<T: Real>(
     {
         heavy.check(grid.equation())?;
     }
-    let layout = Layout { room, summed: attraction.summed(), options, executor: run.executor };
+    let layout = Layout { room, summed: attraction.summed(), options, resources: run.resources() };
     if counters.pending > 0 {
         let to = Log { events: &mut events, counters, report };
         return layout.commit(workspace, state, n, dt, to, None);
@@ -226,7 +226,7 @@ pub fn step<T: Real>(
     if cfg!(not(feature = "small"))
         && let Attraction::Mesh(_, heavy) = &mut attraction
     {
-        // Nobody is looked for where nobody is.
+        // No search if no particle reaches the mass of a heavy one.
         *heavy = heavy.filter(|heavy| largest >= heavy.mass);
     }
 
@@ -250,7 +250,7 @@ struct Layout<'a, T: Real> {
     room: usize,
     summed: Summed<'a, T>,
     options: &'a Options<T>,
-    executor: &'a dyn Executor,
+    resources: Resources<'a>,
 }
 
 /// What the search tells.
@@ -284,7 +284,7 @@ struct Start<'a, T> {
     number: u32,
 }
 
-/// The workspace in the eyes of the motion.
+/// The parts of the workspace that the motion uses.
 struct Motion<'w, T> {
     recorded: &'w [u8],
     moved: Moved<'w, T>,
@@ -297,7 +297,7 @@ impl<T: Real> Layout<'_, T> {
     /// Nothing is zeroed: what follows writes before it reads.
     #[cfg_attr(feature = "small", inline(never))]
     fn open<'w>(&self, workspace: &'w mut [u8]) -> Result<Arrays<'w, T>> {
-        let workers = if cfg!(feature = "small") { 1 } else { self.executor.workers() };
+        let workers = if cfg!(feature = "small") { 1 } else { self.resources.executor.workers() };
         layout(&mut Carve::reopen(workspace)?, self.room, &self.summed, self.options, workers)
     }
 
@@ -315,7 +315,7 @@ impl<T: Real> Layout<'_, T> {
         let mut arrays = self.open(workspace);
         let Arrays { queue, found, recorded, .. } = arrays.as_mut().map_err(|error| *error)?;
         let (mesh, smallest, largest, total, in_range) = {
-            let extent = Extent::of(positions, masses, self.executor)?;
+            let extent = Extent::of(positions, masses, self.resources.executor)?;
             let in_range = criterion.scale(&extent);
             let mesh = Mesh::new(&self.options.search, &extent, step, criterion.units.length);
             (mesh, extent.smallest, extent.largest, extent.total, in_range)
@@ -330,7 +330,7 @@ impl<T: Real> Layout<'_, T> {
             return Err(Error::OutOfDomain);
         }
         let particles = Particles { positions, masses, smallest };
-        search::find(&self.options.search, criterion, &mesh, particles, self.executor, found)?;
+        search::find(&self.options.search, criterion, &mesh, particles, self.resources, found)?;
         if !found.is_empty() {
             recorded.fill(0);
             for cluster in found.clusters() {
@@ -368,7 +368,7 @@ impl<T: Real> Layout<'_, T> {
         }
         let Motion { recorded, moved, gradient, field, close } = self.motion(workspace, positions.len(), clustered)?;
         let Moved { positions: ends, increments, substeps } = moved;
-        let moving = Moving { positions, masses, labels, recorded, options, dt, step };
+        let moving = Moving { positions, masses, labels, recorded, options, dt, step, level: run.level };
         let moved = Moved { positions: &mut *ends, increments, substeps };
         let force = if attracted && !positions.is_empty() { &mut attraction } else { &mut Attraction::None };
         move_particles(&moving, total, moved, force, generator, Buffers { gradient, field, close }, run, report)?;
@@ -423,7 +423,7 @@ impl<T: Real> Layout<'_, T> {
             }
             let moved = arrays.moved.get(..n).ok_or(Error::LengthMismatch)?;
             let positions = state.positions.get_mut(..n).ok_or(Error::LengthMismatch)?;
-            motion::copy(positions, moved, self.executor);
+            motion::copy(positions, moved, self.resources);
             merges = clusters > 0 && arrays.queue.left(counters)? > 0;
         }
         if merges {
@@ -461,7 +461,7 @@ fn move_particles<T: Real>(
     let n = moving.positions.len();
     let noisy = moving.options.noise > T::ZERO;
     let fixed = cfg!(not(feature = "small")) && moving.options.scheme == Scheme::StrangRk4;
-    let executor = run.executor;
+    let resources = run.resources();
     let stop = |run: &Run<'_>| if run.should_stop.is_some_and(|stop| stop()) { Err(Error::Stopped) } else { Ok(()) };
     // The unit of masses on a mesh, with a margin for the rounding of the sum.
     let scale = || MassScale::for_total(T::from_f64(1.001) * total);
@@ -472,7 +472,7 @@ fn move_particles<T: Real>(
     };
     let close = close.as_mut();
     if cfg!(feature = "small") {
-        // Where flash and stack are dear, one way is left: common sub-steps in a summed field.
+        // With the feature `small` only common sub-steps in a field summed over pairs are available.
         let Attraction::Sum(kernel, _) = force else { return Err(Error::Unsupported) };
         let mut sum = |points: &[[T; 2]], slopes: &mut [[T; 2]]| {
             stop(run)?;
@@ -486,29 +486,29 @@ fn move_particles<T: Real>(
         return Ok(());
     }
     let (made, draws) = match (fixed, force) {
-        (false, Attraction::None) => (motion::frozen(moving, None, generator, moved, executor)?, 1),
+        (false, Attraction::None) => (motion::frozen(moving, None, generator, moved, resources)?, 1),
         (false, Attraction::Mesh(grid, heavy)) => {
             stop(run)?;
-            let picked = solve(grid, *heavy, scale()?, (moving.positions, moving.masses), executor)?;
+            let picked = solve(grid, *heavy, scale()?, (moving.positions, moving.masses), resources)?;
             fields += 1;
             stop(run)?;
             let grid = &**grid;
             let gradient = |points: &[[T; 2]], out: &mut [[T; 2]], jumps: &mut [T]| {
-                grid.interpolate_here(points, out);
+                grid.interpolate_here(points, out, resources.level);
                 if let Some(picked) = &picked {
-                    picked.attract(points, out, jumps);
+                    picked.attract(points, out, jumps, resources.level);
                 }
             };
             let others = picked.as_ref().map_or(&[][..], HeavySet::indices);
             let Moved { positions, increments, substeps } = moved;
             let field = Frozen { gradient: &gradient, others };
             let to = Moved { positions: &mut *positions, increments: &mut *increments, substeps };
-            let mut made = motion::frozen(moving, Some(&field), generator, to, executor)?;
+            let mut made = motion::frozen(moving, Some(&field), generator, to, resources)?;
             if let Some(picked) = &picked {
                 let to = Moved { positions, increments, substeps: &mut [] };
                 // In place of the one that was made and written over.
                 drawn += picked.indices().len() as u64;
-                made = made.saturating_sub(drawn) + picked.advance(grid, moving, generator, to, executor)?;
+                made = made.saturating_sub(drawn) + picked.advance(grid, moving, generator, to, resources)?;
             }
             (made, 1)
         }
@@ -522,9 +522,9 @@ fn move_particles<T: Real>(
                 match (&mut *force, &plan) {
                     (Attraction::Mesh(grid, heavy), _) => {
                         let particles = (points, moving.masses);
-                        match solve(grid, *heavy, scale()?, particles, executor)? {
-                            Some(picked) => picked.gradient(grid, particles, slopes, executor),
-                            None => grid.interpolate(points, slopes, executor),
+                        match solve(grid, *heavy, scale()?, particles, resources)? {
+                            Some(picked) => picked.gradient(grid, particles, slopes, resources),
+                            None => grid.interpolate(points, slopes, resources),
                         }
                     }
                     (Attraction::Sum(kernel, _), Some(plan)) => {
@@ -558,15 +558,15 @@ fn solve<'h, T: Real>(
     heavy: Option<&'h Heavy<'h, T>>,
     scale: MassScale,
     (positions, masses): (&[[T; 2]], &[T]),
-    executor: &dyn Executor,
+    resources: Resources<'_>,
 ) -> Result<Option<HeavySet<'h, T>>> {
     let picked = heavy.and_then(|heavy| HeavySet::of(heavy, positions, masses));
     grid.begin(scale);
-    grid.add(positions, masses, executor)?;
+    grid.add(positions, masses, resources)?;
     if let Some(picked) = &picked {
-        picked.remove_from(grid, executor)?;
+        picked.remove_from(grid, resources)?;
     }
-    grid.solve(executor)?;
+    grid.solve(resources)?;
     Ok(picked)
 }
 

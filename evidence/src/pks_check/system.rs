@@ -1,6 +1,6 @@
 //! A run: particles, grid and workspace in one place.
 
-use mollis_core::exec::{Executor, Serial};
+use mollis_core::exec::{Executor, Resources};
 use mollis_core::grid::{Equation, Grid, Mesh};
 use mollis_core::mollifier::Blob;
 use mollis_core::pks::theory::{Group, Law};
@@ -206,9 +206,9 @@ impl System {
         let mut grid = Grid::prepare(memory.slice(), *mesh, *equation, 1)?;
         let (positions, masses) = (&self.positions[..n], &self.masses[..n]);
         let mut gradient = vec![[0.0; 2]; n];
-        grid.deposit(positions, masses, &Serial)?;
-        grid.solve(&Serial)?;
-        grid.interpolate(positions, &mut gradient, &Serial)?;
+        grid.deposit(positions, masses, Resources::default())?;
+        grid.solve(Resources::default())?;
+        grid.interpolate(positions, &mut gradient, Resources::default())?;
         let inner = |x: &[f64; 2], g: &[f64; 2]| x[0] * g[0] + x[1] * g[1];
         let sum: f64 = positions.iter().zip(&gradient).zip(masses).map(|((x, g), m)| m * inner(x, g)).sum();
         Ok(-2.0 * self.options.chi * sum)

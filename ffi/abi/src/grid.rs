@@ -8,7 +8,7 @@ use mollis_core::{Error, Real, Result};
 use crate::buffers::{Input, Output, disjoint, workspace};
 use crate::first_bad::first_bad;
 use crate::options;
-use crate::run::{HostRun, Told, mollis_run, with_run};
+use crate::run::{CallReport, HostRun, mollis_run, with_run};
 use crate::status::{mollis_status, status};
 
 /// Free space: the field of all mass at its centre is prescribed on the mesh's border, and acts outside. Closer to the centre than half of
@@ -63,7 +63,7 @@ pub struct mollis_grid2_options {
     /// default) or 4 (nine points, a density sharpened by what deposit and interpolation smooth it; for cells whose sides are within a factor of
     /// 1.25 and at most 1/k).
     pub order: i32,
-    /// Not looked at.
+    /// Ignored.
     pub reserved: i32,
 }
 
@@ -155,7 +155,7 @@ unsafe fn eval<T: Real>(
     memory: *mut c_void,
     bytes: usize,
     run: &HostRun,
-    told: &mut Told,
+    told: &mut CallReport,
 ) -> Result<()> {
     // SAFETY: the caller promises the crate's contract, here and below.
     let (mesh, options) = unsafe { (mollis_mesh2::read::<T>(mesh)?, options::read(options)?) };
@@ -194,10 +194,10 @@ unsafe fn eval<T: Real>(
             return Err(Error::NotFinite);
         }
         let go_on = || if run.should_stop.is_some_and(|ask| ask()) { Err(Error::Stopped) } else { Ok(()) };
-        grid.deposit(sources, masses, run.executor)?;
+        grid.deposit(sources, masses, run.resources())?;
         go_on()?;
         if gradient.is_some() || node_potential.is_some() || node_gradient.is_some() {
-            grid.solve(run.executor)?;
+            grid.solve(run.resources())?;
             go_on()?;
         } else {
             grid.locate_mass();
@@ -205,7 +205,7 @@ unsafe fn eval<T: Real>(
         // SAFETY: as above, for each output.
         unsafe {
             if let Some(out) = gradient {
-                grid.interpolate(targets, out.slice(), run.executor)?;
+                grid.interpolate(targets, out.slice(), run.resources())?;
             }
             if let Some(out) = node_mass {
                 grid.masses(out.slice())?;

@@ -137,7 +137,7 @@ impl Executor for Host {
     }
 }
 
-/// The host's wish to stop, as a closure that threads may share.
+/// The host's `should_stop` as a closure that threads may share.
 struct Stop {
     ask: unsafe extern "C" fn(*mut c_void) -> i32,
     context: *mut c_void,
@@ -153,7 +153,7 @@ impl Stop {
     }
 }
 
-/// A C caller's wishes, checked and copied.
+/// The caller's `mollis_run`, validated and copied.
 pub(crate) struct HostRun {
     level: Level,
     #[cfg(not(feature = "small"))]
@@ -162,9 +162,9 @@ pub(crate) struct HostRun {
     first_bad: Option<Output<u64>>,
 }
 
-/// What a call finds out beside its result.
+/// Additional results of a call.
 #[derive(Default)]
-pub(crate) struct Told {
+pub(crate) struct CallReport {
     /// With [`Error::NotFinite`]: the first element that is bad, if it is one.
     pub first_bad: Option<usize>,
     /// With [`Error::Generator`]: the status that the host's generator returned; 0: the error is the library's.
@@ -178,7 +178,7 @@ pub(crate) struct Told {
 /// The crate's contract for `run` and what it points to.
 pub(crate) unsafe fn with_run(
     run: *const mollis_run,
-    body: impl FnOnce(&HostRun, &mut Told) -> Result<()>,
+    body: impl FnOnce(&HostRun, &mut CallReport) -> Result<()>,
 ) -> mollis_status {
     // SAFETY: passed on.
     let run = unsafe { HostRun::read(run) };
@@ -186,7 +186,7 @@ pub(crate) unsafe fn with_run(
         Ok(run) => run,
         Err(error) => return status(Err(*error)),
     };
-    let mut told = Told::default();
+    let mut told = CallReport::default();
     let result = body(run, &mut told);
     let refused = run.refused();
     match result {
@@ -336,8 +336,8 @@ mod tests {
         let run = mollis_run { executor: &raw const executor, first_bad: &raw mut bad, ..mollis_run::DEFAULT };
         let too_large = Error::TooLarge as i32;
         let call = |tasks: usize, generator: i32, result: Result<()>| {
-            let body = |host: &HostRun, told: &mut Told| {
-                *told = Told { first_bad: Some(3), generator };
+            let body = |host: &HostRun, told: &mut CallReport| {
+                *told = CallReport { first_bad: Some(3), generator };
                 host.enter(|run| run.executor.run(tasks, &|_| ())).and(result)
             };
             // SAFETY: all pointers are to live locals.
@@ -351,13 +351,13 @@ mod tests {
         assert_eq!(bad, 7);
         assert_eq!((call(0, 3, Err(Error::NotFinite)), bad), (Error::NotFinite as i32, 3));
         assert_eq!(call(1, 0, Err(Error::Delta)), too_large, "the executor's error came first");
-        let swallowed = |host: &HostRun, _: &mut Told| {
+        let swallowed = |host: &HostRun, _: &mut CallReport| {
             assert!(host.enter(|run| run.executor.run(1, &|_| ())).is_err());
             Ok(())
         };
         // SAFETY: as above.
         assert_eq!(unsafe { with_run(&raw const run, swallowed) }, too_large);
-        let other = |host: &HostRun, _: &mut Told| {
+        let other = |host: &HostRun, _: &mut CallReport| {
             assert!(host.enter(|run| run.executor.run(1, &|_| ())).is_err());
             Err(Error::EventsFull)
         };

@@ -1,9 +1,9 @@
-//! A kernel that is known by its functions alone: they are called for every pair.
+//! A kernel given only by its functions, which are called for every pair.
 //!
-//! Their numbers have exponents of their own ([`Extended`]). Lanes take them divided by powers of two, those of the largest distance; where one of a
+//! Values carry a separate binary exponent ([`Extended`]). Lanes take them divided by powers of two, those of the largest distance; where one of a
 //! pair's three numbers is far from 1 even so, the pair is left out and summed in true units.
 
-use super::lanes::{Group, Noted, Want, distances};
+use super::lanes::{Deferred, Group, Want, distances};
 use super::output::{Contribution, Scales};
 use super::packed::{Units, least_square_exponent, power_of_two};
 use super::{Block, PairKernel, Passes};
@@ -99,7 +99,7 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Called<'a> {
         (prepared, &least): (&Self::Prepared, &I::V),
         block: &Block<'_, T, D>,
         groups: &mut [Group<I::V, D>; NB],
-        [noted, _]: &mut [Noted; 2],
+        [noted, _]: &mut [Deferred; 2],
         _counts: &mut Statistics,
     ) {
         for (at, (x, &m)) in block.sources.0.iter().zip(block.sources.1).enumerate() {

@@ -1,8 +1,8 @@
-//! Pairs closer than the fast path allows, in lanes: the same operations in closer units.
+//! Pairs closer than the range of the fast path: the same vector operations in rescaled units.
 //!
 //! A source with a lane that the fast path leaves out meets its register block once more. Of the lanes that were left out the differences are multiplied
 //! by a power of two that makes the least r^2 of the fast path 1, and what they give is summed in units of its own; lanes that are still too
-//! close are multiplied once more. With [`LEVELS`] = 2 pairs down to 2^-84 of the largest coordinate (f64: 2^-180) are served;
+//! close are multiplied once more. With [`RESCALINGS`] = 2 pairs down to 2^-84 of the largest coordinate (f64: 2^-180) are served;
 //! those below, coincident ones included, are computed one by one ([`super::exact`]).
 
 use super::PairKernel;
@@ -11,8 +11,8 @@ use super::packed::{Units, least_square_exponent};
 use crate::real::Real;
 use crate::simd::{Isa, Part};
 
-/// How often units are made closer.
-pub(super) const LEVELS: usize = 2;
+/// The number of successive rescalings of lengths.
+pub(super) const RESCALINGS: usize = 2;
 
 /// A length in the units of a level is one in the units of the level before times 2^this.
 pub(super) const fn step<T: Real>() -> i32 {
@@ -29,7 +29,7 @@ pub(super) fn prepare<T: Real, const D: usize, K: PairKernel<T, D>>(
     kernel: &K,
     units: Units<T>,
     prepared: &K::Prepared,
-) -> [Option<K::Prepared>; LEVELS] {
+) -> [Option<K::Prepared>; RESCALINGS] {
     let first = K::has_closer(prepared).then(|| kernel.prepare(units_of(units, 1)));
     let second = first.as_ref().filter(|first| K::has_closer(first)).map(|_| kernel.prepare(units_of(units, 2)));
     [first, second]
@@ -41,15 +41,15 @@ pub(super) type Level<'a, T, const D: usize, K, V> =
 
 /// The sums of a register block in the units of each level.
 pub(super) struct Close<V, const D: usize, const NB: usize> {
-    groups: [[Group<V, D>; NB]; LEVELS],
-    totals: [[Total<V, D>; NB]; LEVELS],
+    groups: [[Group<V, D>; NB]; RESCALINGS],
+    totals: [[Total<V, D>; NB]; RESCALINGS],
 }
 
 impl<V: Copy, const D: usize, const NB: usize> Close<V, D, NB> {
     #[inline(always)]
     pub fn new(zero: V) -> Self {
         let group = Group { x: [zero; D], sums: Sums::splat(zero) };
-        Self { groups: [[group; NB]; LEVELS], totals: [[Total::splat(zero); NB]; LEVELS] }
+        Self { groups: [[group; NB]; RESCALINGS], totals: [[Total::splat(zero); NB]; RESCALINGS] }
     }
 
     /// Adds what a noted source gives to the lanes that the fast path left out. Returns the lanes that it left out and those that are left out still.
@@ -58,7 +58,7 @@ impl<V: Copy, const D: usize, const NB: usize> Close<V, D, NB> {
         &mut self,
         isa: I,
         outer: &K::Lanes<V>,
-        inner: &[Level<'_, T, D, K, V>; LEVELS],
+        inner: &[Level<'_, T, D, K, V>; RESCALINGS],
         laplacian: bool,
         (source, mass): (&[T; D], T),
         groups: &[Group<V, D>; NB],

@@ -1,4 +1,4 @@
-//! The front door of the engine, and its instances.
+//! The entry point of the engine and its instantiations.
 //!
 //! Generic code is compiled in the crate that uses it, which for the engine takes a minute. So the scalar and the dimension become values here, in a
 //! call of plain slices, and the functions that turn them into types again have none: they are compiled with this crate, once.
@@ -15,10 +15,10 @@ use crate::mollifier::{Blob, Mollifier};
 use crate::real::{Extended, Real};
 use crate::simd::Rows;
 
-/// An [`Interaction`] without its types.
-struct Seen<'a, T: Real, const D: usize>(&'a dyn Interaction<T, D>);
+/// A type-erased [`Interaction`].
+struct ErasedInteraction<'a, T: Real, const D: usize>(&'a dyn Interaction<T, D>);
 
-impl<T: Real, const D: usize> Radial for Seen<'_, T, D> {
+impl<T: Real, const D: usize> Radial for ErasedInteraction<'_, T, D> {
     fn pair(&self, r: f64, wanted: Wanted) -> [Extended; 3] {
         match self.0.sum() {
             Some(kernel) => kernel.pair_scaled(r, wanted.into()),
@@ -30,8 +30,8 @@ impl<T: Real, const D: usize> Radial for Seen<'_, T, D> {
     }
 }
 
-/// A call without its types.
-struct Plain<'a, T> {
+/// The arguments of a call, type-erased.
+struct ErasedCall<'a, T> {
     dimension: usize,
     potentials: bool,
     /// Coefficient, mollifier and delta of a Newtonian kernel.
@@ -61,7 +61,7 @@ pub(in crate::field) fn evaluate<T: Real, const D: usize, const FULL: bool>(
         return Err(Error::Unsupported);
     }
     let table = kernel.sum().filter(|_| others).and_then(Kernel::table);
-    let seen = Seen(kernel);
+    let seen = ErasedInteraction(kernel);
     let Call { options, sources, targets, outputs } = call;
     let (positions, targets) = (sources.positions.as_flattened(), targets.as_flattened());
     let Outputs { potential, gradient, laplacian } = outputs;
@@ -72,7 +72,7 @@ pub(in crate::field) fn evaluate<T: Real, const D: usize, const FULL: bool>(
                 (T::$of(positions), T::$of(sources.masses), T::$of(targets))
             {
                 let named = |x: T| x.to_f64() as $t;
-                let call = Plain {
+                let call = ErasedCall {
                     dimension: D,
                     potentials,
                     newtonian: newtonian
@@ -97,17 +97,17 @@ pub(in crate::field) fn evaluate<T: Real, const D: usize, const FULL: bool>(
 }
 
 #[inline(never)]
-fn in_single(call: Plain<'_, f32>, workspace: &mut [u8], run: &mut Run<'_>) -> Result<()> {
+fn in_single(call: ErasedCall<'_, f32>, workspace: &mut [u8], run: &mut Run<'_>) -> Result<()> {
     by_dimension(call, workspace, run)
 }
 
 #[inline(never)]
-fn in_double(call: Plain<'_, f64>, workspace: &mut [u8], run: &mut Run<'_>) -> Result<()> {
+fn in_double(call: ErasedCall<'_, f64>, workspace: &mut [u8], run: &mut Run<'_>) -> Result<()> {
     by_dimension(call, workspace, run)
 }
 
 #[inline(always)]
-fn by_dimension<T: Real>(call: Plain<'_, T>, workspace: &mut [u8], run: &mut Run<'_>) -> Result<()> {
+fn by_dimension<T: Real>(call: ErasedCall<'_, T>, workspace: &mut [u8], run: &mut Run<'_>) -> Result<()> {
     match call.dimension {
         1 => of_kernel::<T, 1>(call, workspace, run),
         2 => of_kernel::<T, 2>(call, workspace, run),
@@ -116,8 +116,8 @@ fn by_dimension<T: Real>(call: Plain<'_, T>, workspace: &mut [u8], run: &mut Run
 }
 
 /// The sum, by what is known of the kernel.
-fn of_kernel<T: Real, const D: usize>(call: Plain<'_, T>, workspace: &mut [u8], run: &mut Run<'_>) -> Result<()> {
-    let Plain { potentials, newtonian, table, kernel, options, positions, masses, targets, .. } = call;
+fn of_kernel<T: Real, const D: usize>(call: ErasedCall<'_, T>, workspace: &mut [u8], run: &mut Run<'_>) -> Result<()> {
+    let ErasedCall { potentials, newtonian, table, kernel, options, positions, masses, targets, .. } = call;
     let outputs = Outputs {
         potential: call.potential,
         gradient: call.gradient.map(|g| g.as_chunks_mut::<D>().0),

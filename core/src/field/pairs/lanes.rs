@@ -21,7 +21,7 @@ pub(in crate::field) struct Want {
     pub laplacian: bool,
 }
 
-/// One vector of targets: where they are and what they have gathered.
+/// One vector of targets: their coordinates and sums.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::field) struct Group<V, const D: usize> {
     pub x: [V; D],
@@ -51,11 +51,11 @@ impl<V: Copy, const D: usize> Sums<V, D> {
     }
 }
 
-/// What a vector of targets has gathered from the blocks before.
+/// Sums of a vector of targets over the preceding blocks.
 #[derive(Clone, Copy)]
 pub(in crate::field) struct Total<V, const D: usize> {
     pub sums: Sums<V, D>,
-    /// In compensated sums, what `sums` lacks.
+    /// Low-order parts of `sums`, in compensated summation.
     low: Sums<V, D>,
 }
 
@@ -91,14 +91,14 @@ impl<V: Copy, const D: usize> Total<V, D> {
     }
 }
 
-/// Sources that wait for a closer look: their places in a block.
+/// Indices, within a block, of sources that need the slow path.
 #[derive(Debug)]
-pub(in crate::field) struct Noted {
+pub(in crate::field) struct Deferred {
     at: [u16; BLOCK],
     n: usize,
 }
 
-impl Noted {
+impl Deferred {
     /// None.
     #[inline(always)]
     pub fn new() -> Self {

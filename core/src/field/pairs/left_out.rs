@@ -1,7 +1,7 @@
-//! Sources of a block with a lane that the kernel's fast path left out.
+//! Sources of a block with at least one lane outside the range of the fast path.
 
 use super::close::{self, Close};
-use super::lanes::{Group, List, Noted, Want};
+use super::lanes::{Deferred, Group, List, Want};
 use super::output::Results;
 use super::{PairKernel, Shared, exact};
 use crate::exec::Statistics;
@@ -18,7 +18,7 @@ pub(super) struct LeftOut<'a, T: Real, V: Copy, const D: usize, const NB: usize,
     /// The sources of the block, and their numbers among the caller's.
     pub sources: List<'a, T, D>,
     pub origins: &'a [u32],
-    pub noted: &'a mut [Noted; 2],
+    pub noted: &'a mut [Deferred; 2],
     /// Made when it is needed.
     pub close: &'a mut Option<Close<V, D, NB>>,
     pub groups: &'a [Group<V, D>; NB],
@@ -35,7 +35,7 @@ impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, K: PairKernel<T, D>, c
     fn run(self, isa: I) {
         let Self { shared, lanes, want, targets, sources, origins, noted, close, groups, valid, counts } = self;
         let (targets, results) = targets;
-        let mut closer = [const { None }; close::LEVELS];
+        let mut closer = [const { None }; close::RESCALINGS];
         if let ([Some(_), ..], [first, _]) = (shared.closer, &*noted)
             && !first.is_empty()
         {

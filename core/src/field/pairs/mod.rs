@@ -18,6 +18,13 @@
 //! * [`left_out`], [`close`], [`exact`]: pairs outside the range of the fast path;
 //! * [`output`]: from sums in units to results.
 //!
+//! # Terms
+//! * *lane*: one target in a vector register; *register block*: the vectors of targets that stay in registers while sources pass;
+//! * *in units*: coordinates and masses times powers of two that bring the largest ones near 1 ([`packed::Units`]); *rescaled*: the same for close pairs;
+//! * *served*: a lane whose pair the kernel's fast path computes; *left out*: one that it does not (too close, or beyond the ends of its table);
+//! * *deferred*: a source with a lane that was left out; the block's deferred sources are visited once more ([`left_out`]);
+//! * *rough*: where a table has no Laplacian, because the mollifier's edge is not smooth enough.
+//!
 //! # Outputs
 //! A kernel sums what is wanted in one pass or in two ([`Passes`]), but the operations that lead to one output are the same
 //! whatever else is wanted, so its bits are too (test `field_bounds::outputs_do_not_change_each_others_bits`).
@@ -62,7 +69,7 @@ use crate::memory::{Carve, Measure};
 use crate::real::Real;
 use crate::simd::{BlockJob, Isa, Job, Level, portable};
 use close::{Close, FinishBlock};
-use lanes::{Bounds, Group, List, Noted, Sums, Total, Want, valid_lanes};
+use lanes::{Bounds, Deferred, Group, List, Sums, Total, Want, valid_lanes};
 use left_out::LeftOut;
 use output::{Contribution, Results, Scales, Writer};
 use packed::{Class, Packed, Targets};
@@ -99,7 +106,7 @@ pub(in crate::field) trait PairKernel<T: Real, const D: usize>: Sync {
 
     /// How the outputs share passes.
     const PASSES: Passes;
-    /// Whether lanes serve nothing: the kernel is a function that is called for each pair.
+    /// Whether the kernel is a scalar function called for each pair, so that vectors bring nothing.
     const SCALAR: bool = false;
 
     /// A length of the kernel that the units must hold besides the coordinates: delta, or zero.
@@ -121,7 +128,7 @@ pub(in crate::field) trait PairKernel<T: Real, const D: usize>: Sync {
         prepared: (&Self::Prepared, &Self::Lanes<I::V>),
         block: &Block<'_, T, D>,
         groups: &mut [Group<I::V, D>; NB],
-        noted: &mut [Noted; 2],
+        noted: &mut [Deferred; 2],
         counts: &mut Statistics,
     );
 
@@ -290,7 +297,7 @@ struct Shared<'a, T: Real, const D: usize, K: PairKernel<T, D>> {
     kernel: &'a K,
     prepared: &'a K::Prepared,
     /// The same in the units of close pairs.
-    closer: &'a [Option<K::Prepared>; close::LEVELS],
+    closer: &'a [Option<K::Prepared>; close::RESCALINGS],
     packed: &'a Packed<'a, T, D>,
     units: Units<T>,
     options: &'a Options,
@@ -299,7 +306,7 @@ struct Shared<'a, T: Real, const D: usize, K: PairKernel<T, D>> {
 }
 
 /// Whether passes are compiled for each level. In the crate's unit tests only for one, as `core/tests/levels` and the package `tests` run all.
-const LEVELS: bool = cfg!(not(test));
+const ALL_LEVELS: bool = cfg!(not(test));
 
 /// One pass of a task over the outputs that are there; no potential unless `P`.
 struct Pass<'a, T: Real, const D: usize, K: PairKernel<T, D>, const P: bool> {
@@ -312,7 +319,7 @@ struct Pass<'a, T: Real, const D: usize, K: PairKernel<T, D>, const P: bool> {
 
 impl<T: Real, const D: usize, K: PairKernel<T, D>, const P: bool> Pass<'_, T, D, K, P> {
     fn run(self, level: Level) {
-        if K::SCALAR || !LEVELS { portable(self) } else { level.run(self) }
+        if K::SCALAR || !ALL_LEVELS { portable(self) } else { level.run(self) }
     }
 }
 
@@ -387,7 +394,7 @@ fn class_sums<T: Real, I: Isa<T>, const D: usize, const NB: usize, K: PairKernel
     let compensated = shared.options.accumulation == Accumulation::Compensated;
     let each = if compensated { SHORT_BLOCK } else { BLOCK };
     let mut totals = [Total::splat(zero); NB];
-    let mut noted = [Noted::new(), Noted::new()];
+    let mut noted = [Deferred::new(), Deferred::new()];
     let mut close = None;
     let prepared = (shared.prepared, lanes);
     for (start, source_bounds, (positions, masses)) in class.blocks() {

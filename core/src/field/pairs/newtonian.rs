@@ -10,7 +10,7 @@
 //!
 //! A register block of targets meets one source after the other. If no lane is inside, no polynomial is evaluated ([`far_run`]); if all are,
 //! nothing is divided ([`near_run`]); a block with some lanes inside adds the others and is noted, and gets its polynomials later
-//! ([`inside`]), so that the common loop keeps its registers. In 2D the mass goes into the numerator, m / r2, with one division for two
+//! ([`inside_pairs`]), so that the common loop keeps its registers. In 2D the mass goes into the numerator, m / r2, with one division for two
 //! vectors; in 3D m / r^3 comes from the machine's square root and a shared division (AVX2) or from a 14-bit seed y and the series of
 //! (1 - e)^(-3/2), e = 1 - r2 y^2 (AVX-512). In one and two dimensions potentials have a pass of their own.
 //!
@@ -27,7 +27,7 @@
 //! 920 u, for which twice as much is stated (test `field_bounds::laplacians_of_every_mollifier`).
 
 use super::close::step;
-use super::lanes::{Group, List, Noted, Want, distances};
+use super::lanes::{Deferred, Group, List, Want, distances};
 use super::output::{Contribution, Scales};
 use super::packed::{Units, farthest, least_square_exponent, power_of_two};
 use super::tabulated::{self, Tabulated};
@@ -51,7 +51,7 @@ pub(in crate::field) struct Prepared<'a, T: Real> {
     softened: Softened<T>,
     /// A Gaussian mollifier's table, and what its potential and gradient factor are multiplied by to be S_D K (twice that in 2D) and S_D g.
     table: Option<(tabulated::Prepared<'a, T>, [T; 2])>,
-    /// Whether it is too close for lanes alone that pairs are left out.
+    /// Whether pairs are left out because they are too close for the fast path.
     has_closer: bool,
     /// Whether the gradient's polynomial inside a compact mollifier has [`UNROLLED`] terms, and delta is not too small for [`Inside::shifted`].
     is_usual: bool,
@@ -224,7 +224,7 @@ impl<V: Copy> Inside<V> {
     }
 }
 
-/// Numbers of a mollified Newtonian kernel.
+/// Constants of a Newtonian kernel, mollified or not.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::field) struct Softened<C> {
     /// Lanes with r2 below this are not plainly Newtonian: inside the support, or too close for the fast path.
@@ -370,7 +370,7 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Newtonian<'a, T, D> {
         prepared: (&Prepared<'a, T>, &Softened<I::V>),
         block: &Block<'_, T, D>,
         groups: &mut [Group<I::V, D>; NB],
-        [noted, _]: &mut [Noted; 2],
+        [noted, _]: &mut [Deferred; 2],
         counts: &mut Statistics,
     ) {
         let (kernel, all) = (prepared.1, block.sources);
@@ -507,7 +507,7 @@ struct AddNoted<'a, 'k, T: Real, V, const D: usize, const NB: usize, const P: bo
     prepared: (&'a Prepared<'k, T>, &'a Softened<V>),
     block: &'a Block<'a, T, D>,
     groups: &'a mut [Group<V, D>; NB],
-    noted: &'a mut Noted,
+    noted: &'a mut Deferred,
     counts: &'a mut Statistics,
 }
 
@@ -555,7 +555,7 @@ struct FarRun<'a, T, V, const D: usize, const NB: usize, const P: bool> {
     kernel: &'a Softened<V>,
     sources: List<'a, T, D>,
     start: usize,
-    noted: &'a mut Noted,
+    noted: &'a mut Deferred,
     groups: &'a mut [Group<V, D>; NB],
 }
 
@@ -607,7 +607,7 @@ fn far_run<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool>(
     kernel: &Softened<I::V>,
     sources: List<'_, T, D>,
     start: usize,
-    noted: &mut Noted,
+    noted: &mut Deferred,
     groups: &mut [Group<I::V, D>; NB],
 ) -> usize {
     let (zero, one) = (isa.splat(T::ZERO), isa.splat(T::ONE));

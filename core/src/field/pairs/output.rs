@@ -13,7 +13,7 @@ pub(in crate::field) struct Scales<T> {
     pub laplacian: (T, i32),
 }
 
-/// What one pair, or all pairs of a target, give in true units.
+/// The contribution of one pair, or of all pairs of a target, in the caller's units.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::field) struct Contribution<T, const D: usize> {
     pub potential: T,

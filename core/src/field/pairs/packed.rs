@@ -1,4 +1,4 @@
-//! Sources as the engine wants them: without the massless ones, and in units in which nothing overflows.
+//! Sources prepared for the engine: those with mass, scaled so that nothing overflows.
 //!
 //! Coordinates and masses are multiplied by powers of two, so that the largest of each is about 1: exact, and r^2 <= 4 D needs no check
 //! for overflow in any inner loop. A coordinate that is tiny beside the largest may lose bits to underflow by that; it can matter only for pairs
@@ -176,7 +176,7 @@ impl<'w, T: Real, const D: usize> Packed<'w, T, D> {
         })
     }
 
-    /// Takes the sources in.
+    /// Copies the sources with mass, scaled and grouped by class, and computes the bounds of blocks.
     pub fn fill(&mut self, units: Units<T>, positions: &[[T; D]], masses: &[T]) {
         let with_mass = || masses.iter().zip(positions).enumerate().filter(|(_, (m, _))| **m != T::ZERO);
         self.counts = [0; CLASSES];

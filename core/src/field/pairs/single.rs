@@ -1,7 +1,7 @@
-//! One target and one source at a time: the direct sum for machines whose flash is dear (feature `small`).
+//! One target and one source at a time: the direct sum for machines with little flash memory (feature `small`).
 //!
 //! The same operations in the same order as the engine's at level portable, so the same bits (test `bits_are_those_of_the_lanes`), in a fraction of
-//! the code: what is wanted is asked in the loop, not compiled in variants.
+//! the code: outputs are selected at run time, not by compiled variants.
 //! There is no executor, as the C functions refuse it, and there is no scaled path: a coordinate or mass below 2^-100 (f64: 2^-900) of the largest counts as zero, pairs without a
 //! mollifier closer than 2^-28 (2^-60) of the largest coordinate count as coincident, and a delta below that is refused.
 
@@ -18,7 +18,7 @@ use crate::mollifier::{MAX_TERMS, Mollifier, Polynomial};
 use crate::real::Real;
 use crate::simd::{Isa, Job, portable};
 
-/// Targets between two questions whether to stop.
+/// Targets between two calls of `should_stop`.
 const TASK: usize = 128;
 
 /// Overwrites the outputs with the sum over all pairs. Not `FULL`: no potential is wanted, and the options are the defaults.

@@ -24,7 +24,7 @@
 //! Tests: `kernel::table::tests`, `field_bounds::single_pairs_of_random_kernels_are_within_the_bound`.
 
 use super::called::{self, Radial};
-use super::lanes::{Group, Noted, Want, distances};
+use super::lanes::{Deferred, Group, Want, distances};
 use super::output::{Contribution, Scales};
 use super::packed::{Units, farthest, least_square_exponent, power_of_two};
 use super::{Block, PairKernel, Passes};
@@ -52,7 +52,7 @@ pub(in crate::field) struct Prepared<'a, T> {
     ends: bool,
     /// Whether some u below the end is not served: next to zero, or in the gap.
     has_gaps: bool,
-    /// Whether some have no Laplacian.
+    /// Whether the table has ranges without Laplacians.
     is_rough: bool,
 }
 
@@ -68,7 +68,7 @@ pub(in crate::field) struct Lanes<C> {
     gap: [C; 2],
     /// Where it does not serve Laplacians.
     rough: [C; 2],
-    /// A number that it holds.
+    /// An argument inside the table, substituted in lanes that are not served.
     held: C,
 }
 
@@ -189,7 +189,7 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Tabulated<'a, T> {
         prepared: (&Prepared<'a, T>, &Lanes<I::V>),
         block: &Block<'_, T, D>,
         groups: &mut [Group<I::V, D>; NB],
-        noted: &mut [Noted; 2],
+        noted: &mut [Deferred; 2],
         _counts: &mut Statistics,
     ) {
         if P && block.potential {
@@ -228,7 +228,7 @@ struct Sources<'a, T: Real, V, const D: usize, const NB: usize, const P: bool> {
     prepared: (&'a Prepared<'a, T>, &'a Lanes<V>),
     block: &'a Block<'a, T, D>,
     groups: &'a mut [Group<V, D>; NB],
-    noted: &'a mut [Noted; 2],
+    noted: &'a mut [Deferred; 2],
 }
 
 impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool> Part<T, I> for Sources<'_, T, I::V, D, NB, P> {

@@ -15,11 +15,11 @@ use super::mesh::Mesh;
 use super::order::{self, FIRST, MARK, key, levels};
 use super::sieve::{LANES, Reach, Sieve, add, locals};
 use crate::error::Result;
-use crate::exec::{Chunks, Executor, Ranges, par_chunks};
+use crate::exec::{Chunks, Ranges, Resources, par_chunks};
 use crate::memory::Space;
 use crate::pks::collision::{Criterion, Units};
 use crate::real::Real;
-use crate::simd::{Level, Loops, with_simd};
+use crate::simd::{Loops, with_simd};
 use crate::sort::words as sort;
 
 /// How many buckets there are.
@@ -101,7 +101,7 @@ impl<'w> Buckets<'w> {
         mesh: &Mesh<T>,
         criterion: &Criterion<T>,
         particles: Particles<'_, T>,
-        executor: &dyn Executor,
+        resources: Resources<'_>,
         (words, shared): (&mut [u64], &mut [u8]),
     ) -> Result<()> {
         let Particles { positions, masses, smallest } = particles;
@@ -112,13 +112,13 @@ impl<'w> Buckets<'w> {
             (Chunks::new(&mut *self.spare, BLOCK), Chunks::new(&mut *self.blocked, BLOCK)),
             (Chunks::new(&mut *self.ends, PITCH), Chunks::new(&mut *self.loads, BUCKETS)),
         );
-        par_chunks(executor, blocks, pieces, (), &|block, ((keys, words), (ends, loads)), ()| {
+        par_chunks(resources.executor, blocks, pieces, (), &|block, ((keys, words), (ends, loads)), ()| {
             let from = block * BLOCK;
             let until = n.min(from + BLOCK);
             let (Some(positions), Some(masses)) = (positions.get(from..until), masses.get(from..until)) else {
                 return Ok(());
             };
-            with_simd(Level::best(), File { mesh, beyond, from, positions, masses, keys, words, ends, loads });
+            with_simd(resources.level, File { mesh, beyond, from, positions, masses, keys, words, ends, loads });
             Ok(())
         })?;
         self.total(blocks);
@@ -130,7 +130,7 @@ impl<'w> Buckets<'w> {
         let ranges = (Ranges::new(words, starts)?, Ranges::new(spare, starts)?, Ranges::new(shared, starts)?);
         let (_, sums_of) = sums.split_first_mut().unwrap_or((&mut [0; 3], &mut []));
         let pieces = (ranges, Chunks::new(pairs, 1), Chunks::new(sums_of, 1));
-        par_chunks(executor, *occupied, pieces, (), &|at, ((words, spare, shared), pairs, sums), ()| {
+        par_chunks(resources.executor, *occupied, pieces, (), &|at, ((words, spare, shared), pairs, sums), ()| {
             let bucket = numbers.get(at).map_or(0, |&bucket| usize::from(bucket));
             let parts = (0..blocks).map(|block| {
                 let end = |at: usize| ends.get(block * PITCH + at).map_or(0, |&end| usize::from(end));
@@ -144,16 +144,16 @@ impl<'w> Buckets<'w> {
             let heavy = words.len() > 2 && criterion.grouped(mass, heaviest);
             let reach = if heavy { None } else { reaches.of(heaviest) };
             let sieve = Sieve { words: &mut *words, spare: &mut *spare, beyond, reach, positions };
-            let sieved = if heavy { None } else { with_simd(Level::best(), sieve) };
+            let sieved = if heavy { None } else { with_simd(resources.level, sieve) };
             let corner = KeyLayout::corner(bucket);
             let (sum, found) = match sieved {
                 Some(sum) => (sum, 0),
                 None => {
-                    let sum = with_simd(Level::best(), Key { words: &mut *words, beyond, corner });
+                    let sum = with_simd(resources.level, Key { words: &mut *words, beyond, corner });
                     let mut counts = [0; sort::BUCKETS];
                     sort::by_20_bits(words, spare, &mut counts);
                     let cells = reach.map(|reach| reach.cells);
-                    with_simd(Level::best(), Compare { words: &mut *words, shared, beyond, cells });
+                    with_simd(resources.level, Compare { words: &mut *words, shared, beyond, cells });
                     order::refine_ties(mesh, positions, words, spare, &mut counts, shared);
                     let found = match reach {
                         _ if heavy => HEAVY,
@@ -532,7 +532,7 @@ mod tests {
             let mesh = Mesh::new(&Search::default(), &extent, step, 1.0);
             let particles = Particles { positions: &positions, masses: &masses, smallest: extent.smallest };
             let (mut words, mut shared) = (vec![0; n], vec![0; n]);
-            buckets.sort(&mesh, &criterion, particles, &Serial, (&mut words, &mut shared)).unwrap();
+            buckets.sort(&mesh, &criterion, particles, Resources::default(), (&mut words, &mut shared)).unwrap();
             let bound = buckets.bound(&mesh, extent.smallest);
             assert!(bound.starts.windows(2).all(|w| w[0] < w[1]) && bound.starts.last() == Some(&(n as u32)));
             assert_eq!(buckets.iter().map(|bucket| bucket.count).sum::<usize>(), n);

@@ -29,7 +29,7 @@ mod tree;
 use super::collision::Criterion;
 use super::theory::Group;
 use crate::error::{Error, Result};
-use crate::exec::Executor;
+use crate::exec::Resources;
 use crate::memory::Space;
 use crate::real::Real;
 use crate::sort::words as sort;
@@ -147,7 +147,7 @@ impl<'w, T: Real> Scratch<'w, T> {
         self.found.count = clusters;
     }
 
-    /// Forgets the clusters.
+    /// Discards the clusters.
     pub fn clear(&mut self) {
         self.found.count = 0;
     }
@@ -199,7 +199,7 @@ pub fn find<T: Real>(
     criterion: &Criterion<T>,
     mesh: &Mesh<T>,
     particles: Particles<'_, T>,
-    executor: &dyn Executor,
+    resources: Resources<'_>,
     scratch: &mut Scratch<'_, T>,
 ) -> Result<()> {
     scratch.clear();
@@ -215,10 +215,10 @@ pub fn find<T: Real>(
     let is_many = cfg!(all(target_has_atomic = "ptr", not(feature = "small"))) && n > sort::FEW;
     #[cfg(all(target_has_atomic = "ptr", not(feature = "small")))]
     if is_many {
-        many.sort(mesh, criterion, particles, executor, (words, shared))?;
+        many.sort(mesh, criterion, particles, resources, (words, shared))?;
     }
     #[cfg(not(all(target_has_atomic = "ptr", not(feature = "small"))))]
-    let _ = (many, executor);
+    let _ = (many, resources);
     if !is_many {
         order::sort_small(mesh, positions, words, shared);
     }

@@ -10,7 +10,7 @@ use super::key_layout::KeyLayout;
 use crate::real::Real;
 use crate::simd::Loops;
 
-/// Buckets of fewer particles are not worth it.
+/// Buckets with fewer particles are not tested.
 const WORTH: usize = 64;
 /// Particles that are looked at side by side.
 pub const LANES: usize = 32;

@@ -33,7 +33,7 @@ pub struct Stack<'w, T> {
     /// Level, first, clusters, known.
     pub nodes: &'w mut [[u32; 4]],
     pub masses: &'w mut [T],
-    /// Apart, as few are ever looked at.
+    /// Stored separately, because few are read.
     pub moments: &'w mut [[T; 6]],
     pub height: usize,
 }

@@ -13,7 +13,7 @@ use super::options::{
     mollis_blob_options, mollis_blob_report, read_options,
 };
 use crate::buffers::{Input, Output, disjoint, workspace};
-use crate::run::{HostRun, Told, mollis_run, with_run};
+use crate::run::{CallReport, HostRun, mollis_run, with_run};
 use crate::status::mollis_status;
 
 /// The arguments of a size query.
@@ -86,7 +86,7 @@ where
         unsafe { with_run(self.run, |host, told| self.advance(host, told)) }
     }
 
-    fn advance(&self, host: &HostRun, told: &mut Told) -> Result<()> {
+    fn advance(&self, host: &HostRun, told: &mut CallReport) -> Result<()> {
         let n = self.n;
         let all = self.all()?;
         let kernel = Input::<u8>::new(self.kernel.cast(), self.kernel_bytes)?;
@@ -190,7 +190,7 @@ where
         result
     }
 
-    /// What is beside the particles. With the feature `small` there is none, and whoever asks for it is refused.
+    /// Tracers and outputs at the end; refused with the feature `small`.
     fn all(&self) -> Result<Beside<T, D>> {
         let none = Beside {
             velocity: null_mut(),

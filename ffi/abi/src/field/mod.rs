@@ -14,12 +14,12 @@ use crate::buffers::{Input, Output, disjoint, workspace};
 use crate::first_bad::first_bad;
 use crate::kernel::open;
 use crate::options::read;
-use crate::run::{HostRun, Told, mollis_run, with_run};
+use crate::run::{CallReport, HostRun, mollis_run, with_run};
 use crate::status::{mollis_status, status};
 
-/// What a plan is made from.
+/// The arguments of a plan.
 #[derive(Clone, Copy)]
-struct Ask {
+struct PlanArguments {
     kernel: *const c_void,
     kernel_bytes: usize,
     n_sources: usize,
@@ -28,7 +28,7 @@ struct Ask {
     options: *const mollis_field_options,
 }
 
-impl Ask {
+impl PlanArguments {
     /// # Safety
     /// The crate's contract.
     unsafe fn plan<T: Real, const D: usize>(self) -> Result<Plan> {
@@ -111,7 +111,7 @@ struct Buffers<T, const D: usize> {
 /// # Safety
 /// The crate's contract.
 unsafe fn evaluate<T: Real, const D: usize>(
-    ask: Ask,
+    ask: PlanArguments,
     buffers: Buffers<T, D>,
     run: *const mollis_run,
     counters: *mut mollis_counters,
@@ -123,11 +123,11 @@ unsafe fn evaluate<T: Real, const D: usize>(
 /// # Safety
 /// The crate's contract.
 unsafe fn sum<T: Real, const D: usize>(
-    ask: Ask,
+    ask: PlanArguments,
     buffers: Buffers<T, D>,
     host: &HostRun,
     counters: *mut mollis_counters,
-    told: &mut Told,
+    told: &mut CallReport,
 ) -> Result<()> {
     let (n, k) = (ask.n_sources, ask.n_targets);
     let block = Input::new(ask.kernel.cast::<u8>(), ask.kernel_bytes)?;
@@ -151,7 +151,7 @@ unsafe fn sum<T: Real, const D: usize>(
     )?;
     let wanted =
         Wanted { potential: potential.is_some(), gradient: gradient.is_some(), laplacian: laplacian.is_some() };
-    let ask = Ask { wanted, ..ask };
+    let ask = PlanArguments { wanted, ..ask };
     // SAFETY: the caller promises the crate's contract.
     let (plan, kernel) = unsafe { (ask.plan::<T, D>()?, open::<T, D>(ask.kernel, ask.kernel_bytes)?) };
     if buffers.workspace_bytes < plan.workspace_bytes(host.workers())? {
@@ -213,7 +213,7 @@ pub unsafe extern "C" fn mollis_field1_workspace_bytes(
     bytes: *mut usize,
 ) -> mollis_status {
     status(options::wanted(wanted).and_then(|wanted| {
-        let ask = Ask { kernel, kernel_bytes, n_sources, n_targets, wanted, options };
+        let ask = PlanArguments { kernel, kernel_bytes, n_sources, n_targets, wanted, options };
         // SAFETY: this function's own contract.
         unsafe { ask.bytes::<f64, 1>(run, bytes) }
     }))
@@ -238,7 +238,7 @@ pub unsafe extern "C" fn mollis_field1_text(
     length: *mut usize,
 ) -> mollis_status {
     status(options::wanted(wanted).and_then(|wanted| {
-        let ask = Ask { kernel, kernel_bytes, n_sources, n_targets, wanted, options };
+        let ask = PlanArguments { kernel, kernel_bytes, n_sources, n_targets, wanted, options };
         // SAFETY: this function's own contract.
         unsafe { ask.text::<f64, 1>(text, text_bytes, length) }
     }))
@@ -291,7 +291,7 @@ pub unsafe extern "C" fn mollis_field1_eval(
     run: *const mollis_run,
     counters: *mut mollis_counters,
 ) -> mollis_status {
-    let ask = Ask { kernel, kernel_bytes, n_sources, n_targets, wanted: Wanted::default(), options };
+    let ask = PlanArguments { kernel, kernel_bytes, n_sources, n_targets, wanted: Wanted::default(), options };
     let buffers = Buffers { positions, masses, targets, potential, gradient, laplacian, workspace, workspace_bytes };
     // SAFETY: this function's own contract.
     unsafe { evaluate(ask, buffers, run, counters) }
@@ -314,7 +314,7 @@ pub unsafe extern "C" fn mollis_field1_workspace_bytes_f32(
     bytes: *mut usize,
 ) -> mollis_status {
     status(options::wanted(wanted).and_then(|wanted| {
-        let ask = Ask { kernel, kernel_bytes, n_sources, n_targets, wanted, options };
+        let ask = PlanArguments { kernel, kernel_bytes, n_sources, n_targets, wanted, options };
         // SAFETY: this function's own contract.
         unsafe { ask.bytes::<f32, 1>(run, bytes) }
     }))
@@ -338,7 +338,7 @@ pub unsafe extern "C" fn mollis_field1_text_f32(
     length: *mut usize,
 ) -> mollis_status {
     status(options::wanted(wanted).and_then(|wanted| {
-        let ask = Ask { kernel, kernel_bytes, n_sources, n_targets, wanted, options };
+        let ask = PlanArguments { kernel, kernel_bytes, n_sources, n_targets, wanted, options };
         // SAFETY: this function's own contract.
         unsafe { ask.text::<f32, 1>(text, text_bytes, length) }
     }))
@@ -367,7 +367,7 @@ pub unsafe extern "C" fn mollis_field1_eval_f32(
     run: *const mollis_run,
     counters: *mut mollis_counters,
 ) -> mollis_status {
-    let ask = Ask { kernel, kernel_bytes, n_sources, n_targets, wanted: Wanted::default(), options };
+    let ask = PlanArguments { kernel, kernel_bytes, n_sources, n_targets, wanted: Wanted::default(), options };
     let buffers = Buffers { positions, masses, targets, potential, gradient, laplacian, workspace, workspace_bytes };
     // SAFETY: this function's own contract.
     unsafe { evaluate(ask, buffers, run, counters) }
@@ -390,7 +390,7 @@ pub unsafe extern "C" fn mollis_field2_workspace_bytes(
     bytes: *mut usize,
 ) -> mollis_status {
     status(options::wanted(wanted).and_then(|wanted| {
-        let ask = Ask { kernel, kernel_bytes, n_sources, n_targets, wanted, options };
+        let ask = PlanArguments { kernel, kernel_bytes, n_sources, n_targets, wanted, options };
         // SAFETY: this function's own contract.
         unsafe { ask.bytes::<f64, 2>(run, bytes) }
     }))
@@ -414,7 +414,7 @@ pub unsafe extern "C" fn mollis_field2_text(
     length: *mut usize,
 ) -> mollis_status {
     status(options::wanted(wanted).and_then(|wanted| {
-        let ask = Ask { kernel, kernel_bytes, n_sources, n_targets, wanted, options };
+        let ask = PlanArguments { kernel, kernel_bytes, n_sources, n_targets, wanted, options };
         // SAFETY: this function's own contract.
         unsafe { ask.text::<f64, 2>(text, text_bytes, length) }
     }))
@@ -443,7 +443,7 @@ pub unsafe extern "C" fn mollis_field2_eval(
     run: *const mollis_run,
     counters: *mut mollis_counters,
 ) -> mollis_status {
-    let ask = Ask { kernel, kernel_bytes, n_sources, n_targets, wanted: Wanted::default(), options };
+    let ask = PlanArguments { kernel, kernel_bytes, n_sources, n_targets, wanted: Wanted::default(), options };
     let buffers = Buffers { positions, masses, targets, potential, gradient, laplacian, workspace, workspace_bytes };
     // SAFETY: this function's own contract.
     unsafe { evaluate(ask, buffers, run, counters) }
@@ -465,7 +465,7 @@ pub unsafe extern "C" fn mollis_field2_workspace_bytes_f32(
     bytes: *mut usize,
 ) -> mollis_status {
     status(options::wanted(wanted).and_then(|wanted| {
-        let ask = Ask { kernel, kernel_bytes, n_sources, n_targets, wanted, options };
+        let ask = PlanArguments { kernel, kernel_bytes, n_sources, n_targets, wanted, options };
         // SAFETY: this function's own contract.
         unsafe { ask.bytes::<f32, 2>(run, bytes) }
     }))
@@ -488,7 +488,7 @@ pub unsafe extern "C" fn mollis_field2_text_f32(
     length: *mut usize,
 ) -> mollis_status {
     status(options::wanted(wanted).and_then(|wanted| {
-        let ask = Ask { kernel, kernel_bytes, n_sources, n_targets, wanted, options };
+        let ask = PlanArguments { kernel, kernel_bytes, n_sources, n_targets, wanted, options };
         // SAFETY: this function's own contract.
         unsafe { ask.text::<f32, 2>(text, text_bytes, length) }
     }))
@@ -517,7 +517,7 @@ pub unsafe extern "C" fn mollis_field2_eval_f32(
     run: *const mollis_run,
     counters: *mut mollis_counters,
 ) -> mollis_status {
-    let ask = Ask { kernel, kernel_bytes, n_sources, n_targets, wanted: Wanted::default(), options };
+    let ask = PlanArguments { kernel, kernel_bytes, n_sources, n_targets, wanted: Wanted::default(), options };
     let buffers = Buffers { positions, masses, targets, potential, gradient, laplacian, workspace, workspace_bytes };
     // SAFETY: this function's own contract.
     unsafe { evaluate(ask, buffers, run, counters) }
@@ -540,7 +540,7 @@ pub unsafe extern "C" fn mollis_field3_workspace_bytes(
     bytes: *mut usize,
 ) -> mollis_status {
     status(options::wanted(wanted).and_then(|wanted| {
-        let ask = Ask { kernel, kernel_bytes, n_sources, n_targets, wanted, options };
+        let ask = PlanArguments { kernel, kernel_bytes, n_sources, n_targets, wanted, options };
         // SAFETY: this function's own contract.
         unsafe { ask.bytes::<f64, 3>(run, bytes) }
     }))
@@ -564,7 +564,7 @@ pub unsafe extern "C" fn mollis_field3_text(
     length: *mut usize,
 ) -> mollis_status {
     status(options::wanted(wanted).and_then(|wanted| {
-        let ask = Ask { kernel, kernel_bytes, n_sources, n_targets, wanted, options };
+        let ask = PlanArguments { kernel, kernel_bytes, n_sources, n_targets, wanted, options };
         // SAFETY: this function's own contract.
         unsafe { ask.text::<f64, 3>(text, text_bytes, length) }
     }))
@@ -593,7 +593,7 @@ pub unsafe extern "C" fn mollis_field3_eval(
     run: *const mollis_run,
     counters: *mut mollis_counters,
 ) -> mollis_status {
-    let ask = Ask { kernel, kernel_bytes, n_sources, n_targets, wanted: Wanted::default(), options };
+    let ask = PlanArguments { kernel, kernel_bytes, n_sources, n_targets, wanted: Wanted::default(), options };
     let buffers = Buffers { positions, masses, targets, potential, gradient, laplacian, workspace, workspace_bytes };
     // SAFETY: this function's own contract.
     unsafe { evaluate(ask, buffers, run, counters) }
@@ -616,7 +616,7 @@ pub unsafe extern "C" fn mollis_field3_workspace_bytes_f32(
     bytes: *mut usize,
 ) -> mollis_status {
     status(options::wanted(wanted).and_then(|wanted| {
-        let ask = Ask { kernel, kernel_bytes, n_sources, n_targets, wanted, options };
+        let ask = PlanArguments { kernel, kernel_bytes, n_sources, n_targets, wanted, options };
         // SAFETY: this function's own contract.
         unsafe { ask.bytes::<f32, 3>(run, bytes) }
     }))
@@ -640,7 +640,7 @@ pub unsafe extern "C" fn mollis_field3_text_f32(
     length: *mut usize,
 ) -> mollis_status {
     status(options::wanted(wanted).and_then(|wanted| {
-        let ask = Ask { kernel, kernel_bytes, n_sources, n_targets, wanted, options };
+        let ask = PlanArguments { kernel, kernel_bytes, n_sources, n_targets, wanted, options };
         // SAFETY: this function's own contract.
         unsafe { ask.text::<f32, 3>(text, text_bytes, length) }
     }))
@@ -669,7 +669,7 @@ pub unsafe extern "C" fn mollis_field3_eval_f32(
     run: *const mollis_run,
     counters: *mut mollis_counters,
 ) -> mollis_status {
-    let ask = Ask { kernel, kernel_bytes, n_sources, n_targets, wanted: Wanted::default(), options };
+    let ask = PlanArguments { kernel, kernel_bytes, n_sources, n_targets, wanted: Wanted::default(), options };
     let buffers = Buffers { positions, masses, targets, potential, gradient, laplacian, workspace, workspace_bytes };
     // SAFETY: this function's own contract.
     unsafe { evaluate(ask, buffers, run, counters) }

@@ -1,4 +1,4 @@
-//! What a field sum may be told, and what it says of itself.
+//! Options and counters of a field sum.
 
 use mollis_core::field::{self, Accumulation, Method, Wanted};
 use mollis_core::memory::Plain;

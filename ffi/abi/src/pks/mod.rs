@@ -26,7 +26,7 @@ use crate::kernel;
 #[cfg(not(feature = "small"))]
 use crate::options as structures;
 use crate::random::{HostGenerator, mollis_generator};
-use crate::run::{HostRun, Told, mollis_run, with_run};
+use crate::run::{CallReport, HostRun, mollis_run, with_run};
 use crate::status::{mollis_status, status};
 
 /// The options of a sum: not held where there is nothing to choose.
@@ -290,7 +290,7 @@ where
 
     /// # Safety
     /// The crate's contract.
-    unsafe fn advance(&self, run: &HostRun, told: &mut Told) -> Result<()> {
+    unsafe fn advance(&self, run: &HostRun, told: &mut CallReport) -> Result<()> {
         // SAFETY: the caller promises the crate's contract, here and below.
         let options = unsafe { read_options::<T>(self.options) };
         // Looked at where it is: moving it out would take its size of the stack once more.
