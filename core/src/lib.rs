@@ -43,6 +43,42 @@
 //! 4. [`aggregation`] (the blob method), [`pks`] (coalescing particles), on the steppers [`rk4`] and [`euler_maruyama`]; [`diagnostics`],
 //!    [`exact`] (solutions in closed form)
 #![no_std]
+#![cfg_attr(not(test), warn(clippy::pedantic))]
+#![allow(clippy::inline_always, reason = "loops over lanes have to be in line to be compiled for the instruction set")]
+#![allow(
+    clippy::cast_possible_truncation,
+    clippy::cast_possible_wrap,
+    clippy::cast_precision_loss,
+    clippy::cast_sign_loss,
+    reason = "conversions among counts, exponents, bits and numbers whose ranges stand beside them"
+)]
+#![allow(
+    clippy::doc_markdown,
+    clippy::many_single_char_names,
+    clippy::similar_names,
+    reason = "formulas have the symbols of the papers"
+)]
+#![allow(
+    clippy::float_cmp,
+    clippy::needless_bitwise_bool,
+    clippy::unreadable_literal,
+    reason = "exact comparisons, conditions without a branch, and coefficients as they were printed"
+)]
+#![allow(
+    clippy::return_self_not_must_use,
+    clippy::needless_pass_by_value,
+    clippy::trivially_copy_pass_by_ref,
+    clippy::struct_excessive_bools,
+    reason = "arithmetic, visitors of outputs, and options that mirror the C structures"
+)]
+#![allow(
+    clippy::items_after_statements,
+    clippy::needless_for_each,
+    clippy::single_match_else,
+    clippy::too_many_lines,
+    clippy::wildcard_imports,
+    reason = "matters of style, among them all intrinsics of an instruction set by one import"
+)]
 #![deny(clippy::indexing_slicing, clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 #![cfg_attr(
     test,

@@ -64,7 +64,7 @@ pub struct Sources<'a, T, const D: usize> {
     pub masses: &'a [T],
 }
 
-impl<'a, T: Real, const D: usize> Sources<'a, T, D> {
+impl<T: Real, const D: usize> Sources<'_, T, D> {
     /// The largest coordinate and the largest mass of every `stride`-th source.
     pub(super) fn largest(self, stride: usize) -> [T; 2] {
         let larger = |most: T, x: T| if x.abs() > most { x.abs() } else { most };

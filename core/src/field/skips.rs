@@ -181,7 +181,7 @@ fn split<T: Real, const D: usize>(
         to.unwrap_or_default().iter_mut().zip(from).for_each(|(to, &from)| *to += from);
     };
     add(outputs.potential, potential);
-    add(outputs.gradient.map(|g| g.as_flattened_mut()), gradient.as_flattened());
+    add(outputs.gradient.map(<[[T; D]]>::as_flattened_mut), gradient.as_flattened());
     add(outputs.laplacian, laplacian);
     Ok(())
 }

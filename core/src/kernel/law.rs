@@ -269,7 +269,7 @@ pub(crate) fn real_power(r: f64, p: f64) -> f64 {
 #[inline]
 pub(crate) fn power<T: Real>(r: T, p: f64) -> T {
     let doubled = 2.0 * p;
-    if doubled.abs() > 32.0 || doubled != (doubled as i32) as f64 {
+    if doubled.abs() > 32.0 || doubled != f64::from(doubled as i32) {
         return r.pow(T::from_f64(p));
     }
     let n = (doubled as i32).unsigned_abs();

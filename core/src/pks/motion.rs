@@ -73,7 +73,7 @@ fn piece<X>(slice: &[X], tile: usize) -> &[X] {
     slice.get(from..to).unwrap_or(&[])
 }
 
-impl<'a, T: Real> Moving<'a, T> {
+impl<T: Real> Moving<'_, T> {
     fn tile(&self, tile: usize) -> Self {
         Self {
             positions: piece(self.positions, tile),

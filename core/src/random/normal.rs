@@ -17,6 +17,7 @@ const FRACTION: u64 = 0x000F_FFFF_FFFF_FFFF;
 
 /// A uniform number in the open interval (0, 1): an odd multiple of 2^-53 (f64) or 2^-24 (f32), from the high bits of the word.
 #[inline(always)]
+#[must_use]
 pub fn uniform<T: Real>(word: u64) -> T {
     // 52 or 23 bits and a half: exact in T, so the result is neither 0 nor 1.
     let kept = word >> (65 - T::DIGITS);

@@ -22,7 +22,7 @@ pub fn sort(entries: &mut [Entry], spare: &mut [Entry]) {
     let (mut from, mut to) = (entries, spare);
     let mut swapped = false;
     for shift in (0..64).step_by(8) {
-        if ((all ^ any) >> shift) & 0xFF == 0 {
+        if ((all ^ any) >> shift).trailing_zeros() >= 8 {
             continue;
         }
         let digit = |&[key, _]: &Entry| (key >> shift) as usize & 0xFF;
@@ -79,7 +79,7 @@ pub fn order<T: Real>(
         .filter_map(&value)
         .fold((T::INFINITY, -T::INFINITY), |(least, greatest), x| (least.min(x), greatest.max(x)));
     let width = greatest - least;
-    let Some(scale) = keys_per_width(T::from_f64(4_294_967_040.0), width).filter(|_| n <= u32::MAX as usize) else {
+    let Some(scale) = keys_per_width(T::from_f64(4_294_967_040.0), width).filter(|_| u32::try_from(n).is_ok()) else {
         return order_by_all_bits(n, value, entries, spare);
     };
     // Monotone in x, as each rounding is.

@@ -155,7 +155,7 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Called<'a> {
 impl Called<'_> {
     /// The exponents of value, gradient factor and Laplacian at the largest distance, or more where those at the least one would not fit.
     fn sizes<T: Real>(&self, exponent: i32) -> [i32; 3] {
-        let at = |exponent: i32| self.0.pair(1.0_f64.ldexp(exponent), ALL).map(|number| number.exponent());
+        let at = |exponent: i32| self.0.pair(1.0_f64.ldexp(exponent), ALL).map(Extended::exponent);
         let least = exponent.saturating_sub(least_square_exponent::<T>() / 2);
         let (_, most) = limits::<T>();
         let mut sizes = [0; 3];

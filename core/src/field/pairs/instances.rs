@@ -65,7 +65,7 @@ pub(in crate::field) fn evaluate<T: Real, const D: usize, const FULL: bool>(
     let Call { options, sources, targets, outputs } = call;
     let (positions, targets) = (sources.positions.as_flattened(), targets.as_flattened());
     let Outputs { potential, gradient, laplacian } = outputs;
-    let gradient = gradient.map(|g| g.as_flattened_mut());
+    let gradient = gradient.map(<[[T; D]]>::as_flattened_mut);
     macro_rules! named {
         ($t:ty, $of:ident, $of_mut:ident, $sums:ident) => {
             if let (Some(positions), Some(masses), Some(targets)) =

@@ -592,7 +592,7 @@ impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool, const T
 
 /// The list without its first `n`.
 #[inline(always)]
-fn skip<'a, T, const D: usize>((positions, masses): List<'a, T, D>, n: usize) -> List<'a, T, D> {
+fn skip<T, const D: usize>((positions, masses): List<'_, T, D>, n: usize) -> List<'_, T, D> {
     (positions.get(n..).unwrap_or(&[]), masses.get(n..).unwrap_or(&[]))
 }
 

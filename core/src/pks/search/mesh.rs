@@ -73,7 +73,7 @@ impl<T: Real> Mesh<T> {
             let place = if place > 0.0 { place } else { 0.0 };
             let place = if place < f64::from(u32::MAX) { place } else { f64::from(u32::MAX) };
             let rounded = place + ROUND;
-            let up = if rounded - ROUND > place { 1 } else { 0 };
+            let up = u32::from(rounded - ROUND > place);
             (rounded.to_bits() as u32).wrapping_sub(up)
         };
         [at(x[0], self.origin[0]), at(x[1], self.origin[1])]
