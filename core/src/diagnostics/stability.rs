@@ -110,7 +110,9 @@ pub fn stable_step_anywhere<T: Real, const D: usize>(
 
 /// delta if the kernel provides it, else 0.
 fn length_of<T: Real, const D: usize>(kernel: &dyn Interaction<T, D>) -> T {
-    kernel.sum().map_or_else(|| kernel.newtonian().map_or(T::ZERO, |(_, blob)| blob.delta()), crate::kernel::Kernel::delta)
+    kernel
+        .sum()
+        .map_or_else(|| kernel.newtonian().map_or(T::ZERO, |(_, blob)| blob.delta()), crate::kernel::Kernel::delta)
 }
 
 /// The numbers used in the bounds, for K_delta at one distance.
