@@ -79,6 +79,10 @@ pub fn all(valgrind: bool) -> Result<usize> {
         let mut command = if valgrind {
             let mut command = shell::program("valgrind");
             command.args(["--quiet", "--error-exitcode=9", "--leak-check=full", "--show-leak-kinds=all"]);
+            let known = file.with_extension("supp");
+            if known.exists() {
+                command.arg(format!("--suppressions={}", known.display()));
+            }
             command.arg(image);
             command
         } else {

@@ -45,12 +45,12 @@ const SMALL_SPREAD: f64 = 1.0 / 256.0;
 
 /// The binary exponent of the largest distances, in units. Sums of powers up to `degree` of twice that distance are in range, and so is the next power.
 fn largest_distance<T: Real>(degree: usize) -> i32 {
-    (T::MAX_EXPONENT - 40) / (degree as i32 + 1)
+    (T::MAX_EXPONENT - 40) / (degree.min(DEGREE) as i32 + 1)
 }
 
 /// Minus the binary exponent of the least distances, in units, whose powers up to `degree` are in the normal range.
 fn least_distance<T: Real>(degree: usize) -> i32 {
-    (T::MAX_EXPONENT - 8) / degree.max(1) as i32
+    (T::MAX_EXPONENT - 8) / degree.min(DEGREE).max(1) as i32
 }
 
 /// Monomials of at most `degree` in `dimension` variables.
