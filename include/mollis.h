@@ -536,7 +536,7 @@ typedef struct mollis_grid2_options {
    */
   int32_t order;
   /**
-   * Not looked at.
+   * Ignored.
    */
   int32_t reserved;
 } mollis_grid2_options;
@@ -1569,14 +1569,20 @@ mollis_status mollis_field1_text(const void *kernel,
  *
  * The error is at most (c + 256 + n/256) u S, u the unit roundoff; with MOLLIS_ACCUMULATION_COMPENSATED (c + 12) u S + (n/4) u^2 S. S is the
  * sum of |m_j| s_j, componentwise for gradients. With K the kernel that `mollis_kernel1_eval` returns, r = |x_i - x_j|:
- * Newtonian, mollifier compact or none: s = |K| (in 2D plus 1/(2 pi)), |grad K|, and the mollifier's largest value for a Laplacian; c = 16,
- * and up to 112 with mollifiers of order 6 or 8, whose coefficients have both signs; for Laplacians 250 at order 6 and 2000 at order 8.
- * Other kernels, Gaussian mollifiers: s = A, |x_i - x_j| B (the gradient's components: theirs of x_i - x_j), and L for a Laplacian, where A, B, L are the
- * largest |K| and r^2 |K'/r|, |K'/r|, |Laplacian| and d |K'/r| at distances from r/2 to r; where r < delta from 0 to delta; for exponential and
- * screened kernels under Gaussian mollifiers from 0 to r. c = 32 in single precision; in double 128, and 1000 for Laplacians; 400 and 3000
- * for exponential and screened kernels whose delta is more than 5 lengths l or 1/k. Of several terms s is the sum of theirs.
- * Even powers, by MOLLIS_METHOD_MOMENTS and MOLLIS_METHOD_SPLIT: s = |x_i - x_j| B for each component, with the largest r of all pairs where two targets'
- * distances differ by more than 2^24 (in double 2^100). All of this where neither a result nor K itself is below the normal range.
+ *
+ * * Newtonian, mollifier compact or none: s = |K| (in 2D plus 1/(2 pi)), |grad K|, and the mollifier's largest value for a Laplacian; c = 16,
+ *   and up to 112 with mollifiers of order 6 or 8, whose coefficients have both signs; for Laplacians 250 at order 6 and 2000 at order 8.
+ *   By MOLLIS_METHOD_SORTED c is half as much again.
+ * * Other kernels, Gaussian mollifiers, and Newtonian terms beside these: s = A, |x_i - x_j| B (the gradient's components: theirs of
+ *   x_i - x_j), and L for a Laplacian, where A, B, L are the largest |K| and r^2 |K'/r|, |K'/r|, |Laplacian| and d |K'/r| at distances from
+ *   r/2 to r; where r < delta from 0 to delta; for exponential and screened kernels under Gaussian mollifiers from 0 to r. c = 32 in single
+ *   precision; in double 128, and 1000 for Laplacians; 400 and 3000 for exponential and screened kernels whose delta is from 5 to 100
+ *   lengths l or 1/k. Of several terms s is the sum of theirs.
+ * * Even powers, by MOLLIS_METHOD_MOMENTS and MOLLIS_METHOD_SPLIT: the same, but s = |x_i - x_j| B for each component of a gradient.
+ *
+ * All of this where neither a result nor K itself is below the normal range. Coordinates below 2^-126 (in double 2^-1022) of the largest
+ * one count as zero; by MOLLIS_METHOD_SORTED what is below 2^-120 (2^-1000) of the powers of the largest coordinate may be lost.
+ *
  * Results do not depend on the number of threads, bit for bit. A refused call writes nothing (but `run->first_bad`, with
  * `MOLLIS_ERR_NOT_FINITE`: sources, then targets); a stopped one has written some outputs.
  *
