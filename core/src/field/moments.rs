@@ -50,7 +50,7 @@ fn largest_distance<T: Real>(degree: usize) -> i32 {
 
 /// Minus the binary exponent of the least distances, in units, whose powers up to `degree` are in the normal range.
 fn least_distance<T: Real>(degree: usize) -> i32 {
-    (T::MAX_EXPONENT - 8) / degree.min(DEGREE).max(1) as i32
+    (T::MAX_EXPONENT - 8) / degree.clamp(1, DEGREE) as i32
 }
 
 /// Monomials of at most `degree` in `dimension` variables.
