@@ -353,6 +353,10 @@ fn results_beyond_the_range_are_infinite() {
     with_kernel::<f64, 2, _>(&[term(power(2.0), 1.0)], (COMPACT, 1.0), |kernel| {
         let got = sums_of(kernel, (&[[0.0; 2]], &[1.0], &[[1e170, 3e169]]), ALL, &direct, Level::best());
         assert_eq!((got.potential[0], got.gradient[0]), (f64::INFINITY, [1e170, 3e169]));
+        assert_eq!(
+            [kernel.value(1e305), kernel.gradient_factor(1e305), kernel.laplacian(1e305)],
+            [f64::INFINITY, 1.0, 2.0]
+        );
     });
     // The rotated gradient of a source on the first axis: the component that overflows is multiplied by zero.
     with_kernel::<f64, 2, _>(&[term(power(3.0), 1.0)], (Mollifier::None, 0.0), |kernel| {

@@ -98,6 +98,8 @@ impl Variable {
         let scaled = Scalar::ldexp(r, -exponent);
         match self {
             Self::InversePowers => {
+                // Farther away all powers but the constant are zero to rounding, and the quotient's products would overflow.
+                let scaled = scaled.min(Scalar::ldexp(1.0, 500));
                 let w = DoubleWord::quotient(radius, if scaled > 0.0 { scaled } else { 1.0 });
                 w * w
             }
