@@ -81,7 +81,6 @@ impl Measure {
 
 impl Measure {
     /// Counts `n` elements of `each` bytes. Not generic, so that all types share one function.
-    #[cfg_attr(feature = "small", inline(never))]
     fn add(&mut self, each: usize, n: usize) -> Result<()> {
         self.bytes = self.bytes.checked_add(padded_bytes(each, n)?).ok_or(Error::TooLarge)?;
         if self.bytes > isize::MAX as usize { Err(Error::TooLarge) } else { Ok(()) }
@@ -89,7 +88,6 @@ impl Measure {
 }
 
 impl Measure {
-    #[cfg_attr(feature = "small", inline(never))]
     fn note(&mut self, each: usize, n: usize) {
         if let Err(error) = self.add(each, n) {
             self.error.get_or_insert(error);
@@ -167,7 +165,6 @@ impl<'w> Carve<'w> {
 
 impl Carve<'_> {
     /// The start of the next `n` elements of `each` bytes. Not generic, so that all types share one function.
-    #[cfg_attr(feature = "small", inline(never))]
     #[expect(unsafe_code, reason = "steps through the buffer")]
     fn take(&mut self, each: usize, n: usize) -> Result<*mut u8> {
         let bytes = padded_bytes(each, n)?;
@@ -190,7 +187,6 @@ impl Carve<'_> {
     }
 
     /// As [`Carve::take`]. After an error the number of elements is zero.
-    #[cfg_attr(feature = "small", inline(never))]
     fn take_part(&mut self, each: usize, n: usize) -> (*mut u8, usize) {
         match self.take(each, n) {
             Ok(start) if self.error.is_none() => (start, n),

@@ -218,7 +218,6 @@ impl<'a, T: Real> Close<'a, T> {
     }
 
     /// Looks for the pairs that are close within a sub-step of this length from these points; whether there are any.
-    #[cfg_attr(feature = "small", inline(never))]
     pub fn seek(&mut self, points: &[[T; 2]], within: T) -> bool {
         let farthest = points.as_flattened().iter().fold(T::ZERO, |most, x| most.max(x.abs()));
         (self.length, self.time) = (normal_exponent::<T>(farthest.frexp().1), normal_exponent::<T>(within.frexp().1));
@@ -251,7 +250,6 @@ impl<'a, T: Real> Close<'a, T> {
 
     /// Calls the body for each close pair, the heavier particle first (of equal ones that with the lower first coordinate), in the order of these, or in
     /// the opposite order.
-    #[cfg_attr(feature = "small", inline(never))]
     fn each(&self, backwards: bool, body: &mut Body<'_, T>) {
         let words = self.buffers.words.get(..self.masses.len()).unwrap_or(&[]);
         let at = |place: usize| {
@@ -289,7 +287,6 @@ impl<'a, T: Real> Close<'a, T> {
     }
 
     /// Takes the attraction of close pairs out of the gradient at these points.
-    #[cfg_attr(feature = "small", inline(never))]
     pub fn leave(&self, points: &[[T; 2]], gradient: &mut [[T; 2]]) {
         self.each(false, &mut |i, j, _| {
             let (Some((d, square)), Some(m), Some(other)) = (self.apart(points, i, j), self.mass(i), self.mass(j))
@@ -304,7 +301,6 @@ impl<'a, T: Real> Close<'a, T> {
     }
 
     /// Draws close pairs together after a sub-step of length `s` without their attraction; `arrived` is overwritten.
-    #[cfg_attr(feature = "small", inline(never))]
     pub fn draw(&self, s: T, arrived: &mut [[T; 2]], positions: &mut [[T; 2]]) {
         let s = s.ldexp(-self.time);
         arrived.iter_mut().zip(&*positions).for_each(|(to, x)| *to = *x);

@@ -84,7 +84,6 @@ impl<T: Real> Criterion<T> {
     ///
     /// The unit of mass has an even exponent, for square roots of masses. Returns whether indices are in range: else there is noise, but too little.
     #[must_use]
-    #[cfg_attr(feature = "small", inline(never))]
     pub fn scale(&mut self, extent: &Extent<T>) -> bool {
         let Extent { low, high, total, .. } = extent;
         let farthest = low.iter().chain(high).fold(T::ZERO, |most, x| most.max(x.abs()));

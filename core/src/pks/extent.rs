@@ -31,7 +31,6 @@ impl<T: Real> Extent<T> {
     ///
     /// # Errors
     /// [`Error::NotFinite`]: a number or the sum of the masses; [`Error::Mass`]: one is not positive; the executor's.
-    #[cfg_attr(feature = "small", inline(never))]
     pub fn of(positions: &[[T; 2]], masses: &[T], executor: &dyn Executor) -> Result<Self> {
         let RawExtent { extent, poison } = RawExtent::by(positions, masses, executor)?;
         if poison.is_nan() || !extent.total.is_finite() {

@@ -36,7 +36,6 @@ impl<'w, T: Real> Queue<'w, T> {
     }
 
     /// Decides every cluster that the search found: the increments are those of the particles' motion from `positions` in a time of `dt`.
-    #[cfg_attr(feature = "small", inline(never))]
     pub fn decide(
         &mut self,
         criterion: &Criterion<T>,

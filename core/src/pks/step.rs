@@ -172,7 +172,6 @@ pub struct Setting<'a, 'g, 'r, T: Real> {
 /// [`Error::WorkspaceTooSmall`], [`Error::Misaligned`], [`Error::TooLarge`] (2^32 steps or particles), those of the field and the generator,
 /// [`Error::TooManySubsteps`], [`Error::BecameNotFinite`] (in the motion; [`Error::NotFinite`] is what was given), [`Error::Stopped`]. A stream generator may have been drawn from.
 /// [`Error::EventsFull`]: see above. [`Error::NotPrepared`]: merges are pending, but the workspace does not hold them.
-#[cfg_attr(feature = "small", inline(never))]
 pub fn step<T: Real>(
     state: State<'_, T>,
     counters: &mut Counters,
@@ -295,14 +294,12 @@ struct Motion<'w, T> {
 
 impl<T: Real> Layout<'_, T> {
     /// Nothing is zeroed: what follows writes before it reads.
-    #[cfg_attr(feature = "small", inline(never))]
     fn open<'w>(&self, workspace: &'w mut [u8]) -> Result<Arrays<'w, T>> {
         let workers = if cfg!(feature = "small") { 1 } else { self.resources.executor.workers() };
         layout(&mut Carve::reopen(workspace)?, self.room, &self.summed, self.options, workers)
     }
 
     /// Checks the particles, finds the clusters that may collide, unless none can, and marks their particles. Gives the criterion units.
-    #[cfg_attr(feature = "small", inline(never))]
     fn search(
         &self,
         workspace: &mut [u8],
@@ -345,7 +342,6 @@ impl<T: Real> Layout<'_, T> {
     }
 
     /// Moves the particles into the workspace, with what the search marked recorded.
-    #[cfg_attr(feature = "small", inline(never))]
     fn advance(
         &self,
         workspace: &mut [u8],
@@ -382,7 +378,6 @@ impl<T: Real> Layout<'_, T> {
         Ok(())
     }
 
-    #[cfg_attr(feature = "small", inline(never))]
     fn motion<'w>(&self, workspace: &'w mut [u8], n: usize, clustered: bool) -> Result<Motion<'w, T>> {
         let arrays = self.open(workspace)?;
         let recorded: &[u8] = arrays.recorded;
@@ -401,7 +396,6 @@ impl<T: Real> Layout<'_, T> {
     }
 
     /// Decides the clusters, if there is a criterion (else merges are pending), takes the new positions over, merges, and ends the step.
-    #[cfg_attr(feature = "small", inline(never))]
     fn commit(
         &self,
         workspace: &mut [u8],

@@ -28,8 +28,7 @@ pub(crate) fn log_numerator<T: Scalar, I: Isa<T>>(isa: I, x: I::V) -> (I::V, I::
 
 /// log((1 + z) 2^e), given s = z / (2 + z) with an error of k u. The error is (k + 3) u, relative even near x = 1,
 /// where e = 0.
-#[cfg_attr(feature = "small", inline(never))]
-#[cfg_attr(not(feature = "small"), inline(always))]
+#[inline(always)]
 pub(crate) fn log<T: Scalar, I: Isa<T>, const N: usize>(isa: I, e: [I::V; N], s: [I::V; N]) -> [I::V; N] {
     let w = product(isa, &s, &s);
     // Estrin's scheme, because the time of a sum of logarithms is bound by the chain of dependent operations, not by their number.

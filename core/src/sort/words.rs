@@ -64,7 +64,6 @@ pub fn starts(counts: &mut [u32]) {
 }
 
 /// Sorts in place by a key, in O(n log n) for any order (O(n^2) with the feature `small`), without a panic path. Not stable. One function for all keys.
-#[cfg_attr(feature = "small", inline(never))]
 pub fn by_key(words: &mut [u64], key: &dyn Fn(u64) -> u64) {
     if cfg!(not(feature = "small")) {
         return heap(words, |&word| key(word));

@@ -11,7 +11,6 @@ use crate::status::{mollis_status, status};
 pub const MOLLIS_NONE_BAD: u64 = u64::MAX;
 
 /// The first index at which a point or a number is not finite.
-#[cfg_attr(feature = "small", inline(never))]
 pub(crate) fn first_bad<T: Real, const D: usize>(points: &[[T; D]], numbers: &[T]) -> Option<usize> {
     let point = points.iter().position(|x| !x.iter().all(|c| c.is_finite()));
     let number = numbers.iter().position(|v| !v.is_finite());

@@ -68,7 +68,6 @@ struct Descending<C> {
 }
 
 /// The coefficients of a polynomial of the blob, times `scale`, highest power of t first; how many. None without a compact mollifier.
-#[cfg_attr(feature = "small", inline(never))]
 pub(super) fn descending<T: Real, const D: usize>(
     to: &mut [T; MAX_TERMS],
     blob: &Blob<T, D>,

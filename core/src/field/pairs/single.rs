@@ -222,7 +222,6 @@ struct Pair<'a, T> {
 }
 
 /// Horner's rule, rounded as at level portable.
-#[cfg_attr(feature = "small", inline(never))]
 fn horner<T: Real>(coefficients: &[T], t: T) -> T {
     let Some((&first, rest)) = coefficients.split_first() else { return T::ZERO };
     rest.iter().fold(first, |sum, &c| sum * t + c)

@@ -20,7 +20,6 @@ pub struct Mesh<T> {
 
 impl<T: Real> Mesh<T> {
     /// The mesh for particles of this extent; `step` chooses its shift, and `unit` is what all lengths are multiplied by, a power of two.
-    #[cfg_attr(feature = "small", inline(never))]
     pub fn new(search: &Search<T>, extent: &Extent<T>, step: u64, unit: T) -> Self {
         let Extent { mut low, mut high, .. } = *extent;
         if let Some([lower, upper]) = &search.domain {
@@ -80,14 +79,12 @@ impl<T: Real> Mesh<T> {
     }
 
     /// The key of the first sixteen levels in the high half, `i` in the low half.
-    #[cfg_attr(feature = "small", inline(never))]
     pub(super) fn word(&self, x: &[T; 2], i: usize) -> u64 {
         let [cx, cy] = self.cell(x);
         u64::from(interleave([cx >> 16, cy >> 16])) << 32 | i as u64
     }
 
     /// The key of the other sixteen levels in the high half, `i` in the low half.
-    #[cfg_attr(feature = "small", inline(never))]
     pub(super) fn deep_word(&self, x: &[T; 2], i: u64) -> u64 {
         let [cx, cy] = self.cell(x);
         u64::from(interleave([cx & 0xFFFF, cy & 0xFFFF])) << 32 | i

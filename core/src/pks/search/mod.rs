@@ -193,7 +193,6 @@ pub struct Particles<'a, T> {
 ///
 /// # Errors
 /// The executor's.
-#[cfg_attr(feature = "small", inline(never))]
 pub fn find<T: Real>(
     search: &Search<T>,
     criterion: &Criterion<T>,
@@ -285,7 +284,6 @@ fn walk<T: Real>(tree: &mut Tree<'_, '_, T>, stack: &mut Stack<'_, T>, first: us
 }
 
 /// The coarsest level whose cells hold few particles on average.
-#[cfg_attr(feature = "small", inline(never))]
 fn fine(shared: &[u8]) -> u32 {
     let mut parts = [0_u32; DEPTH as usize + 1];
     for &level in shared {

@@ -29,7 +29,6 @@ pub fn levels(a: u32, b: u32) -> u8 {
 }
 
 /// Orders few particles: their words, and the levels that each shares with the one before it.
-#[cfg_attr(feature = "small", inline(never))]
 pub fn sort_small<T: Real>(mesh: &Mesh<T>, positions: &[[T; 2]], words: &mut [u64], shared: &mut [u8]) {
     for (i, (word, x)) in words.iter_mut().zip(positions).enumerate() {
         *word = mesh.word(x, i);

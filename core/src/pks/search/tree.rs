@@ -155,7 +155,6 @@ impl<T: Real> Tree<'_, '_, T> {
     }
 
     /// The moments of a few particles in the sorted order.
-    #[cfg_attr(feature = "small", inline(never))]
     fn moments(&self, first: usize, count: usize) -> Moments<T> {
         Moments::of(self.members(first, count))
     }
@@ -240,8 +239,7 @@ impl<T: Real> Tree<'_, '_, T> {
     }
 
     /// Notes a node that is separated and collidable, in the place of the clusters found in it.
-    #[cfg_attr(feature = "small", inline(never))]
-    #[cfg_attr(not(feature = "small"), inline)]
+    #[inline]
     fn test(&mut self, node: &Node<T>, count: u32, moments: &Moments<T>, parent: Option<u32>) {
         let Moments { group, spread, centre } = moments;
         if !self.separated(*spread, group.mass, parent) {
@@ -261,7 +259,6 @@ impl<T: Real> Tree<'_, '_, T> {
     }
 
     /// The moments of many particles in the sorted order: of halves, so that n particles cost log n roundings. At most 26 calls deep.
-    #[cfg_attr(feature = "small", inline(never))]
     fn sum(&self, first: usize, count: usize) -> Moments<T> {
         if count <= TOGETHER {
             return self.moments(first, count);
@@ -271,8 +268,7 @@ impl<T: Real> Tree<'_, '_, T> {
     }
 
     /// Adds the particles before `end` to the node's moments.
-    #[cfg_attr(feature = "small", inline(never))]
-    #[cfg_attr(not(feature = "small"), inline)]
+    #[inline]
     fn complete(&self, node: &mut Node<T>, moments: &mut Moments<T>, end: u32) {
         if node.known >= end {
             return;

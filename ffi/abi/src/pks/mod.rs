@@ -62,7 +62,6 @@ enum Chosen<'k, T: Real> {
 impl<T: Real> Chosen<'_, T> {
     /// # Safety
     /// The crate's contract for `attraction` and what it points to.
-    #[cfg_attr(feature = "small", inline(never))]
     unsafe fn read(attraction: *const mollis_pks_attraction) -> Result<Self> {
         if attraction.is_null() {
             return Err(Error::NullPointer);
@@ -238,7 +237,6 @@ where
     ///
     /// # Safety
     /// The crate's contract.
-    #[cfg_attr(feature = "small", inline(never))]
     unsafe fn buffers(&self, host: &HostRun) -> Result<Buffers<T>> {
         let room = self.room;
         let (positions, masses) = (Output::new(self.positions, room)?, Output::new(self.masses, room)?);

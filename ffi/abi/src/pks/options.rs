@@ -108,7 +108,6 @@ pub unsafe extern "C" fn mollis_pks_options_init(options: *mut mollis_pks_option
 ///
 /// # Safety
 /// The crate's contract for `options`.
-#[cfg_attr(feature = "small", inline(never))]
 pub(super) unsafe fn read_options<T: Real>(options: *const mollis_pks_options) -> Result<pks::Options<T>> {
     // SAFETY: the caller promises the crate's contract.
     let options = unsafe { options::read(options)? };
