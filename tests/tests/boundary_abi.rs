@@ -103,7 +103,7 @@ fn options_end_where_a_member_ends() {
     assert_eq!(text, c"the options structure was not filled by its _init function");
 }
 
-const NOTHING: mollis_pks_attraction = mollis_pks_attraction {
+pub(crate) const NOTHING: mollis_pks_attraction = mollis_pks_attraction {
     kind: MOLLIS_PKS_ATTRACTION_NONE,
     reserved: 0,
     mesh: null(),

@@ -118,6 +118,8 @@ struct Frame<T, const D: usize> {
     /// A length in units is the true one times 2^position, a mass 2^mass.
     position: i32,
     mass: i32,
+    /// What a length and a mass are multiplied by: these powers of two.
+    factors: [T; 2],
     /// The least and the largest distances of targets, in units, whose powers are in range.
     distances: [T; 2],
 }
@@ -154,7 +156,7 @@ impl<T: Real, const D: usize> Sum<'_, T, D> {
         let count = running.len();
         let (words, extra) = partial.split_at_mut_checked(2 * count).unwrap_or((&mut [], &mut []));
         let mut sizes = [[T::ZERO; LANES]; EXTRA];
-        let [_, mass] = frame.factors();
+        let [_, mass] = frame.factors;
         running.fill([[T::ZERO; LANES]; 3]);
         let together = (LANES * blocks).max(1);
         for (group, weights) in positions.chunks(together).zip(masses.chunks(together)) {
@@ -193,7 +195,7 @@ impl<T: Real, const D: usize> Sum<'_, T, D> {
 /// Coordinates relative to the centre, in units, lane by lane; lanes without a point are 0.
 #[inline(always)]
 fn offsets<T: Real, const D: usize>(points: &[[T; D]], frame: &Frame<T, D>) -> [[T; LANES]; D] {
-    let [length, _] = frame.factors();
+    let [length, _] = frame.factors;
     let centre = &frame.centre;
     let mut x = [[T::ZERO; LANES]; D];
     if let Ok(points) = <&[[T; D]; LANES]>::try_from(points) {
@@ -705,8 +707,8 @@ impl<T: Real, const D: usize> Frame<T, D> {
 
     /// Units as they are given; as centre the mean of every `stride`-th source by |mass|.
     fn centred(sources: Sources<'_, T, D>, stride: usize, position: i32, mass: i32) -> Self {
-        let mut frame = Self { centre: [T::ZERO; D], position, mass, distances: [T::ZERO, T::MAX] };
-        let [length, unit] = frame.factors();
+        let factors @ [length, unit] = [position, mass].map(|exponent| T::ONE.ldexp(exponent));
+        let mut frame = Self { centre: [T::ZERO; D], position, mass, factors, distances: [T::ZERO, T::MAX] };
         let sample = sources.positions.iter().zip(sources.masses).step_by(stride);
         let (weight, sum) = sample.fold((T::ZERO, [T::ZERO; D]), |(weight, mut sum), (x, &m)| {
             let share = m.abs() * unit;
@@ -720,17 +722,12 @@ impl<T: Real, const D: usize> Frame<T, D> {
         frame
     }
 
-    /// What a length and a mass are multiplied by.
-    fn factors(&self) -> [T; 2] {
-        [self.position, self.mass].map(|exponent| T::ONE.ldexp(exponent))
-    }
-
     /// The largest distance of a point from the centre along an axis, in units.
     fn spread<'x>(&self, points: impl IntoIterator<Item = &'x [T; D]>) -> T
     where
         T: 'x,
     {
-        let [length, _] = self.factors();
+        let [length, _] = self.factors;
         let away =
             |x: &[T; D]| x.iter().zip(&self.centre).fold(T::ZERO, |most, (&x, &c)| most.max((x * length - c).abs()));
         points.into_iter().fold(T::ZERO, |most, x| most.max(away(x)))

@@ -1,17 +1,7 @@
 //! A pair that merges, calls that are refused, the theory.
 
 use super::*;
-
-const NOTHING: mollis_pks_attraction = mollis_pks_attraction {
-    kind: MOLLIS_PKS_ATTRACTION_NONE,
-    reserved: 0,
-    mesh: null(),
-    grid: null(),
-    kernel: null(),
-    kernel_bytes: 0,
-    tolerance: 0.0,
-    heavy: 0.0,
-};
+use crate::boundary_abi::NOTHING;
 
 #[test]
 fn a_pair_on_a_mesh_merges_and_bad_calls_write_nothing() {
