@@ -12,7 +12,8 @@ use mollis_tests::Aligned;
 
 const WALLS: [i32; 3] = [MOLLIS_WALLS_FREE, MOLLIS_WALLS_NO_FLUX, MOLLIS_WALLS_FREE_QUADRUPOLE];
 
-fn grid_options(walls: i32) -> mollis_grid2_options {
+/// The default options with these walls.
+pub(crate) fn grid_options(walls: i32) -> mollis_grid2_options {
     let mut options = std::mem::MaybeUninit::<mollis_grid2_options>::uninit();
     unsafe {
         assert_eq!(mollis_grid2_options_init(options.as_mut_ptr(), size_of::<mollis_grid2_options>()), 0);

@@ -12,14 +12,7 @@ use mollis_abi::*;
 use mollis_core::Error;
 use mollis_tests::Aligned;
 
-fn options() -> mollis_grid2_options {
-    let mut options = std::mem::MaybeUninit::<mollis_grid2_options>::uninit();
-    // SAFETY: a live structure of this size, which the call fills.
-    unsafe {
-        assert_eq!(mollis_grid2_options_init(options.as_mut_ptr(), size_of::<mollis_grid2_options>()), 0);
-        options.assume_init()
-    }
-}
+use crate::border::grid_options;
 
 #[test]
 fn the_call_does_what_core_does_and_refuses_without_writing() {
@@ -58,12 +51,16 @@ fn the_call_does_what_core_does_and_refuses_without_writing() {
             };
         let bad = [[0.1, f64::NAN], [0.0; 2], [0.0; 2]];
         let thin = mollis_mesh2 { cells: [1, 10], ..mesh };
-        let unknown = mollis_grid2_options { walls: 9, ..options() };
-        let negative = mollis_grid2_options { screening: -1.0, ..options() };
-        let screened = mollis_grid2_options { walls: MOLLIS_WALLS_FREE_QUADRUPOLE, screening: 1.0, ..options() };
-        let third = mollis_grid2_options { order: 3, ..options() };
+        let unknown = mollis_grid2_options { walls: 9, ..grid_options(MOLLIS_WALLS_FREE) };
+        let negative = mollis_grid2_options { screening: -1.0, ..grid_options(MOLLIS_WALLS_FREE) };
+        let screened = mollis_grid2_options {
+            walls: MOLLIS_WALLS_FREE_QUADRUPOLE,
+            screening: 1.0,
+            ..grid_options(MOLLIS_WALLS_FREE)
+        };
+        let third = mollis_grid2_options { order: 3, ..grid_options(MOLLIS_WALLS_FREE) };
         let long = mollis_mesh2 { cells: [12, 5], ..mesh };
-        let fourth = mollis_grid2_options { order: 4, ..options() };
+        let fourth = mollis_grid2_options { order: 4, ..grid_options(MOLLIS_WALLS_FREE) };
         for (status, error) in [
             (call(&raw const mesh, &raw const third, x.as_ptr(), bytes), Error::UnknownValue),
             (call(&raw const long, &raw const fourth, x.as_ptr(), bytes), Error::Unsupported),

@@ -239,9 +239,7 @@ fn tile<T: Real>(
     }
     let mut enough = [true; TILE];
     let job = Once { part, slopes, normals, positions: &mut *positions, enough: &mut enough };
-    // With the feature `small` particles are not moved in tiles.
-    let finite = if cfg!(feature = "small") { job.run() } else { with_simd(part.level, job) };
-    if !finite {
+    if !with_simd(part.level, job) {
         return Err(Error::BecameNotFinite);
     }
     let root = part.dt.sqrt();
