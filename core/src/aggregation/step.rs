@@ -7,6 +7,7 @@
 //!
 //! Without a mollifier the same call performs the particle method.
 
+use crate::build;
 use crate::diagnostics::moments;
 use crate::diagnostics::sums::sum_of_products;
 use crate::error::{Error, Result};
@@ -49,7 +50,7 @@ pub struct Plan {
 /// Plans runs of `particles` massive particles and `tracers` massless ones.
 ///
 /// # Errors
-/// [`Error::TooLarge`]: a size overflows; [`Error::Unsupported`]: with the feature `small`, tracers (zero masses are carried
+/// [`Error::TooLarge`]: a size overflows; [`Error::Unsupported`]: what [`build`] has not, tracers (zero masses are carried
 /// along as well), the energy, and velocities and their divergence, which [`field::evaluate`] has; those of [`field::plan`].
 pub fn plan<T: Real, const D: usize>(
     kernel: &dyn Interaction<T, D>,
@@ -60,7 +61,7 @@ pub fn plan<T: Real, const D: usize>(
 ) -> Result<Plan> {
     let Wanted { density, velocity, divergence, energy } = wanted;
     let at_end = velocity || divergence || energy;
-    if cfg!(feature = "small") && (at_end || tracers > 0) {
+    if (!build::BESIDES && at_end) || (!build::TRACERS && tracers > 0) {
         return Err(Error::Unsupported);
     }
     let total = particles.checked_add(tracers).ok_or(Error::TooLarge)?;
@@ -119,7 +120,7 @@ impl Plan {
 
     fn field_bytes(&self, workers: usize) -> Result<usize> {
         let later = self.later.workspace_bytes(workers)?;
-        if cfg!(feature = "small") {
+        if !build::BESIDES {
             return Ok(later);
         }
         let first = self.first().workspace_bytes(workers)?;
@@ -153,9 +154,9 @@ impl<'w, T: Real> Arrays<'w, T> {
 }
 
 impl<'w, T: Real> Arrays<'w, T> {
-    /// An array that is empty unless wanted; always empty with the feature `small`.
+    /// An array that is empty unless wanted.
     fn maybe(space: &mut impl Space<'w>, wanted: bool, n: usize) -> Result<&'w mut [T]> {
-        if cfg!(feature = "small") { Ok(&mut []) } else { space.try_array(if wanted { n } else { 0 }) }
+        if !build::BESIDES { Ok(&mut []) } else { space.try_array(if wanted { n } else { 0 }) }
     }
 }
 
@@ -267,7 +268,7 @@ pub fn step<T: Real, const D: usize>(
     *report = Report::default();
     let State { masses, mut particles, mut tracers } = state;
     let mut wanted = plan.wanted;
-    if cfg!(feature = "small") {
+    if !build::BESIDES {
         // The plan has refused all other outputs.
         wanted = Wanted { density: wanted.density, ..Wanted::default() };
         (particles.velocity, particles.divergence) = (None, None);
@@ -287,7 +288,7 @@ pub fn step<T: Real, const D: usize>(
     if report.first_bad.is_some() {
         return Err(Error::NotFinite);
     }
-    if cfg!(not(feature = "small")) && wanted.energy && masses.iter().any(|&m| m < T::ZERO) {
+    if build::BESIDES && wanted.energy && masses.iter().any(|&m| m < T::ZERO) {
         return Err(Error::Mass);
     }
     load::<T, D>(arrays.state, &particles, &tracers);
@@ -297,7 +298,7 @@ pub fn step<T: Real, const D: usize>(
     while report.steps < advance.steps {
         let Arrays { state, scratch, potential, field: memory, .. } = &mut arrays;
         let result = rk4::step(state, scratch, advance.dt, |stage, y, dy| {
-            let watched = cfg!(not(feature = "small")) && wanted.energy && stage == Stage::First;
+            let watched = build::BESIDES && wanted.energy && stage == Stage::First;
             let (points, densities) = split::<T, D>(y, plan.total)?;
             let (flow, growth) = split_mut::<T, D>(dy, plan.total)?;
             let outputs = Outputs {
@@ -317,7 +318,7 @@ pub fn step<T: Real, const D: usize>(
             }
             Ok(())
         });
-        if cfg!(not(feature = "small")) {
+        if build::BESIDES {
             report.energy = watch.energies();
         }
         result.map_err(in_run)?;
@@ -342,7 +343,7 @@ pub fn step<T: Real, const D: usize>(
     };
     let sources = Sources { positions: points.get(..count).unwrap_or(points), masses };
     field::flow(last, kernel, sources, points, outputs, memory, run).map_err(in_run)?;
-    if cfg!(not(feature = "small")) && wanted.energy {
+    if build::BESIDES && wanted.energy {
         let outcome = watch.record(masses, potential);
         report.energy = watch.energies();
         outcome?;
@@ -398,7 +399,7 @@ fn first_bad<T: Real, const D: usize>(
         };
         points.positions.iter().enumerate().position(|point| !whole(point))
     };
-    if cfg!(feature = "small") {
+    if !build::TRACERS {
         return first(particles, masses);
     }
     first(particles, masses).or_else(|| first(tracers, &[]).map(|k| masses.len().saturating_add(k)))
@@ -410,11 +411,11 @@ fn load<T: Real, const D: usize>(flat: &mut [T], particles: &Trajectories<'_, T,
     // `part` is the first operand of `zip`, so that its end consumes no element of `to`.
     let mut copy = |part: &[T]| part.iter().zip(to.by_ref()).for_each(|(&from, to)| *to = from);
     copy(particles.positions.as_flattened());
-    if cfg!(not(feature = "small")) {
+    if build::TRACERS {
         copy(tracers.positions.as_flattened());
     }
     copy(particles.density.as_deref().unwrap_or_default());
-    if cfg!(not(feature = "small")) {
+    if build::TRACERS {
         copy(tracers.density.as_deref().unwrap_or_default());
     }
 }
@@ -430,11 +431,11 @@ fn store<T: Real, const D: usize>(
     let Trajectories { positions: x_tracers, density: rho_tracers, .. } = tracers;
     let mut copy = |part: &mut [T]| part.iter_mut().zip(from.by_ref()).for_each(|(to, &from)| *to = from);
     copy(x.as_flattened_mut());
-    if cfg!(not(feature = "small")) {
+    if build::TRACERS {
         copy(x_tracers.as_flattened_mut());
     }
     copy(rho.as_deref_mut().unwrap_or_default());
-    if cfg!(not(feature = "small")) {
+    if build::TRACERS {
         copy(rho_tracers.as_deref_mut().unwrap_or_default());
     }
 }
@@ -457,7 +458,7 @@ impl Watch {
         masses: &[T],
     ) -> Result<Self> {
         let mut watch = Self { tolerance: 0.0, first: None, last: 0.0 };
-        if cfg!(feature = "small") || !plan.wanted.energy {
+        if !build::BESIDES || !plan.wanted.energy {
             return Ok(watch);
         }
         let moments = moments(positions, masses)?;

@@ -5,6 +5,7 @@ use super::options::{Method, Options};
 use super::plan::Plan;
 use super::problem::{Interaction, Outputs, Sources};
 use super::{pairs, skips};
+use crate::build;
 use crate::error::{Error, Result};
 use crate::exec::Run;
 use crate::real::Real;
@@ -31,7 +32,7 @@ pub fn evaluate<T: Real, const D: usize>(
     checked::<T, D, true>(plan, kernel, sources, targets, outputs, workspace, run)
 }
 
-/// As [`evaluate`], for the particle methods. With the feature `small` only gradients and Laplacians with default options; code for potentials is not linked.
+/// As [`evaluate`], for the particle methods. Without [`build::BESIDES`] only gradients and Laplacians with default options; code for potentials is not linked.
 pub(crate) fn flow<T: Real, const D: usize>(
     plan: &Plan,
     kernel: &dyn Interaction<T, D>,
@@ -41,7 +42,7 @@ pub(crate) fn flow<T: Real, const D: usize>(
     workspace: &mut [u8],
     run: &mut Run<'_>,
 ) -> Result<()> {
-    checked::<T, D, { !cfg!(feature = "small") }>(plan, kernel, sources, targets, outputs, workspace, run)
+    checked::<T, D, { build::BESIDES }>(plan, kernel, sources, targets, outputs, workspace, run)
 }
 
 /// The gradient of the sum over sources that are the targets too, for solvers that have checked everything but the positions.
@@ -102,7 +103,7 @@ fn checked<T: Real, const D: usize, const FULL: bool>(
     {
         return Err(Error::NotFinite);
     }
-    if cfg!(not(feature = "small")) && plan.method() != Method::Direct {
+    if build::METHODS && plan.method() != Method::Direct {
         return skips::evaluate(
             (plan.method(), plan.wanted()),
             plan.options(),

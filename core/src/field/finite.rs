@@ -1,11 +1,12 @@
 //! Whether all numbers of an input are finite.
 
+use crate::build;
 use crate::real::Real;
 use crate::simd::{Level, Loops, with_simd};
 
 /// Whether all numbers are finite.
 pub(super) fn finite<T: Real>(numbers: &[T], level: Level) -> bool {
-    if cfg!(feature = "small") {
+    if !build::TILES {
         return numbers.iter().all(|x| x.is_finite());
     }
     struct Finite<'a, T>(&'a [T]);

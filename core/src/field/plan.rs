@@ -3,6 +3,7 @@
 use super::options::{Method, Options, Reason};
 use super::problem::{Interaction, Wanted};
 use super::{pairs, skips};
+use crate::build;
 use crate::error::{Error, Result};
 use crate::exec::MAX_WORKERS;
 use crate::real::{Real, Scalar};
@@ -96,7 +97,7 @@ impl Plan {
     /// # Errors
     /// [`crate::Error::TooLarge`].
     pub fn workspace_bytes(&self, workers: usize) -> Result<usize> {
-        if cfg!(feature = "small") {
+        if !build::WORKERS {
             return Ok(self.bytes);
         }
         let workers = self.bytes_per_worker.checked_mul(workers.max(1).min(MAX_WORKERS)).ok_or(Error::TooLarge)?;

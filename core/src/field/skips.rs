@@ -3,6 +3,7 @@
 use super::options::{Method, Options, Reason};
 use super::problem::{Interaction, Outputs, Sources, Wanted};
 use super::{moments, neighbours, pairs, sorted};
+use crate::build;
 use crate::error::{Error, Result};
 use crate::exec::Run;
 use crate::kernel::{Far, Kernel};
@@ -73,7 +74,7 @@ pub(super) fn choose<T: Real, const D: usize>(
     wanted: Wanted,
     options: &Options,
 ) -> Result<Option<(Method, Reason)>> {
-    if cfg!(feature = "small") {
+    if !build::METHODS {
         // Each method would stay linked for the sum that might choose it.
         return if matches!(options.method, None | Some(Method::Direct)) { Ok(None) } else { Err(Error::Unsupported) };
     }

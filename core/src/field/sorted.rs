@@ -16,6 +16,7 @@
 use super::options::{Accumulation, Options};
 use super::pairs::{BLOCK, SHORT_BLOCK, Units, power_of_two_pair as power_of_two};
 use super::problem::{Outputs, Sources, Wanted};
+use crate::build;
 use crate::error::{Error, Result};
 use crate::exec::{Run, Statistics};
 use crate::kernel::{Far, Kernel, Near, POWERS, Scaled};
@@ -221,8 +222,8 @@ pub(super) fn evaluate<T: Real, const D: usize>(
     };
     // Firmware has no room for three of them.
     let near_pairs = match far.degree() {
-        0 | 1 if !cfg!(feature = "small") => with_simd(run.level, all.with_moments::<2>()),
-        2 | 3 if !cfg!(feature = "small") => with_simd(run.level, all.with_moments::<4>()),
+        0 | 1 if build::TILES => with_simd(run.level, all.with_moments::<2>()),
+        2 | 3 if build::TILES => with_simd(run.level, all.with_moments::<4>()),
         _ => with_simd(run.level, all),
     }?;
     if let Some(counters) = run.counters.as_deref_mut() {

@@ -44,7 +44,7 @@ impl<'w, T: Real> Buffers<'w, T> {
     /// Lays out the memory for `n` particles under the sum of a kernel.
     pub fn layout(space: &mut impl Space<'w>, n: usize, options: &Options<T>) -> Self {
         let n = if options.merging == Merging::All || options.noise == T::ZERO { 0 } else { n };
-        let many = if cfg!(feature = "small") || n <= sort::FEW { 0 } else { n };
+        let many = if n <= sort::FEW { 0 } else { n };
         Self {
             words: space.array(n),
             spare: space.array(many),

@@ -10,6 +10,7 @@
 
 use super::extent::Extent;
 use super::theory::{Group, Law};
+use crate::build;
 use crate::real::{Real, normal_exponent};
 use crate::special::{incomplete_gamma, normal};
 
@@ -72,7 +73,7 @@ impl<T: Real> Criterion<T> {
     #[must_use]
     pub fn new(constants: Law<T>, law: CollisionLaw, merging: Merging, probability: T, dt: T) -> Self {
         let quantile = match law {
-            CollisionLaw::Printed if cfg!(not(feature = "small")) => normal::quantile(probability),
+            CollisionLaw::Printed if build::PRINTED_LAW => normal::quantile(probability),
             CollisionLaw::Exact | CollisionLaw::Printed => T::ZERO,
         };
         let units = Units { mass: T::ONE, length: T::ONE, time: 0 };
@@ -203,9 +204,10 @@ impl<T: Real> Criterion<T> {
         !negligible(a, x, self.probability) && incomplete_gamma::upper(a, x) > self.probability
     }
 
-    /// Whether the second moment takes one gaussian_step step: by the printed law and without noise, which the feature `small` refuses.
+    /// Whether the second moment takes one gaussian_step step: by the printed law and without noise.
     fn gaussian_step(&self) -> bool {
-        cfg!(not(feature = "small")) && (self.law == CollisionLaw::Printed || self.constants.noise == T::ZERO)
+        (build::PRINTED_LAW && self.law == CollisionLaw::Printed)
+            || (build::NOISELESS && self.constants.noise == T::ZERO)
     }
 
     /// Y + alpha dt + 2 beta sqrt(Y dt) z: one Gaussian step of the second moment (3.2), (3.11).

@@ -1,5 +1,6 @@
 //! What one pass over the particles tells: whether they may be stepped, their box, their masses.
 
+use crate::build;
 use crate::error::{Error, Result};
 use crate::exec::Executor;
 use crate::real::Real;
@@ -93,7 +94,7 @@ impl<T: Real> RawExtent<T> {
     /// In this thread.
     #[inline(always)]
     fn here(positions: &[[T; 2]], masses: &[T]) -> Self {
-        if cfg!(feature = "small") {
+        if !build::TILES {
             return Self::few(positions, masses);
         }
         // In pieces, so that the sum has few roundings.

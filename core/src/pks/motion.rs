@@ -6,6 +6,7 @@
 
 use super::close::Close;
 use super::state::Options;
+use crate::build;
 use crate::error::{Error, Result};
 use crate::exec::Resources;
 use crate::random::{Generator, Philox, normals_of_labels};
@@ -101,7 +102,7 @@ pub fn frozen<T: Real>(
 ) -> Result<u64> {
     let Moved { positions, increments, substeps } = moved;
     let philox = generator.counter_based();
-    if cfg!(not(feature = "small")) && (philox.is_some() || moving.options.noise == T::ZERO) {
+    if build::TILES && (philox.is_some() || moving.options.noise == T::ZERO) {
         // Without noise nothing is drawn, so any generator will do.
         let philox = philox.unwrap_or(Philox::new(0));
         tiles(moving, positions, increments, substeps, resources, &|k, part, positions, increments| {
@@ -449,11 +450,11 @@ fn jump<T: Real>(
     increments: &mut [[T; 2]],
 ) -> Result<()> {
     let noise = moving.options.noise;
-    if cfg!(not(feature = "small")) && noise == T::ZERO {
+    if build::NOISELESS && noise == T::ZERO {
         return Ok(());
     }
     let (scale, root) = (Spread::new(noise, s), s.sqrt());
-    if cfg!(feature = "small") {
+    if !build::TILES {
         // One by one, which draws the same from a stream.
         for (k, ((&label, &m), x)) in moving.labels.iter().zip(moving.masses).zip(positions).enumerate() {
             let mut normals = [[T::ZERO; 2]];

@@ -3,6 +3,7 @@
 use super::collision::{CollisionLaw, Merging};
 use super::search::Search;
 use super::theory::GAMMA;
+use crate::build;
 use crate::error::{Error, Result};
 use crate::euler_maruyama::Control;
 use crate::real::Real;
@@ -147,8 +148,10 @@ impl<T: Real> Options<T> {
         if !fine {
             return Err(Error::OutOfDomain);
         }
-        let large = self.noise == T::ZERO || self.law == CollisionLaw::Printed || self.scheme == Scheme::StrangRk4;
-        if cfg!(feature = "small") && large { Err(Error::Unsupported) } else { Ok(()) }
+        let absent = !build::NOISELESS && self.noise == T::ZERO
+            || !build::PRINTED_LAW && self.law == CollisionLaw::Printed
+            || !build::STRANG && self.scheme == Scheme::StrangRk4;
+        if absent { Err(Error::Unsupported) } else { Ok(()) }
     }
 }
 
@@ -176,7 +179,7 @@ impl Report {
     /// Adds this to the caller's, if there is one.
     #[inline(always)]
     pub(super) fn add_to(self, report: &mut Option<&mut Self>) {
-        if cfg!(not(feature = "small"))
+        if build::REPORTS
             && let Some(report) = report
         {
             report.substeps += self.substeps;

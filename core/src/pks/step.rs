@@ -9,6 +9,7 @@ use super::motion::{self, Frozen, Moved, Moving};
 use super::search::{self, Mesh, Particles};
 use super::state::{Counters, Events, Options, Report, Scheme, State};
 use super::theory::Law;
+use crate::build;
 use crate::error::{Error, Result};
 use crate::exec::{Resources, Run};
 use crate::field::{self, Interaction, Outputs, Sources, Wanted};
@@ -82,7 +83,7 @@ fn layout<'w, T: Real>(
     workers: usize,
 ) -> Result<Arrays<'w, T>> {
     u32::try_from(n).ok().filter(|&n| n < u32::MAX).ok_or(Error::TooLarge)?;
-    let fixed = cfg!(not(feature = "small")) && options.scheme == Scheme::StrangRk4;
+    let fixed = build::STRANG && options.scheme == Scheme::StrangRk4;
     // Nothing is searched for where nothing merges.
     let clustered = if options.merging == Merging::Never { 0 } else { n };
     let field = match summed {
@@ -115,7 +116,7 @@ fn field_bytes<T: Real>(
     options: &field::Options,
     workers: usize,
 ) -> Result<usize> {
-    if cfg!(not(feature = "small")) {
+    if build::METHODS {
         return sum_plan(kernel, n, options)?.workspace_bytes(workers);
     }
     // Every sum is direct and by default options, so there is nothing to plan.
@@ -195,7 +196,7 @@ pub fn step<T: Real>(
     if !(dt > T::ZERO && dt.is_finite()) {
         return Err(Error::TimeStep);
     }
-    if cfg!(not(feature = "small"))
+    if build::MESHES
         && let Attraction::Mesh(grid, Some(heavy)) = &attraction
     {
         heavy.check(grid.equation())?;
@@ -222,7 +223,7 @@ pub fn step<T: Real>(
         Report { searches: 1, clusters: clusters as u64, ..Report::default() }.add_to(&mut report);
     }
     let found = found.unwrap_or(0);
-    if cfg!(not(feature = "small"))
+    if build::MESHES
         && let Attraction::Mesh(_, heavy) = &mut attraction
     {
         // No search if no particle reaches the mass of a heavy one.
@@ -295,7 +296,7 @@ struct Motion<'w, T> {
 impl<T: Real> Layout<'_, T> {
     /// Nothing is zeroed: what follows writes before it reads.
     fn open<'w>(&self, workspace: &'w mut [u8]) -> Result<Arrays<'w, T>> {
-        let workers = if cfg!(feature = "small") { 1 } else { self.resources.executor.workers() };
+        let workers = if !build::WORKERS { 1 } else { self.resources.executor.workers() };
         layout(&mut Carve::reopen(workspace)?, self.room, &self.summed, self.options, workers)
     }
 
@@ -354,7 +355,7 @@ impl<T: Real> Layout<'_, T> {
         let &Start { before: (positions, masses, labels), total, attracted, clustered, dt, number: step } = start;
         let mut limited;
         let mut options = self.options;
-        if cfg!(not(feature = "small"))
+        if build::MESHES
             && let Attraction::Mesh(grid, _) = &attraction
         {
             let [h, k] = grid.mesh().spacing();
@@ -368,7 +369,7 @@ impl<T: Real> Layout<'_, T> {
         let moved = Moved { positions: &mut *ends, increments, substeps };
         let force = if attracted && !positions.is_empty() { &mut attraction } else { &mut Attraction::None };
         move_particles(&moving, total, moved, force, generator, Buffers { gradient, field, close }, run, report)?;
-        if cfg!(not(feature = "small"))
+        if build::MESHES
             && let Attraction::Mesh(grid, _) = &attraction
             && grid.equation().walls == Walls::NoFlux
         {
@@ -454,7 +455,7 @@ fn move_particles<T: Real>(
 ) -> Result<()> {
     let n = moving.positions.len();
     let noisy = moving.options.noise > T::ZERO;
-    let fixed = cfg!(not(feature = "small")) && moving.options.scheme == Scheme::StrangRk4;
+    let fixed = build::STRANG && moving.options.scheme == Scheme::StrangRk4;
     let resources = run.resources();
     let stop = |run: &Run<'_>| if run.should_stop.is_some_and(|stop| stop()) { Err(Error::Stopped) } else { Ok(()) };
     // The unit of masses on a mesh, with a margin for the rounding of the sum.
@@ -465,8 +466,8 @@ fn move_particles<T: Real>(
         _ => None,
     };
     let close = close.as_mut();
-    if cfg!(feature = "small") {
-        // With the feature `small` only common sub-steps in a field summed over pairs are available.
+    if !build::METHODS {
+        // Only common sub-steps in a field summed over pairs are available.
         let Attraction::Sum(kernel, _) = force else { return Err(Error::Unsupported) };
         let mut sum = |points: &[[T; 2]], slopes: &mut [[T; 2]]| {
             stop(run)?;

@@ -4,6 +4,7 @@
 //! Zhelezov & Fatkullin (1.4), which [`GAMMA`] stands for. Units: masses in mass, `mu` in length^2 / time, `chi` in
 //! length^2 / (time mass), `noise` (the paper's mu with a tilde) in mass length^2 / time.
 
+use crate::build;
 use crate::real::{Real, quotient};
 
 /// The strength of the logarithm in V of (1.4a) and (1.4b): 1 / (2 pi).
@@ -95,7 +96,7 @@ impl<T: Real> Law<T> {
         if pull == T::ZERO {
             return group.count - T::TWO;
         }
-        if cfg!(not(feature = "small")) && self.noise == T::ZERO {
+        if build::NOISELESS && self.noise == T::ZERO {
             return (-T::INFINITY).copysign(-pull);
         }
         group.count - T::TWO - quotient(pull, T::from_i32(4) * self.noise)

@@ -16,6 +16,7 @@ pub use normal::{normals, uniform, words};
 pub use philox::Philox;
 pub use stream::Stream;
 
+use crate::build;
 use crate::error::Result;
 use crate::real::Real;
 
@@ -56,7 +57,7 @@ pub fn normals_of_labels<T: Real>(
     if labels.len() != out.len() {
         return Err(crate::Error::LengthMismatch);
     }
-    if let Some(philox) = generator.counter_based().filter(|_| cfg!(not(feature = "small"))) {
+    if let Some(philox) = generator.counter_based().filter(|_| build::TILES) {
         philox.normals(labels, step, substep, out);
         return Ok(());
     }

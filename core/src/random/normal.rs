@@ -5,6 +5,7 @@
 //! the compiler can vectorise. Logarithm, sine and cosine are FreeBSD msun's polynomials (Sun Microsystems,
 //! 1993) of the reduced argument, which is taken directly from the bits.
 
+use crate::build;
 use crate::real::Real;
 use crate::real::single::{logarithm, series};
 use crate::simd::{Level, Loops, with_simd};
@@ -106,7 +107,7 @@ pub(super) fn pairs<T: Real, const L: usize>([first, second]: [&[u64; L]; 2], ou
 #[inline(always)]
 fn log<T: Real>(word: u64) -> T {
     // u = 2^e (1 + f) with sqrt(1/2) <= 1 + f < sqrt(2).
-    let (f, e) = if cfg!(feature = "small") && T::DIGITS <= 24 { split_whole(word) } else { split(word) };
+    let (f, e) = if !build::DOUBLE && T::DIGITS <= 24 { split_whole(word) } else { split(word) };
     logarithm(f, e)
 }
 
@@ -146,7 +147,7 @@ const fn power(n: i32) -> f32 {
 fn direction<T: Real>(word: u64) -> [T; 2] {
     let c = T::from_f64;
     // (2 k + 1) 2^-53 - 1/2 of a quarter turn, with one rounding; |x| < pi/4.
-    let turn = if cfg!(feature = "small") && T::DIGITS <= 24 {
+    let turn = if !build::DOUBLE && T::DIGITS <= 24 {
         T::from_i64(((word << 2) >> 12 << 1 | 1) as i64 - (1 << 52)) * T::from_f32(power(-53))
     } else {
         c((f64::from_bits(ONE | (word << 2) >> 12) - 1.5) + f64::EPSILON / 2.0)

@@ -1,7 +1,7 @@
 //! Sorting 64-bit words in the caller's memory: keys in the high half, indices in the low half.
 
-/// Up to this many words are sorted without radix passes and need no second array. With the feature `small` this holds for any number.
-pub const FEW: usize = if cfg!(feature = "small") { u32::MAX as usize } else { 512 };
+pub use crate::build::FEW;
+
 /// Up to this many words radix passes are not faster.
 const SMALL: usize = 48;
 const DIGIT: u32 = 10;
@@ -12,7 +12,7 @@ pub const BUCKETS: usize = 1 << DIGIT;
 /// `spare` too short or `counts` shorter than [`BUCKETS`], are sorted as whole words. `spare` and `counts` are overwritten.
 pub fn by_high_half(words: &mut [u64], spare: &mut [u64], counts: &mut [u32]) {
     match (spare.get_mut(..words.len()), counts.first_chunk_mut()) {
-        (Some(spare), Some(counts)) if cfg!(not(feature = "small")) && words.len() > SMALL => {
+        (Some(spare), Some(counts)) if FEW < u32::MAX as usize && words.len() > SMALL => {
             for k in 0..2 {
                 pass(words.iter(), spare, counts, 32 + 2 * k * DIGIT);
                 pass(spare.iter(), words, counts, 32 + (2 * k + 1) * DIGIT);

@@ -1,6 +1,7 @@
 //! The quadtree's cells: where a particle lies at each level.
 
 use super::{DEPTH, Search};
+use crate::build;
 use crate::pks::extent::Extent;
 use crate::real::Real;
 
@@ -93,7 +94,7 @@ impl<T: Real> Mesh<T> {
 
 /// eta s^2 for the cells of each level, s being the diagonal: a table, or where stacks are short the first one, from which a power of
 /// two leads to the others.
-pub struct Areas<T>([T; if cfg!(feature = "small") { 1 } else { DEPTH as usize + 1 }]);
+pub struct Areas<T>([T; if !build::TILES { 1 } else { DEPTH as usize + 1 }]);
 
 impl<T: Real> Areas<T> {
     pub fn new(mesh: &Mesh<T>, search: &Search<T>) -> Self {
@@ -106,7 +107,7 @@ impl<T: Real> Areas<T> {
     /// None beyond the finest.
     #[inline]
     pub fn of(&self, level: u32) -> Option<T> {
-        if cfg!(not(feature = "small")) {
+        if build::TILES {
             return self.0.get(level as usize).copied();
         }
         let [area, ..] = self.0;

@@ -6,13 +6,14 @@ use super::bound::Bound;
 use super::mesh::{Areas, Mesh};
 use super::moments::Moments;
 use super::order::particle;
+use crate::build;
 use crate::pks::collision::{Criterion, Units};
 use crate::real::Real;
 
 /// Particles whose moments are summed together: few roundings, and they are in the nearest cache for the second pass.
 const TOGETHER: usize = 64;
 /// Particles that are read before they are looked at pair by pair; they lie on the stack.
-const AHEAD: usize = if cfg!(feature = "small") { 2 } else { 64 };
+const AHEAD: usize = if build::TILES { 64 } else { 2 };
 
 /// A node of the quadtree that is still open.
 #[derive(Clone, Copy, Default)]
@@ -123,15 +124,14 @@ impl<T: Real> Tree<'_, '_, T> {
         while from + 1 < count {
             // Read in a loop that does nothing else, so that many scattered reads are under way at once.
             let mut near = [([T::ZERO; 2], T::ZERO); AHEAD];
-            if cfg!(not(feature = "small")) {
+            if build::TILES {
                 let members = self.members(first + from, AHEAD.min(count - from));
                 near.iter_mut().zip(members).for_each(|(to, member)| *to = member);
             }
             for (k, pair) in (first + from..first + count - 1).zip(near.windows(2)) {
                 let after = self.level(k + 2);
                 if here > before && here > after {
-                    let moments =
-                        if cfg!(feature = "small") { self.moments(k, 2) } else { Moments::of(pair.iter().copied()) };
+                    let moments = if build::TILES { Moments::of(pair.iter().copied()) } else { self.moments(k, 2) };
                     self.pair(k, [before, here, after], &moments);
                 }
                 (before, here) = (here, after);
