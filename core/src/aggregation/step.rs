@@ -42,9 +42,8 @@ pub struct Plan {
     tolerance: f64,
     /// The field plan of k2 to k4.
     later: field::Plan,
-    /// The field plans of k1, with the potential if the energy is monitored, and of the outputs at the end, if any.
-    #[cfg(not(feature = "small"))]
-    ends: (field::Plan, Option<field::Plan>),
+    /// The field plans of k1, with the potential if the energy is monitored, and of the outputs at the end, if any; `None`: all are that of k2 to k4.
+    ends: Option<(field::Plan, Option<field::Plan>)>,
 }
 
 /// Plans runs of `particles` massive particles and `tracers` massless ones.
@@ -76,8 +75,11 @@ pub fn plan<T: Real, const D: usize>(
         wanted,
         tolerance: options.tolerance,
         later: each(false, true, density)?,
-        #[cfg(not(feature = "small"))]
-        ends: (each(energy, true, density)?, if at_end { Some(each(energy, velocity, divergence)?) } else { None }),
+        ends: if build::BESIDES {
+            Some((each(energy, true, density)?, if at_end { Some(each(energy, velocity, divergence)?) } else { None }))
+        } else {
+            None
+        },
     })
 }
 
@@ -104,18 +106,12 @@ impl Plan {
 
     /// The plan of k1.
     fn first(&self) -> &field::Plan {
-        #[cfg(not(feature = "small"))]
-        return &self.ends.0;
-        #[cfg(feature = "small")]
-        &self.later
+        self.ends.as_ref().filter(|_| build::BESIDES).map_or(&self.later, |(first, _)| first)
     }
 
     /// The plan of the outputs at the end.
     fn last(&self) -> Option<&field::Plan> {
-        #[cfg(not(feature = "small"))]
-        return self.ends.1.as_ref();
-        #[cfg(feature = "small")]
-        None
+        self.ends.as_ref().filter(|_| build::BESIDES).and_then(|(_, last)| last.as_ref())
     }
 
     fn field_bytes(&self, workers: usize) -> Result<usize> {

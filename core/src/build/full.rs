@@ -28,3 +28,13 @@ pub const FEW: usize = 512;
 pub const TILES: bool = true;
 /// The machine has double precision.
 pub const DOUBLE: bool = true;
+/// Data structures and sorts for many particles, at the cost of further memory.
+pub const MANY: bool = true;
+/// Short functions of arithmetic are one function for all callers.
+pub const SHARED: bool = false;
+
+/// A short function of arithmetic: in line.
+macro_rules! shared {
+    ($($function:tt)*) => { #[inline(always)] $($function)* };
+}
+pub(crate) use shared;

@@ -28,3 +28,13 @@ pub const FEW: usize = u32::MAX as usize;
 pub const TILES: bool = false;
 /// Many machines without it, so single precision does not use it.
 pub const DOUBLE: bool = false;
+/// As in other builds.
+pub const MANY: bool = false;
+/// As in other builds.
+pub const SHARED: bool = true;
+
+/// A short function of arithmetic: one for all callers.
+macro_rules! shared {
+    ($($function:tt)*) => { #[inline(never)] $($function)* };
+}
+pub(crate) use shared;

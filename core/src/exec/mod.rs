@@ -6,16 +6,12 @@
 //!
 //! Work is split into tasks whose number depends on the problem's size alone, so results are bit for bit the same for any number of threads.
 
-#[cfg(target_has_atomic = "ptr")]
 mod columns;
 mod executor;
-#[cfg(target_has_atomic = "ptr")]
 mod partition;
 mod run;
 
-#[cfg(target_has_atomic = "ptr")]
 pub use columns::{Block, Columns};
 pub use executor::{Executor, Serial};
-#[cfg(target_has_atomic = "ptr")]
 pub use partition::{Body, Chunks, MAX_WORKERS, Partition, Ranges, par_chunks};
 pub use run::{Resources, Run, Statistics};

@@ -2,13 +2,11 @@
 
 use crate::build;
 use crate::error::{Error, Result};
-use crate::exec::Executor;
+use crate::exec::{Chunks, Executor, par_chunks};
 use crate::real::Real;
 
 /// Up to this many particles are processed in one pass, more in [`PARTS`].
-#[cfg(all(target_has_atomic = "ptr", not(feature = "small")))]
 const FEW: usize = 1 << 14;
-#[cfg(all(target_has_atomic = "ptr", not(feature = "small")))]
 const PARTS: usize = 32;
 
 /// Bounds of the particles' positions and masses.
@@ -106,9 +104,7 @@ impl<T: Real> RawExtent<T> {
     /// Through the executor, if they are many.
     #[inline(always)]
     fn by(positions: &[[T; 2]], masses: &[T], executor: &dyn Executor) -> Result<Self> {
-        #[cfg(all(target_has_atomic = "ptr", not(feature = "small")))]
-        if masses.len() > FEW {
-            use crate::exec::{Chunks, par_chunks};
+        if build::WORKERS && masses.len() > FEW {
             let mut parts = [Self::none(); PARTS];
             let each = masses.len().div_ceil(PARTS);
             par_chunks(executor, PARTS, Chunks::new(&mut parts, 1), (), &|task, part, ()| {
@@ -121,7 +117,6 @@ impl<T: Real> RawExtent<T> {
             })?;
             return Ok(parts.iter().fold(Self::none(), |all, part| all.with(part)));
         }
-        let _ = executor;
         Ok(Self::here(positions, masses))
     }
 }

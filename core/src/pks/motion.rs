@@ -8,7 +8,7 @@ use super::close::Close;
 use super::state::Options;
 use crate::build;
 use crate::error::{Error, Result};
-use crate::exec::Resources;
+use crate::exec::{Chunks, Resources, par_chunks};
 use crate::random::{Generator, Philox, normals_of_labels};
 use crate::real::{Real, length, normal_exponent};
 use crate::rk4;
@@ -126,8 +126,7 @@ pub fn frozen<T: Real>(
 
 type Body<'a, T> = dyn Fn(usize, Moving<'_, T>, &mut [[T; 2]], &mut [[T; 2]]) -> Result<u32> + Sync + 'a;
 
-/// Runs the body over all tiles, through the executor where the machine has atomics.
-#[cfg(all(target_has_atomic = "ptr", not(feature = "small")))]
+/// Runs the body over all tiles, through the executor.
 fn tiles<T: Real>(
     moving: &Moving<'_, T>,
     positions: &mut [[T; 2]],
@@ -136,7 +135,13 @@ fn tiles<T: Real>(
     resources: Resources<'_>,
     body: &Body<'_, T>,
 ) -> Result<()> {
-    use crate::exec::{Chunks, par_chunks};
+    if !build::WORKERS {
+        let chunks = positions.chunks_mut(TILE).zip(increments.chunks_mut(TILE)).zip(substeps.iter_mut());
+        for (k, ((positions, increments), substeps)) in chunks.enumerate() {
+            *substeps = body(k, moving.tile(k), positions, increments)?;
+        }
+        return Ok(());
+    }
     let tasks = tiles_of(positions.len());
     let outputs = (Chunks::new(positions, TILE), Chunks::new(increments, TILE), Chunks::new(substeps, 1));
     par_chunks(resources.executor, tasks, outputs, (), &|k, (positions, increments, substeps), ()| {
@@ -146,27 +151,9 @@ fn tiles<T: Real>(
     })
 }
 
-#[cfg(not(all(target_has_atomic = "ptr", not(feature = "small"))))]
-fn tiles<T: Real>(
-    moving: &Moving<'_, T>,
-    positions: &mut [[T; 2]],
-    increments: &mut [[T; 2]],
-    substeps: &mut [u32],
-    _context: Resources<'_>,
-    body: &Body<'_, T>,
-) -> Result<()> {
-    let chunks = positions.chunks_mut(TILE).zip(increments.chunks_mut(TILE)).zip(substeps.iter_mut());
-    for (k, ((positions, increments), substeps)) in chunks.enumerate() {
-        *substeps = body(k, moving.tile(k), positions, increments)?;
-    }
-    Ok(())
-}
-
 /// Overwrites `to` with `from`, which is as long, through the executor, or if that fails without.
 pub fn copy<T: Real>(to: &mut [[T; 2]], from: &[[T; 2]], resources: Resources<'_>) {
-    #[cfg(all(target_has_atomic = "ptr", not(feature = "small")))]
-    {
-        use crate::exec::{Chunks, par_chunks};
+    if build::WORKERS {
         const EACH: usize = 1 << 15;
         let copied =
             par_chunks(resources.executor, from.len().div_ceil(EACH), Chunks::new(to, EACH), (), &|task, to, ()| {
@@ -178,7 +165,6 @@ pub fn copy<T: Real>(to: &mut [[T; 2]], from: &[[T; 2]], resources: Resources<'_
             return;
         }
     }
-    let _ = resources;
     to.iter_mut().zip(from).for_each(|(to, from)| *to = *from);
 }
 

@@ -8,6 +8,7 @@
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
 use super::Scalar;
+use crate::build::shared;
 
 /// `hi + lo`, with `hi` the sum rounded to nearest.
 #[derive(Clone, Copy, Debug, Default, PartialEq, PartialOrd)]
@@ -88,33 +89,33 @@ impl<T: Scalar> DoubleWord<T> {
         Self::from(a) / Self::from(b)
     }
 
-    /// The positive square root; 0 for 0.
-    #[cfg_attr(feature = "small", inline(never))]
-    #[cfg_attr(not(feature = "small"), inline)]
-    #[must_use]
-    pub fn sqrt(self) -> Self {
-        if self.hi <= T::ZERO {
-            return Self::ZERO;
+    shared! {
+        /// The positive square root; 0 for 0.
+        #[must_use]
+        pub fn sqrt(self) -> Self {
+            if self.hi <= T::ZERO {
+                return Self::ZERO;
+            }
+            let root = self.hi.sqrt();
+            let rest = self - Self::product(root, root);
+            fast_two_sum(root, rest.hi / (root + root))
         }
-        let root = self.hi.sqrt();
-        let rest = self - Self::product(root, root);
-        fast_two_sum(root, rest.hi / (root + root))
     }
 
-    /// `self * 2^n`, exactly unless a part leaves the normal range.
-    #[cfg_attr(feature = "small", inline(never))]
-    #[cfg_attr(not(feature = "small"), inline)]
-    #[must_use]
-    pub fn ldexp(self, n: i32) -> Self {
-        Self { hi: self.hi.ldexp(n), lo: self.lo.ldexp(n) }
+    shared! {
+        /// `self * 2^n`, exactly unless a part leaves the normal range.
+        #[must_use]
+        pub fn ldexp(self, n: i32) -> Self {
+            Self { hi: self.hi.ldexp(n), lo: self.lo.ldexp(n) }
+        }
     }
 
-    /// `self` to a small non-negative power, by repeated multiplication.
-    #[cfg_attr(feature = "small", inline(never))]
-    #[cfg_attr(not(feature = "small"), inline)]
-    #[must_use]
-    pub fn powi(self, n: u32) -> Self {
-        (0..n).fold(Self::ONE, |power, _| power * self)
+    shared! {
+        /// `self` to a small non-negative power, by repeated multiplication.
+        #[must_use]
+        pub fn powi(self, n: u32) -> Self {
+            (0..n).fold(Self::ONE, |power, _| power * self)
+        }
     }
 }
 
@@ -135,63 +136,63 @@ impl<T: Scalar> Neg for DoubleWord<T> {
 
 impl<T: Scalar> Add for DoubleWord<T> {
     type Output = Self;
-    /// AccurateDWPlusDW. The bound holds for operands of opposite sign too.
-    #[cfg_attr(feature = "small", inline(never))]
-    #[cfg_attr(not(feature = "small"), inline(always))]
-    fn add(self, other: Self) -> Self {
-        let s = Self::sum(self.hi, other.hi);
-        let t = Self::sum(self.lo, other.lo);
-        let v = fast_two_sum(s.hi, s.lo + t.hi);
-        fast_two_sum(v.hi, t.lo + v.lo)
+    shared! {
+        /// AccurateDWPlusDW. The bound holds for operands of opposite sign too.
+        fn add(self, other: Self) -> Self {
+            let s = Self::sum(self.hi, other.hi);
+            let t = Self::sum(self.lo, other.lo);
+            let v = fast_two_sum(s.hi, s.lo + t.hi);
+            fast_two_sum(v.hi, t.lo + v.lo)
+        }
     }
 }
 
 impl<T: Scalar> Sub for DoubleWord<T> {
     type Output = Self;
-    #[cfg_attr(feature = "small", inline(never))]
-    #[cfg_attr(not(feature = "small"), inline(always))]
-    fn sub(self, other: Self) -> Self {
-        self + -other
+    shared! {
+        fn sub(self, other: Self) -> Self {
+            self + -other
+        }
     }
 }
 
 impl<T: Scalar> Mul<T> for DoubleWord<T> {
     type Output = Self;
-    #[cfg_attr(feature = "small", inline(never))]
-    #[cfg_attr(not(feature = "small"), inline(always))]
-    fn mul(self, other: T) -> Self {
-        let c = Self::product(self.hi, other);
-        fast_two_sum(c.hi, c.lo + self.lo * other)
+    shared! {
+        fn mul(self, other: T) -> Self {
+            let c = Self::product(self.hi, other);
+            fast_two_sum(c.hi, c.lo + self.lo * other)
+        }
     }
 }
 
 impl<T: Scalar> Mul for DoubleWord<T> {
     type Output = Self;
-    #[cfg_attr(feature = "small", inline(never))]
-    #[cfg_attr(not(feature = "small"), inline(always))]
-    fn mul(self, other: Self) -> Self {
-        let c = Self::product(self.hi, other.hi);
-        fast_two_sum(c.hi, c.lo + (self.hi * other.lo + self.lo * other.hi))
+    shared! {
+        fn mul(self, other: Self) -> Self {
+            let c = Self::product(self.hi, other.hi);
+            fast_two_sum(c.hi, c.lo + (self.hi * other.lo + self.lo * other.hi))
+        }
     }
 }
 
 impl<T: Scalar> Div for DoubleWord<T> {
     type Output = Self;
-    #[cfg_attr(feature = "small", inline(never))]
-    #[cfg_attr(not(feature = "small"), inline(always))]
-    fn div(self, other: Self) -> Self {
-        let first = self.hi / other.hi;
-        let rest = self - other * first;
-        fast_two_sum(first, rest.hi / other.hi)
+    shared! {
+        fn div(self, other: Self) -> Self {
+            let first = self.hi / other.hi;
+            let rest = self - other * first;
+            fast_two_sum(first, rest.hi / other.hi)
+        }
     }
 }
 
 impl<T: Scalar> Div<T> for DoubleWord<T> {
     type Output = Self;
-    #[cfg_attr(feature = "small", inline(never))]
-    #[cfg_attr(not(feature = "small"), inline(always))]
-    fn div(self, other: T) -> Self {
-        self / Self::from(other)
+    shared! {
+        fn div(self, other: T) -> Self {
+            self / Self::from(other)
+        }
     }
 }
 

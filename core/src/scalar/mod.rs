@@ -6,6 +6,8 @@
 use core::fmt::{Debug, Display};
 use core::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 
+use crate::build;
+
 mod double_word;
 mod extended;
 mod root;
@@ -74,9 +76,9 @@ pub trait Scalar:
 
     /// The nearest value to `x`.
     fn from_f64(x: f64) -> Self;
-    /// [`Scalar::from_f64`] for numbers that are not constants. With the feature `small` one function is shared.
+    /// [`Scalar::from_f64`] for numbers that are not constants.
     fn from_wide(x: f64) -> Self;
-    /// `x` + `self` in double precision. With the feature `small` one function is shared.
+    /// `x` + `self` in double precision.
     fn add_to(self, x: f64) -> f64;
     /// The integer part, for |x| < 2^31.
     fn to_i32(self) -> i32;
@@ -252,7 +254,7 @@ macro_rules! real {
             }
             #[inline(always)]
             fn add_to(self, x: f64) -> f64 {
-                if cfg!(feature = "small") { wide::sum(x, f64::from(self)) } else { x + f64::from(self) }
+                wide::sum(x, f64::from(self))
             }
             #[inline(always)]
             fn to_f64(self) -> f64 {
@@ -265,7 +267,7 @@ macro_rules! real {
             #[inline(always)]
             fn to_u32(self) -> u32 {
                 // The conversion saturates, but may raise an exception when it does. Machines without double precision saturate without one.
-                if cfg!(feature = "small") {
+                if !build::DOUBLE {
                     return self as u32;
                 }
                 let x = f64::from(self);
@@ -291,11 +293,7 @@ macro_rules! real {
             #[inline(always)]
             fn is_finite(self) -> bool {
                 // Compares bits where a floating-point comparison may be a function call.
-                if cfg!(feature = "small") {
-                    self.to_bits() << 1 < $t::INFINITY.to_bits() << 1
-                } else {
-                    $t::is_finite(self)
-                }
+                if build::DOUBLE { $t::is_finite(self) } else { self.to_bits() << 1 < $t::INFINITY.to_bits() << 1 }
             }
             #[inline(always)]
             fn is_nan(self) -> bool {
@@ -311,11 +309,11 @@ macro_rules! real {
             }
             #[inline(always)]
             fn min(self, other: Self) -> Self {
-                if cfg!(feature = "small") { single::least(self, other) } else { $t::min(self, other) }
+                if build::SHARED { single::least(self, other) } else { $t::min(self, other) }
             }
             #[inline(always)]
             fn max(self, other: Self) -> Self {
-                if cfg!(feature = "small") { -single::least(-self, -other) } else { $t::max(self, other) }
+                if build::SHARED { -single::least(-self, -other) } else { $t::max(self, other) }
             }
             #[inline(always)]
             fn sqrt(self) -> Self {

@@ -1,42 +1,44 @@
 //! e^x and log x in single precision, in half the flash of libm's, and helpers that the random numbers use too.
 
 use super::Scalar;
+use crate::build::shared;
 
-/// Horner's rule, the highest power first.
-#[cfg_attr(feature = "small", inline(never))]
-#[cfg_attr(not(feature = "small"), inline(always))]
-pub(crate) fn series<T: Scalar>(coefficients: &[f32], z: T) -> T {
-    coefficients.iter().fold(T::ZERO, |sum, &c| sum * z + T::from_f32(c))
+shared! {
+    /// Horner's rule, the highest power first.
+    pub(crate) fn series<T: Scalar>(coefficients: &[f32], z: T) -> T {
+        coefficients.iter().fold(T::ZERO, |sum, &c| sum * z + T::from_f32(c))
+    }
 }
 
-/// log((1 + f) 2^e) for sqrt(1/2) <= 1 + f < sqrt(2) and an integer e, to about an ulp (msun e_log.c, e_logf.c).
-#[cfg_attr(feature = "small", inline(never))]
-#[cfg_attr(not(feature = "small"), inline(always))]
-pub(crate) fn logarithm<T: Scalar>(f: T, e: T) -> T {
-    let c = T::from_f64;
-    // log(1 + f) = f - f^2/2 + s (f^2/2 + R(s^2)), s = f / (2 + f).
-    let s = f / (T::TWO + f);
-    let (z, half) = (s * s, T::HALF * f * f);
-    let r = if T::DIGITS > 24 {
-        let w = z * z;
-        let even =
-            w * (c(3.999_999_999_940_942e-1) + w * (c(2.222_219_843_214_978_4e-1) + w * c(1.531_383_769_920_937_3e-1)));
-        let odd = z
-            * (c(6.666_666_666_666_735e-1)
-                + w * (c(2.857_142_874_366_239e-1)
-                    + w * (c(1.818_357_216_161_805e-1) + w * c(1.479_819_860_511_658_6e-1))));
-        even + odd
-    } else {
-        z * series(&[0.242_790_79, 0.284_987_87, 0.400_009_72, 0.666_666_6], z)
-    };
-    let (high, low) = (c(6.931_471_803_691_238e-1), c(1.908_214_929_270_587_7e-10));
-    e * high - ((half - (s * (half + r) + e * low)) - f)
+shared! {
+    /// log((1 + f) 2^e) for sqrt(1/2) <= 1 + f < sqrt(2) and an integer e, to about an ulp (msun e_log.c, e_logf.c).
+    pub(crate) fn logarithm<T: Scalar>(f: T, e: T) -> T {
+        let c = T::from_f64;
+        // log(1 + f) = f - f^2/2 + s (f^2/2 + R(s^2)), s = f / (2 + f).
+        let s = f / (T::TWO + f);
+        let (z, half) = (s * s, T::HALF * f * f);
+        let r = if T::DIGITS > 24 {
+            let w = z * z;
+            let even =
+                w * (c(3.999_999_999_940_942e-1) + w * (c(2.222_219_843_214_978_4e-1) + w * c(1.531_383_769_920_937_3e-1)));
+            let odd = z
+                * (c(6.666_666_666_666_735e-1)
+                    + w * (c(2.857_142_874_366_239e-1)
+                        + w * (c(1.818_357_216_161_805e-1) + w * c(1.479_819_860_511_658_6e-1))));
+            even + odd
+        } else {
+            z * series(&[0.242_790_79, 0.284_987_87, 0.400_009_72, 0.666_666_6], z)
+        };
+        let (high, low) = (c(6.931_471_803_691_238e-1), c(1.908_214_929_270_587_7e-10));
+        e * high - ((half - (s * (half + r) + e * low)) - f)
+    }
 }
 
-/// The smaller number; if one is NaN, the other one.
-#[cfg_attr(feature = "small", inline(never))]
-pub(super) fn least<T: Scalar>(a: T, b: T) -> T {
-    if a < b || b.is_nan() { a } else { b }
+shared! {
+    /// The smaller number; if one is NaN, the other one.
+    pub(super) fn least<T: Scalar>(a: T, b: T) -> T {
+        if a < b || b.is_nan() { a } else { b }
+    }
 }
 
 /// log x.

@@ -1,29 +1,25 @@
 //! Double-precision addition and conversion by integer operations, in a third of the flash of the compiler's functions.
 
+use crate::build::{self, shared};
+
 /// `x` as f64.
 #[inline(always)]
 pub(super) fn same(x: f64) -> f64 {
     x
 }
 
-/// The nearest f32.
-#[cfg(not(feature = "small"))]
-#[inline(always)]
-pub(super) fn narrow(x: f64) -> f32 {
-    x as f32
+shared! {
+    /// The nearest f32.
+    pub(super) fn narrow(x: f64) -> f32 {
+        if build::DOUBLE { x as f32 } else { rounded(x) }
+    }
 }
 
-/// The nearest f32.
-#[cfg(feature = "small")]
-#[inline(never)]
-pub(super) fn narrow(x: f64) -> f32 {
-    rounded(x)
-}
-
-/// `a + b`.
-#[cfg_attr(feature = "small", inline(never))]
-pub(super) fn sum(a: f64, b: f64) -> f64 {
-    added(a, b)
+shared! {
+    /// `x + y`.
+    pub(super) fn sum(x: f64, y: f64) -> f64 {
+        if build::DOUBLE { x + y } else { added(x, y) }
+    }
 }
 
 const FRACTION: u64 = (1 << 52) - 1;
@@ -43,7 +39,6 @@ fn shift(value: u64, by: u32) -> u64 {
 }
 
 /// The nearest f32, computed from the bits.
-#[cfg(any(feature = "small", test))]
 fn rounded(x: f64) -> f32 {
     let (bits, sign) = (x.to_bits() & !(1 << 63), (x.to_bits() >> 32) as u32 & 1 << 31);
     let exponent = (bits >> 52) as u32;

@@ -3,9 +3,8 @@
 use super::rows::{ROW, Rows};
 use crate::scalar::Scalar;
 
-/// The largest number of lanes of any instruction set: sixteen f32 in 512 bits.
-pub const MAX_LANES: usize =
-    if cfg!(all(feature = "small", not(any(target_arch = "x86_64", target_arch = "aarch64")))) { 1 } else { 16 };
+/// The largest number of lanes of any instruction set.
+pub use super::vectors::MAX_LANES;
 
 /// A part of an algorithm, for [`Isa::apart`].
 pub trait Part<T: Scalar, I: Isa<T>> {

@@ -20,6 +20,12 @@ mod log;
 mod neon;
 mod portable;
 mod rows;
+#[cfg_attr(all(feature = "small", not(any(target_arch = "x86_64", target_arch = "aarch64"))), path = "one_lane.rs")]
+#[cfg_attr(
+    not(all(feature = "small", not(any(target_arch = "x86_64", target_arch = "aarch64")))),
+    path = "four_lanes.rs"
+)]
+mod vectors;
 mod with_simd;
 
 pub use lanes::{BlockJob, Isa, Job, MAX_LANES, Part};

@@ -1,64 +1,14 @@
 //! Portable code: arrays of numbers, each operation rounded separately, in the written order. The bits are the same
 //! on every machine. The compiler may use vectors, because lanes are independent.
 
-use super::lanes::{Isa, MAX_LANES};
+use super::lanes::Isa;
 use super::rows::{PANEL_BITS, ROW, ROWS, Rows};
+use super::vectors::{BLOCK, LANES, MAX_LANES, both, each, first};
 use crate::scalar::Scalar;
 
 /// Uses no operation except + - * / and sqrt.
 #[derive(Clone, Copy, Debug)]
 pub struct Portable;
-
-#[cfg(not(all(feature = "small", not(any(target_arch = "x86_64", target_arch = "aarch64")))))]
-mod lanes {
-    use super::MAX_LANES;
-
-    /// Numbers in a vector: two SSE2 registers in f64, so that the loops stay in registers.
-    pub const LANES: usize = 4;
-    /// Vectors in a block.
-    pub const BLOCK: usize = 2;
-
-    #[inline(always)]
-    pub fn first<T: Copy>(from: &[T; MAX_LANES]) -> [T; LANES] {
-        let [a, b, c, d, ..] = *from;
-        [a, b, c, d]
-    }
-
-    #[inline(always)]
-    pub fn each<T: Copy, R>(a: [T; LANES], mut f: impl FnMut(T) -> R) -> [R; LANES] {
-        let [a0, a1, a2, a3] = a;
-        [f(a0), f(a1), f(a2), f(a3)]
-    }
-
-    #[inline(always)]
-    pub fn both<A: Copy, B: Copy, R>(a: [A; LANES], b: [B; LANES], mut f: impl FnMut(A, B) -> R) -> [R; LANES] {
-        let ([a0, a1, a2, a3], [b0, b1, b2, b3]) = (a, b);
-        [f(a0, b0), f(a1, b1), f(a2, b2), f(a3, b3)]
-    }
-}
-
-/// One number, for machines without vectors and with little flash. Lanes are independent, so the bits are the same.
-#[cfg(all(feature = "small", not(any(target_arch = "x86_64", target_arch = "aarch64"))))]
-mod lanes {
-    pub const LANES: usize = 1;
-    pub const BLOCK: usize = 1;
-
-    #[inline(always)]
-    pub fn first<T: Copy>(from: &[T; 1]) -> [T; 1] {
-        *from
-    }
-
-    #[inline(always)]
-    pub fn each<T: Copy, R>([a]: [T; 1], mut f: impl FnMut(T) -> R) -> [R; 1] {
-        [f(a)]
-    }
-
-    #[inline(always)]
-    pub fn both<A: Copy, B: Copy, R>([a]: [A; 1], [b]: [B; 1], mut f: impl FnMut(A, B) -> R) -> [R; 1] {
-        [f(a, b)]
-    }
-}
-use lanes::{BLOCK, LANES, both, each, first};
 
 /// Quotients and roots in single precision.
 ///

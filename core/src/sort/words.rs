@@ -1,5 +1,6 @@
 //! Sorting 64-bit words in the caller's memory: keys in the high half, indices in the low half.
 
+use crate::build;
 pub use crate::build::FEW;
 
 /// Up to this many words radix passes are not faster.
@@ -12,13 +13,13 @@ pub const BUCKETS: usize = 1 << DIGIT;
 /// `spare` too short or `counts` shorter than [`BUCKETS`], are sorted as whole words. `spare` and `counts` are overwritten.
 pub fn by_high_half(words: &mut [u64], spare: &mut [u64], counts: &mut [u32]) {
     match (spare.get_mut(..words.len()), counts.first_chunk_mut()) {
-        (Some(spare), Some(counts)) if FEW < u32::MAX as usize && words.len() > SMALL => {
+        (Some(spare), Some(counts)) if build::MANY && words.len() > SMALL => {
             for k in 0..2 {
                 pass(words.iter(), spare, counts, 32 + 2 * k * DIGIT);
                 pass(spare.iter(), words, counts, 32 + (2 * k + 1) * DIGIT);
             }
         }
-        _ if cfg!(feature = "small") => by_key(words, &|word| word),
+        _ if !build::MANY => by_key(words, &|word| word),
         _ => heap(words, |&word| word),
     }
 }
@@ -63,9 +64,9 @@ pub fn starts(counts: &mut [u32]) {
     }
 }
 
-/// Sorts in place by a key, in O(n log n) for any order (O(n^2) with the feature `small`), without a panic path. Not stable. One function for all keys.
+/// Sorts in place by a key, in O(n log n) for any order (O(n^2) without [`build::MANY`]), without a panic path. Not stable. One function for all keys.
 pub fn by_key(words: &mut [u64], key: &dyn Fn(u64) -> u64) {
-    if cfg!(not(feature = "small")) {
+    if build::MANY {
         return heap(words, |&word| key(word));
     }
     // Insertion sort saves flash; the sums over all pairs take far longer.

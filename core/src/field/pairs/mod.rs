@@ -44,6 +44,8 @@
 mod called;
 mod close;
 mod exact;
+#[cfg(feature = "small")]
+mod firmware;
 mod instances;
 mod lanes;
 mod left_out;
@@ -54,11 +56,11 @@ mod packed;
 mod single;
 mod tabulated;
 
+#[cfg(feature = "small")]
+pub(super) use firmware::evaluate;
 #[cfg(not(feature = "small"))]
 pub(super) use instances::evaluate;
 pub(in crate::field) use packed::{Units, power_of_two_pair};
-#[cfg(feature = "small")]
-pub(super) use single::evaluate;
 
 use core::sync::atomic::{AtomicUsize, Ordering};
 

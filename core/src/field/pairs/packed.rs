@@ -24,11 +24,11 @@ pub(in crate::field) struct Units<T> {
     pub position: i32,
     /// The same for masses of class 0.
     pub mass: i32,
-    position_factor: T,
+    pub(super) position_factor: T,
 }
 
 /// Binary orders of magnitude of a class of masses.
-const fn class_width<T: Real>() -> i32 {
+pub(super) const fn class_width<T: Real>() -> i32 {
     if T::DIGITS > 24 { 900 } else { 100 }
 }
 
@@ -84,19 +84,6 @@ impl<T: Real> Units<T> {
         point
     }
 
-    #[cfg(any(test, feature = "small"))]
-    /// A point in these units; coordinates so small beside the largest that their squares leave the range are zero.
-    #[inline(always)]
-    pub fn point_in_range<const D: usize>(&self, x: &[T; D]) -> [T; D] {
-        let least = power_of_two(-class_width::<T>());
-        let mut point = *x;
-        for x in &mut point {
-            let scaled = *x * self.position_factor;
-            *x = if scaled.abs() < least { T::ZERO } else { scaled };
-        }
-        point
-    }
-
     /// The class of a mass that is not zero, and the mass in the class's unit.
     #[inline(always)]
     fn mass(&self, m: T) -> (usize, T) {
@@ -139,8 +126,8 @@ pub(super) fn farthest<T: Real, const D: usize>(a: &Bounds<T, D>, b: &Bounds<T, 
 /// Sources with mass, class by class, each in the caller's order.
 #[derive(Debug)]
 pub(super) struct Packed<'w, T, const D: usize> {
-    positions: &'w mut [[T; D]],
-    masses: &'w mut [T],
+    pub(super) positions: &'w mut [[T; D]],
+    pub(super) masses: &'w mut [T],
     /// Which of the caller's sources each one is.
     origins: &'w mut [u32],
     /// The bounds of each block, class by class.
@@ -200,25 +187,6 @@ impl<'w, T: Real, const D: usize> Packed<'w, T, D> {
             rest = later;
             class.chunks(BLOCK).zip(&mut boxes).for_each(|(block, bounds)| *bounds = bounds_of(block));
         }
-    }
-
-    #[cfg(any(test, feature = "small"))]
-    /// Takes in the sources of class 0 alone, coordinates by [`Units::point_in_range`]; no bounds are made.
-    pub fn fill_in_range(&mut self, units: Units<T>, positions: &[[T; D]], masses: &[T]) -> (&[[T; D]], &[T]) {
-        let (least, factor) = (power_of_two::<T>(-class_width::<T>()), power_of_two::<T>(units.mass));
-        let mut slots = self.positions.iter_mut().zip(self.masses.iter_mut());
-        let mut count = 0;
-        for (x, &m) in positions.iter().zip(masses) {
-            let mass = m * factor;
-            if mass.abs() < least {
-                continue;
-            }
-            if let Some((to_x, to_m)) = slots.next() {
-                (*to_x, *to_m) = (units.point_in_range(x), mass);
-                count += 1;
-            }
-        }
-        (self.positions.get(..count).unwrap_or(&[]), self.masses.get(..count).unwrap_or(&[]))
     }
 
     /// Sources with mass.

@@ -6,13 +6,11 @@
 //! mollifier closer than 2^-28 (2^-60) of the largest coordinate count as coincident, and a delta below that is refused.
 
 use super::newtonian::{Newtonian, descending, descending_potential, outside_potential};
-use super::packed::{Packed, Units, least_square_exponent, power_of_two};
+use super::packed::{Packed, Units, class_width, least_square_exponent, power_of_two};
 use super::{BLOCK, Call, PairKernel, SHORT_BLOCK};
 use crate::error::{Error, Result};
 use crate::exec::Run;
 use crate::field::Accumulation;
-#[cfg(feature = "small")]
-use crate::field::{Interaction, Options};
 use crate::memory::Carve;
 use crate::mollifier::{MAX_TERMS, Mollifier, Polynomial};
 use crate::real::Real;
@@ -20,23 +18,6 @@ use crate::simd::{Isa, Job, portable};
 
 /// Targets between two calls of `should_stop`.
 const TASK: usize = 128;
-
-/// Overwrites the outputs with the sum over all pairs. Not `FULL`: no potential is wanted, and the options are the defaults.
-#[cfg(feature = "small")]
-pub(in crate::field) fn evaluate<T: Real, const D: usize, const FULL: bool>(
-    kernel: &dyn Interaction<T, D>,
-    call: Call<'_, T, D>,
-    workspace: &mut [u8],
-    run: &mut Run<'_>,
-) -> Result<()> {
-    let (coefficient, blob) = kernel.newtonian().ok_or(Error::Unsupported)?;
-    let Options { accumulation, combination: (a, b), .. } = *call.options;
-    let turned = (a.to_bits(), b.to_bits()) != (1.0_f64.to_bits(), 0);
-    if !FULL && (call.outputs.potential.is_some() || turned || accumulation != Accumulation::Blocked) {
-        return Err(Error::Unsupported);
-    }
-    sums::<T, D, FULL>(&Newtonian { blob, coefficient, table: None }, call, workspace, run)
-}
 
 /// Overwrites the outputs.
 ///
@@ -270,6 +251,40 @@ impl<T: Real> Pair<'_, T> {
         for (sum, d) in sums.gradient.iter_mut().zip(d) {
             add(sum, g, d);
         }
+    }
+}
+
+impl<T: Real> Units<T> {
+    /// A point in these units; coordinates so small beside the largest that their squares leave the range are zero.
+    #[inline(always)]
+    pub fn point_in_range<const D: usize>(&self, x: &[T; D]) -> [T; D] {
+        let least = power_of_two(-class_width::<T>());
+        let mut point = *x;
+        for x in &mut point {
+            let scaled = *x * self.position_factor;
+            *x = if scaled.abs() < least { T::ZERO } else { scaled };
+        }
+        point
+    }
+}
+
+impl<T: Real, const D: usize> Packed<'_, T, D> {
+    /// Takes in the sources of class 0 alone, coordinates by [`Units::point_in_range`]; no bounds are made.
+    pub fn fill_in_range(&mut self, units: Units<T>, positions: &[[T; D]], masses: &[T]) -> (&[[T; D]], &[T]) {
+        let (least, factor) = (power_of_two::<T>(-class_width::<T>()), power_of_two::<T>(units.mass));
+        let mut slots = self.positions.iter_mut().zip(self.masses.iter_mut());
+        let mut count = 0;
+        for (x, &m) in positions.iter().zip(masses) {
+            let mass = m * factor;
+            if mass.abs() < least {
+                continue;
+            }
+            if let Some((to_x, to_m)) = slots.next() {
+                (*to_x, *to_m) = (units.point_in_range(x), mass);
+                count += 1;
+            }
+        }
+        (self.positions.get(..count).unwrap_or(&[]), self.masses.get(..count).unwrap_or(&[]))
     }
 }
 

@@ -13,26 +13,30 @@
 //! The mesh is shifted from step to step (by a sequence that depends on the step's number alone), so that a cluster which
 //! lies across a coarse border in one step doesn't in the next.
 
-#[cfg(not(feature = "small"))]
 mod bound;
-#[cfg(all(target_has_atomic = "ptr", not(feature = "small")))]
+#[cfg(not(feature = "small"))]
 mod buckets;
-#[cfg(all(target_has_atomic = "ptr", not(feature = "small")))]
+#[cfg(feature = "small")]
+#[path = "no_buckets.rs"]
+mod buckets;
+#[cfg(not(feature = "small"))]
 mod key_layout;
 mod mesh;
 mod moments;
 mod order;
-#[cfg(all(target_has_atomic = "ptr", not(feature = "small")))]
+#[cfg(not(feature = "small"))]
 mod sieve;
 mod tree;
 
 use super::collision::Criterion;
 use super::theory::Group;
+use crate::build;
 use crate::error::{Error, Result};
 use crate::exec::Resources;
 use crate::memory::Space;
 use crate::real::Real;
 use crate::sort::words as sort;
+use buckets::{Bucket, Buckets};
 use mesh::Areas;
 pub use mesh::Mesh;
 pub(super) use order::particle;
@@ -85,18 +89,13 @@ pub struct Cluster<T> {
 pub struct Scratch<'w, T> {
     /// Key in the high half if it was sorted by it, the particle in the low half.
     words: &'w mut [u64],
-    many: Many<'w>,
+    /// What only many particles need.
+    many: Buckets<'w>,
     stack: Stack<'w, T>,
     /// Levels that a particle shares with the one before it.
     shared: &'w mut [u8],
     found: Found<'w, T>,
 }
-
-/// What only many particles need.
-#[cfg(all(target_has_atomic = "ptr", not(feature = "small")))]
-type Many<'w> = buckets::Buckets<'w>;
-#[cfg(not(all(target_has_atomic = "ptr", not(feature = "small"))))]
-type Many<'w> = core::marker::PhantomData<&'w ()>;
 
 impl<'w, T: Real> Scratch<'w, T> {
     /// Lays out the scratch for `n` particles.
@@ -115,10 +114,7 @@ impl<'w, T: Real> Scratch<'w, T> {
         let stack = if n > 0 { STACK } else { 0 };
         Self {
             words: space.array(n),
-            #[cfg(all(target_has_atomic = "ptr", not(feature = "small")))]
-            many: Many::layout(space, if n > sort::FEW { n } else { 0 }),
-            #[cfg(not(all(target_has_atomic = "ptr", not(feature = "small"))))]
-            many: core::marker::PhantomData,
+            many: Buckets::layout(space, if n > sort::FEW { n } else { 0 }),
             stack: Stack {
                 nodes: space.array(stack),
                 masses: space.array(stack),
@@ -211,17 +207,13 @@ pub fn find<T: Real>(
     let Scratch { words, many, shared, found, stack } = scratch;
     // The state's arrays may have shrunk since the scratch was laid out.
     let (Some(words), Some(shared)) = (words.get_mut(..n), shared.get_mut(..n)) else { return Ok(()) };
-    let is_many = cfg!(all(target_has_atomic = "ptr", not(feature = "small"))) && n > sort::FEW;
-    #[cfg(all(target_has_atomic = "ptr", not(feature = "small")))]
+    let is_many = build::MANY && n > sort::FEW;
     if is_many {
         many.sort(mesh, criterion, particles, resources, (words, shared))?;
     }
-    #[cfg(not(all(target_has_atomic = "ptr", not(feature = "small"))))]
-    let _ = (many, resources);
     if !is_many {
         order::sort_small(mesh, positions, words, shared);
     }
-    #[cfg(all(target_has_atomic = "ptr", not(feature = "small")))]
     let bound = many.bound(mesh, particles.smallest * criterion.units.mass);
     let mut tree = Tree {
         areas: Areas::new(mesh, search),
@@ -231,16 +223,14 @@ pub fn find<T: Real>(
         positions,
         masses,
         shared,
-        #[cfg(not(feature = "small"))]
         bound: None,
         found,
         seen: 0,
     };
-    #[cfg(all(target_has_atomic = "ptr", not(feature = "small")))]
     if is_many {
         tree.bound = Some(&bound);
         for bucket in many.iter() {
-            let buckets::Bucket { first, count, mass, pairs } = bucket;
+            let Bucket { first, count, mass, pairs } = bucket;
             if let Some(pairs) = pairs {
                 let clusters = tree.found.count;
                 pairs.iter().for_each(|&k| tree.noted(first + k as usize));
@@ -257,7 +247,7 @@ pub fn find<T: Real>(
 }
 
 /// Adds so many particles, which are all of some cell, to the tree: cell by cell of a level at which they hold few.
-#[cfg_attr(feature = "small", inline)]
+#[inline]
 fn walk<T: Real>(tree: &mut Tree<'_, '_, T>, stack: &mut Stack<'_, T>, first: usize, count: usize) {
     let shared = tree.shared;
     let level = fine(shared.get(first..first + count).unwrap_or(&[]));

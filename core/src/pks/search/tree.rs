@@ -1,7 +1,6 @@
 //! The walk through the quadtree's nodes, which close one after the other from the leaves to the root.
 
 use super::DEPTH;
-#[cfg(not(feature = "small"))]
 use super::bound::Bound;
 use super::mesh::{Areas, Mesh};
 use super::moments::Moments;
@@ -89,7 +88,6 @@ pub struct Tree<'a, 'w, T> {
     /// Levels that each particle shares with the one before it, where anything is asked of it: not within a leaf without pairs.
     pub shared: &'a [u8],
     /// Of what spans whole buckets, if there are any.
-    #[cfg(not(feature = "small"))]
     pub bound: Option<&'a Bound<'a, T>>,
     pub found: &'a mut Found<'w, T>,
     /// Particles that lie before the end of the node that closes.
@@ -217,8 +215,8 @@ impl<T: Real> Tree<'_, '_, T> {
         if node.level < self.mesh.coarsest || !self.criterion.possible(count, node.mass) {
             return;
         }
-        #[cfg(not(feature = "small"))]
-        if let Some(bound) = self.bound
+        if build::MANY
+            && let Some(bound) = self.bound
             && let Some(spread) = bound.spread(node.first, self.seen)
             && (!self.separated(spread, node.mass, parent)
                 || self.criterion.excludes(count, node.mass, spread / node.mass))
