@@ -10,6 +10,8 @@ pub const KERNELS: bool = true;
 pub const BESIDES: bool = true;
 /// Massless particles that follow the flow.
 pub const TRACERS: bool = true;
+/// A function of the host is called after each step of the blob method.
+pub const AFTER_STEP: bool = true;
 /// Fields on a mesh, for coalescing particles.
 pub const MESHES: bool = true;
 /// Coalescing particles without noise.

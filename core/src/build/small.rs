@@ -11,6 +11,8 @@ pub const BESIDES: bool = false;
 /// As in other builds.
 pub const TRACERS: bool = false;
 /// As in other builds.
+pub const AFTER_STEP: bool = false;
+/// As in other builds.
 pub const MESHES: bool = false;
 /// As in other builds.
 pub const NOISELESS: bool = false;

@@ -4,6 +4,7 @@ use core::ffi::c_void;
 use core::ptr::null_mut;
 
 use mollis_core::aggregation::{self, Advance, Progress, Report, State, Trajectories, Wanted};
+use mollis_core::build;
 use mollis_core::kernel::Kernel;
 use mollis_core::memory::Plain;
 use mollis_core::{Error, Real, Result};
@@ -109,7 +110,7 @@ where
             report.map(Output::range),
             host.first_bad(),
         ];
-        if cfg!(feature = "small") {
+        if !build::TRACERS {
             disjoint(&always, &inputs)?;
         } else {
             let [workspace, positions, density, report, bad] = always;
@@ -128,7 +129,7 @@ where
             disjoint(&outputs, &inputs)?;
         }
         let options = read_options(self.options)?;
-        if cfg!(feature = "small") && options.after_step.is_some() {
+        if !build::AFTER_STEP && options.after_step.is_some() {
             return Err(Error::Unsupported);
         }
         // SAFETY: the contract of the extern functions.
@@ -174,7 +175,7 @@ where
             unsafe { call(options.context, progress.steps, progress.positions.as_ptr().cast(), density) == 0 }
         };
         let mut advance = Advance { dt: T::from_wide(self.dt), steps: self.steps, after_step: None };
-        if cfg!(not(feature = "small")) {
+        if build::AFTER_STEP {
             advance.after_step = Some(&mut after_step);
         }
         let mut said = Report::default();
@@ -190,7 +191,7 @@ where
         result
     }
 
-    /// Tracers and outputs at the end; refused with the feature `small`.
+    /// Tracers and outputs at the end, if this build has them.
     fn all(&self) -> Result<Beside<T, D>> {
         let none = Beside {
             velocity: null_mut(),
@@ -201,7 +202,7 @@ where
             tracer_velocity: null_mut(),
         };
         let &Self { velocity, divergence, tracers, tracer_positions, tracer_density, tracer_velocity, .. } = self;
-        if cfg!(not(feature = "small")) {
+        if build::TRACERS {
             return Ok(Beside { velocity, divergence, tracers, tracer_positions, tracer_density, tracer_velocity });
         }
         // Without tracers their arrays are empty, wherever they are.

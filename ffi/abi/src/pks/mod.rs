@@ -1,5 +1,7 @@
 //! Coalescing particles: the size of the workspace, and the step.
 
+#[cfg_attr(feature = "small", path = "no_meshes.rs")]
+mod meshes;
 mod options;
 mod theory;
 
@@ -8,54 +10,26 @@ pub use theory::*;
 
 use core::ffi::c_void;
 
-use mollis_core::field;
-use mollis_core::grid::Grid;
+use mollis_core::build;
 use mollis_core::kernel::Kernel;
 use mollis_core::memory::{ALIGN, Plain};
-#[cfg(not(feature = "small"))]
-use mollis_core::pks::Heavy;
 use mollis_core::pks::{self, Attraction, Counters, Event, Events, Report, Setting, State, Summed};
 use mollis_core::random::{Generator, Philox};
 use mollis_core::{Error, Real, Result};
 
+use meshes::{MeshChoice, SumOptions, has_heavy, sum_options};
+
 use crate::buffers::{Input, Output, disjoint, workspace};
 use crate::first_bad::first_bad;
-#[cfg(not(feature = "small"))]
-use crate::grid::{equation, mollis_mesh2};
 use crate::kernel;
-#[cfg(not(feature = "small"))]
-use crate::options as structures;
 use crate::random::{HostGenerator, mollis_generator};
 use crate::run::{CallReport, HostRun, mollis_run, with_run};
 use crate::status::{mollis_status, status};
 
-/// The options of a sum: not held where there is nothing to choose.
-#[cfg(not(feature = "small"))]
-type SumOptions = field::Options;
-#[cfg(feature = "small")]
-type SumOptions = &'static field::Options;
-
-#[cfg(not(feature = "small"))]
-fn sum_options(tolerance: f64) -> Result<SumOptions> {
-    Ok(field::Options { tolerance, ..field::Options::default() })
-}
-
-#[cfg(feature = "small")]
-fn sum_options(tolerance: f64) -> Result<SumOptions> {
-    if mollis_core::Scalar::is_finite(tolerance) { Ok(&field::Options::DEFAULT) } else { Err(Error::NotFinite) }
-}
-
-/// The kernel by which heavy particles act beside a mesh, and their least mass.
-#[cfg(not(feature = "small"))]
-type Massive<'k, T> = Option<(Kernel<'k, T, 2>, T)>;
-#[cfg(feature = "small")]
-type Massive<'k, T> = core::marker::PhantomData<(&'k (), T)>;
-
 /// A caller's choice of attraction, checked.
 enum Chosen<'k, T: Real> {
     None,
-    #[cfg_attr(feature = "small", expect(dead_code, reason = "refused there"))]
-    Mesh(mollis_core::grid::Mesh<T>, mollis_core::grid::Equation<T>, Massive<'k, T>),
+    Mesh(MeshChoice<'k, T>),
     Sum(Kernel<'k, T, 2>, SumOptions),
 }
 
@@ -74,21 +48,7 @@ impl<T: Real> Chosen<'_, T> {
             let given = *attraction;
             match given.kind {
                 MOLLIS_PKS_ATTRACTION_NONE => Ok(Self::None),
-                #[cfg(feature = "small")]
-                MOLLIS_PKS_ATTRACTION_MESH => Err(Error::Unsupported),
-                #[cfg(not(feature = "small"))]
-                MOLLIS_PKS_ATTRACTION_MESH => {
-                    let (mesh, equation) = (mollis_mesh2::read(given.mesh)?, equation(&structures::read(given.grid)?)?);
-                    let heavy = if given.heavy == 0.0 {
-                        None
-                    } else {
-                        let kernel: Kernel<'_, T, 2> = kernel::open(given.kernel, given.kernel_bytes)?;
-                        let mass = T::from_wide(given.heavy);
-                        Heavy { kernel: &kernel, mass, core: kernel.delta() }.check(&equation)?;
-                        Some((kernel, mass))
-                    };
-                    Ok(Self::Mesh(mesh, equation, heavy))
-                }
+                MOLLIS_PKS_ATTRACTION_MESH => MeshChoice::read(&given).map(Self::Mesh),
                 MOLLIS_PKS_ATTRACTION_SUM => {
                     Ok(Self::Sum(kernel::open(given.kernel, given.kernel_bytes)?, sum_options(given.tolerance)?))
                 }
@@ -109,9 +69,7 @@ impl<T: Real> Chosen<'_, T> {
         let own = pks::workspace_bytes(room, self.summed(), options, workers)?;
         let own = own.checked_next_multiple_of(ALIGN).ok_or(Error::TooLarge)?;
         let grid = match self {
-            Self::Mesh(mesh, equation, _) if cfg!(not(feature = "small")) => {
-                Grid::workspace_bytes(mesh, equation, workers)?
-            }
+            Self::Mesh(choice) => choice.bytes(workers)?,
             _ => 0,
         };
         own.checked_add(grid).ok_or(Error::TooLarge)?;
@@ -142,10 +100,7 @@ unsafe fn size<T: Real>(
 
 /// The kernel's block, if this kind of attraction looks at it.
 fn kernel_of(attraction: &mollis_pks_attraction) -> Result<Option<Input<u8>>> {
-    // The feature `small` refuses the mesh, and has no comparison of doubles.
-    let heavy =
-        cfg!(not(feature = "small")) && attraction.kind == MOLLIS_PKS_ATTRACTION_MESH && attraction.heavy != 0.0;
-    if heavy || attraction.kind == MOLLIS_PKS_ATTRACTION_SUM {
+    if has_heavy(attraction) || attraction.kind == MOLLIS_PKS_ATTRACTION_SUM {
         return Input::new(attraction.kernel.cast::<u8>(), attraction.kernel_bytes).map(Some);
     }
     Ok(None)
@@ -241,7 +196,7 @@ where
         let room = self.room;
         let (positions, masses) = (Output::new(self.positions, room)?, Output::new(self.masses, room)?);
         // Who brings no report pays nothing for counting.
-        if cfg!(feature = "small") && !self.report.is_null() {
+        if !build::REPORTS && !self.report.is_null() {
             return Err(Error::Unsupported);
         }
         let (labels, species) = (Output::new(self.labels, room)?, Output::optional(self.species, room)?);
@@ -252,9 +207,9 @@ where
         let log = Output::new(given.events, given.room)?;
         let absorbed = Output::new(given.labels, given.labels_room)?;
         let own_log = Input::new(self.events.cast::<u8>(), size_of::<mollis_pks_events>())?;
-        // Who has just flash for it looks after it.
+        // Firmware leaves out this check, for which it has no flash.
         let mut kernel = own_log;
-        if cfg!(not(feature = "small")) {
+        if build::MESHES {
             // SAFETY: as above.
             kernel = kernel_of(&unsafe { fetch(self.attraction)? })?.unwrap_or(own_log);
         }
@@ -298,9 +253,9 @@ where
         let chosen = chosen.as_ref().map_err(|&error| error)?;
         let mut whole;
         let options = match chosen {
-            Chosen::Mesh(mesh, ..) if cfg!(not(feature = "small")) && options.search.domain.is_none() => {
+            Chosen::Mesh(choice) if options.search.domain.is_none() => {
                 whole = *options;
-                whole.search.domain = Some([mesh.lower(), mesh.upper()]);
+                whole.search.domain = Some(choice.domain());
                 &whole
             }
             _ => options,
@@ -310,12 +265,12 @@ where
         // Without a grid the step finds out by itself whether the workspace is large enough.
         let bytes = self.workspace_bytes;
         let (own, grid_bytes) =
-            if cfg!(feature = "small") { (bytes, 0) } else { chosen.bytes(self.room, options, run.workers())? };
+            if build::MESHES { chosen.bytes(self.room, options, run.workers())? } else { (bytes, 0) };
         if bytes < own + grid_bytes {
             return Err(Error::WorkspaceTooSmall);
         }
         // The built-in generator would stay linked for those who bring their own.
-        if self.generator.is_null() && cfg!(feature = "small") {
+        if self.generator.is_null() && !build::PHILOX {
             return Err(Error::Unsupported);
         }
         let mut host = if self.generator.is_null() {
@@ -349,25 +304,15 @@ where
                 self.report.cast::<Report>().as_mut(),
             )
         };
-        #[cfg_attr(feature = "small", expect(unused_variables, reason = "the grid's, which is not there"))]
         let (own_memory, rest) = memory.split_at_mut_checked(own).ok_or(Error::WorkspaceTooSmall)?;
         let result = run.enter(|with| {
-            #[cfg(not(feature = "small"))]
-            let mut grid = match chosen {
-                Chosen::Mesh(mesh, equation, _) => {
-                    Some(Grid::prepare(rest, *mesh, *equation, with.executor.workers())?)
-                }
-                _ => None,
-            };
-            #[cfg(not(feature = "small"))]
-            let heavy = match chosen {
-                Chosen::Mesh(_, _, Some((kernel, mass))) => Some(Heavy { kernel, mass: *mass, core: kernel.delta() }),
-                _ => None,
+            let (mut grid, heavy) = match chosen {
+                Chosen::Mesh(choice) => (Some(choice.grid(rest, with.executor.workers())?), choice.heavy()),
+                _ => (None, None),
             };
             for number in 0..self.steps {
                 let attraction = match chosen {
-                    #[cfg(not(feature = "small"))]
-                    Chosen::Mesh(..) => {
+                    Chosen::Mesh(_) => {
                         grid.as_mut().map_or(Attraction::None, |grid| Attraction::Mesh(grid, heavy.as_ref()))
                     }
                     Chosen::Sum(kernel, options) => Attraction::Sum(kernel, options),

@@ -1,13 +1,12 @@
 //! How a call runs: instruction set, executor, request to stop. Arguments of a call, never stored.
 
-use core::ffi::c_void;
-#[cfg(not(feature = "small"))]
-use core::sync::atomic::{AtomicI32, Ordering};
+#[cfg_attr(feature = "small", path = "no_executor.rs")]
+mod executor;
 
-#[cfg(not(feature = "small"))]
-use mollis_core::exec::MAX_WORKERS;
-use mollis_core::exec::Run;
-use mollis_core::exec::{Executor, Serial};
+use core::ffi::c_void;
+
+use executor::Host;
+use mollis_core::exec::{Executor, Run, Serial};
 use mollis_core::simd::Level;
 use mollis_core::{Error, Result};
 
@@ -100,43 +99,6 @@ pub(crate) fn level(number: i32) -> Result<Level> {
     }
 }
 
-/// The host's executor as core's, remembering a status that it returned: that is no error of the library's, whatever its number.
-#[cfg(not(feature = "small"))]
-struct Host {
-    executor: mollis_executor,
-    parallel_for: unsafe extern "C" fn(*mut c_void, usize, mollis_task, *mut c_void) -> i32,
-    refused: AtomicI32,
-}
-
-// SAFETY: the context is only passed on to the host's own function, from the thread that called mollis.
-#[cfg(not(feature = "small"))]
-unsafe impl Sync for Host {}
-
-#[cfg(not(feature = "small"))]
-impl Executor for Host {
-    fn workers(&self) -> usize {
-        self.executor.workers
-    }
-
-    fn run(&self, tasks: usize, task: &(dyn Fn(usize) + Sync)) -> Result<()> {
-        unsafe extern "C" fn enter(data: *mut c_void, _index: usize, worker: usize) -> i32 {
-            // SAFETY: `data` is the pointer to `task` below, alive until `parallel_for` returns.
-            let task = unsafe { *data.cast::<&(dyn Fn(usize) + Sync)>() };
-            task(worker);
-            0
-        }
-        let data = (&raw const task).cast_mut().cast::<c_void>();
-        // SAFETY: the host's function, with what its contract says.
-        match unsafe { (self.parallel_for)(self.executor.context, tasks, Some(enter), data) } {
-            0 => Ok(()),
-            status => {
-                self.refused.store(status, Ordering::Relaxed);
-                Err(Error::Executor)
-            }
-        }
-    }
-}
-
 /// The host's `should_stop` as a closure that threads may share.
 struct Stop {
     ask: unsafe extern "C" fn(*mut c_void) -> i32,
@@ -156,7 +118,6 @@ impl Stop {
 /// The caller's `mollis_run`, validated and copied.
 pub(crate) struct HostRun {
     level: Level,
-    #[cfg(not(feature = "small"))]
     executor: Option<Host>,
     stop: Option<Stop>,
     first_bad: Option<Output<u64>>,
@@ -212,32 +173,10 @@ impl HostRun {
         if !level.is_available() {
             return Err(Error::Unsupported);
         }
-        if cfg!(feature = "small") && !run.executor.is_null() {
-            return Err(Error::Unsupported);
-        }
-        #[cfg(not(feature = "small"))]
-        let executor = if run.executor.is_null() {
-            None
-        } else {
-            if !run.executor.is_aligned() {
-                return Err(Error::Misaligned);
-            }
-            // SAFETY: not null, aligned, and the caller promises an executor there.
-            let executor = unsafe { *run.executor };
-            let parallel_for = executor.parallel_for.ok_or(Error::NullPointer)?;
-            if !(1..=MAX_WORKERS).contains(&executor.workers) {
-                return Err(Error::OutOfDomain);
-            }
-            Some(Host { executor, parallel_for, refused: AtomicI32::new(0) })
-        };
+        // SAFETY: the caller promises an executor there.
+        let executor = unsafe { Host::read(run.executor) }?;
         let stop = run.should_stop.map(|ask| Stop { ask, context: run.stop_context });
-        Ok(Self {
-            level,
-            #[cfg(not(feature = "small"))]
-            executor,
-            stop,
-            first_bad: Output::optional(run.first_bad, 1)?,
-        })
+        Ok(Self { level, executor, stop, first_bad: Output::optional(run.first_bad, 1)? })
     }
 
     /// Where the first bad element is told: an output of every call that gets this run.
@@ -247,11 +186,7 @@ impl HostRun {
 
     /// The status that the host's executor returned; 0: none but success.
     pub(crate) fn refused(&self) -> mollis_status {
-        #[cfg(not(feature = "small"))]
-        if let Some(host) = &self.executor {
-            return host.refused.load(Ordering::Relaxed);
-        }
-        0
+        self.executor.as_ref().map_or(0, Host::refused)
     }
 
     /// How many workers a workspace must serve.
@@ -260,11 +195,10 @@ impl HostRun {
     }
 
     fn executor(&self) -> &dyn Executor {
-        #[cfg(not(feature = "small"))]
-        if let Some(host) = &self.executor {
-            return host;
+        match &self.executor {
+            Some(host) => host,
+            None => &Serial,
         }
-        &Serial
     }
 
     /// Calls `body` with core's view of these wishes.

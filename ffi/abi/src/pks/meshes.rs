@@ -1,0 +1,70 @@
+//! A caller's choice of a field on a mesh.
+
+use mollis_core::field;
+use mollis_core::grid::{Equation, Grid, Mesh};
+use mollis_core::kernel::Kernel;
+use mollis_core::pks::Heavy;
+use mollis_core::{Real, Result};
+
+use super::mollis_pks_attraction;
+use crate::grid::{equation, mollis_mesh2};
+use crate::kernel;
+use crate::options as structures;
+
+/// The mesh, its equation, and the kernel and least mass of heavy particles.
+pub(super) struct MeshChoice<'k, T: Real> {
+    mesh: Mesh<T>,
+    equation: Equation<T>,
+    heavy: Option<(Kernel<'k, T, 2>, T)>,
+}
+
+impl<T: Real> MeshChoice<'_, T> {
+    /// # Safety
+    /// The crate's contract for what `given` points to.
+    pub unsafe fn read(given: &mollis_pks_attraction) -> Result<Self> {
+        // SAFETY: passed on.
+        unsafe {
+            let (mesh, equation) = (mollis_mesh2::read(given.mesh)?, equation(&structures::read(given.grid)?)?);
+            let heavy = if given.heavy == 0.0 {
+                None
+            } else {
+                let kernel: Kernel<'_, T, 2> = kernel::open(given.kernel, given.kernel_bytes)?;
+                let mass = T::from_wide(given.heavy);
+                Heavy { kernel: &kernel, mass, core: kernel.delta() }.check(&equation)?;
+                Some((kernel, mass))
+            };
+            Ok(Self { mesh, equation, heavy })
+        }
+    }
+
+    /// Bytes of the grid.
+    pub fn bytes(&self, workers: usize) -> Result<usize> {
+        Grid::workspace_bytes(&self.mesh, &self.equation, workers)
+    }
+
+    /// The box that the mesh covers.
+    pub fn domain(&self) -> [[T; 2]; 2] {
+        [self.mesh.lower(), self.mesh.upper()]
+    }
+
+    pub fn grid<'w>(&self, memory: &'w mut [u8], workers: usize) -> Result<Grid<'w, T>> {
+        Grid::prepare(memory, self.mesh, self.equation, workers)
+    }
+
+    pub fn heavy(&self) -> Option<Heavy<'_, T>> {
+        let (kernel, mass) = self.heavy.as_ref()?;
+        Some(Heavy { kernel, mass: *mass, core: kernel.delta() })
+    }
+}
+
+/// The options of a sum.
+pub(super) type SumOptions = field::Options;
+
+pub(super) fn sum_options(tolerance: f64) -> Result<SumOptions> {
+    Ok(field::Options { tolerance, ..field::Options::default() })
+}
+
+/// Whether the attraction has heavy particles beside a mesh.
+pub(super) fn has_heavy(attraction: &mollis_pks_attraction) -> bool {
+    attraction.kind == super::MOLLIS_PKS_ATTRACTION_MESH && attraction.heavy != 0.0
+}
