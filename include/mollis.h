@@ -92,6 +92,8 @@
 #define MOLLIS_ERR_GENERATOR 45
 /** the executor did not run every task. */
 #define MOLLIS_ERR_EXECUTOR 46
+/** an invariant of the library is broken. */
+#define MOLLIS_ERR_INTERNAL 47
 
 /** What a workspace must be aligned to, in bytes. */
 #define MOLLIS_WORKSPACE_ALIGN 64

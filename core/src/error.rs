@@ -74,6 +74,7 @@ errors! {
     44 EnergyRose c"the energy rose beyond rounding" "The energy rose beyond rounding along a gradient flow."
     45 Generator c"the random generator reported an error" "The user's random generator reported an error."
     46 Executor c"the executor did not run every task" "The executor did not run every task, ran them with more workers than it stated, or reported an error."
+    47 Internal c"an invariant of the library is broken" "An invariant of the library is broken: please report it. Outputs are partly written."
 }
 
 impl core::fmt::Display for Error {

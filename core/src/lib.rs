@@ -36,7 +36,7 @@
 //! # Modules
 //! Its layers, from the bottom up; a module uses only its own layer and those below, and no two modules use each other:
 //!
-//! 1. [`build`] (what is in it), [`error`], [`scalar`] and [`real`] (f32 and f64), [`special`] (functions libm lacks), [`memory`] (the layout of a caller's workspace),
+//! 1. [`build`] (what is in it), [`error`], `checked` (access to what must be there), [`scalar`] and [`real`] (f32 and f64), [`special`] (functions libm lacks), [`memory`] (the layout of a caller's workspace),
 //!    [`simd`] (lanes, instruction sets, the one dispatch), [`exec`] (the context of a call), `sort`
 //! 2. [`mollifier`] (psi), [`kernel`] (K)
 //! 3. [`field`] (sums over sources), [`grid`] (mesh fields), [`random`] (any generator to normals)
@@ -95,6 +95,7 @@
 extern crate std;
 
 pub mod build;
+mod checked;
 pub mod error;
 pub mod exec;
 pub mod memory;

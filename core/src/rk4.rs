@@ -7,6 +7,7 @@
 //! Source: Kutta, *Beitrag zur naeherungsweisen Integration totaler Differentialgleichungen*, 1901; Hairer, Norsett,
 //! Wanner, *Solving Ordinary Differential Equations I*, section II.1, table 1.2 (left).
 
+use crate::checked::Present;
 use crate::error::{Error, Result};
 use crate::memory::Space;
 use crate::real::Real;
@@ -47,9 +48,9 @@ impl<'w, T: Real> Scratch<'w, T> {
     #[must_use]
     pub fn split(memory: &'w mut [T]) -> Self {
         let n = memory.len() / SLICES;
-        let (stage, rest) = memory.split_at_mut_checked(n).unwrap_or_default();
-        let (slope, rest) = rest.split_at_mut_checked(n).unwrap_or_default();
-        Self { stage, slope, sum: rest.get_mut(..n).unwrap_or_default() }
+        let (stage, rest) = memory.split_at_mut_checked(n).present_or_default();
+        let (slope, rest) = rest.split_at_mut_checked(n).present_or_default();
+        Self { stage, slope, sum: rest.get_mut(..n).present_or_default() }
     }
 }
 

@@ -244,7 +244,14 @@ fn kernel(list: &Node, dimension: usize, mistakes: &mut Vec<Mistake>) -> Vec<Ter
             }
             Some("exponential") => Law::Exponential(number(node, "length").unwrap_or(1.0)),
             Some("screened") => Law::Screened(number(node, "k").unwrap_or(1.0)),
-            _ => Law::Newtonian,
+            Some("newtonian") | None => Law::Newtonian,
+            Some(kind) => {
+                mistakes.push(Mistake {
+                    line: node.line_of("kind"),
+                    text: format!("kernel[{index}].kind: unknown: {kind}"),
+                });
+                Law::Newtonian
+            }
         };
         Term { law, coefficient: number(node, "coefficient").unwrap_or(1.0) }
     };

@@ -5,9 +5,12 @@
 //!
 //! `x' = -grad u(x)`, `rho' = -(div v) rho = Laplacian(u) rho`, `u(x) = sum_j m_j K_delta(x - x_j)`.
 //!
+//! With [`Options::combination`] (a, b) in the plane, `x' = -(a + b J) grad u` and `rho' = a Laplacian(u) rho`, as the turned gradient has no divergence.
+//!
 //! Without a mollifier the same call performs the particle method.
 
 use crate::build;
+use crate::checked::Present;
 use crate::diagnostics::moments;
 use crate::diagnostics::sums::sum_of_products;
 use crate::error::{Error, Result};
@@ -40,6 +43,8 @@ pub struct Plan {
     wanted: Wanted,
     /// The relative error allowed to the field sums; 0 means rounding alone.
     tolerance: f64,
+    /// The share of the gradient in the velocity ([`Options::combination`]): the rest, turned by a right angle, has no divergence.
+    gradient_share: f64,
     /// The field plan of k2 to k4.
     later: field::Plan,
     /// The field plans of k1, with the potential if the energy is monitored, and of the outputs at the end, if any; `None`: all are that of k2 to k4.
@@ -74,6 +79,7 @@ pub fn plan<T: Real, const D: usize>(
         total,
         wanted,
         tolerance: options.tolerance,
+        gradient_share: options.combination.0,
         later: each(false, true, density)?,
         ends: if build::BESIDES {
             Some((each(energy, true, density)?, if at_end { Some(each(energy, velocity, divergence)?) } else { None }))
@@ -291,6 +297,7 @@ pub fn step<T: Real, const D: usize>(
 
     let mut watch = Watch::new(plan, kernel, particles.positions, masses)?;
     let count = plan.particles;
+    let share = if build::BESIDES { T::from_f64(plan.gradient_share) } else { T::ONE };
     while report.steps < advance.steps {
         let Arrays { state, scratch, potential, field: memory, .. } = &mut arrays;
         let result = rk4::step(state, scratch, advance.dt, |stage, y, dy| {
@@ -310,7 +317,7 @@ pub fn step<T: Real, const D: usize>(
             }
             flow.as_flattened_mut().iter_mut().for_each(|v| *v = -*v);
             for (rate, &density) in growth.iter_mut().zip(densities) {
-                *rate *= density;
+                *rate *= share * density;
             }
             Ok(())
         });
@@ -349,12 +356,14 @@ pub fn step<T: Real, const D: usize>(
     if !(finite(wanted.velocity, flow.as_flattened()) && finite(wanted.divergence, divergence)) {
         return Err(Error::BecameNotFinite);
     }
-    let (of_particles, of_tracers) = flow.split_at_checked(count).unwrap_or_default();
+    let (of_particles, of_tracers) = flow.split_at_checked(count).present()?;
     negate_into(particles.velocity, of_particles, |v| v.map(|c| -c));
     negate_into(tracers.velocity, of_tracers, |v| v.map(|c| -c));
-    let (of_particles, of_tracers) = divergence.split_at_checked(count).unwrap_or_default();
-    negate_into(particles.divergence, of_particles, |c| -c);
-    negate_into(tracers.divergence, of_tracers, |c| -c);
+    if wanted.divergence {
+        let (of_particles, of_tracers) = divergence.split_at_checked(count).present()?;
+        negate_into(particles.divergence, of_particles, |c| -(share * c));
+        negate_into(tracers.divergence, of_tracers, |c| -(share * c));
+    }
     Ok(())
 }
 
@@ -371,13 +380,13 @@ fn in_run(error: Error) -> Error {
 
 /// Splits a flat state into positions and densities.
 fn split<T: Real, const D: usize>(flat: &[T], total: usize) -> Result<(&[[T; D]], &[T])> {
-    let (positions, densities) = flat.split_at_checked(total.saturating_mul(D)).ok_or(Error::LengthMismatch)?;
+    let (positions, densities) = flat.split_at_checked(total.saturating_mul(D)).present()?;
     Ok((positions.as_chunks().0, densities))
 }
 
 /// As [`split`], mutable.
 fn split_mut<T: Real, const D: usize>(flat: &mut [T], total: usize) -> Result<(&mut [[T; D]], &mut [T])> {
-    let (positions, densities) = flat.split_at_mut_checked(total.saturating_mul(D)).ok_or(Error::LengthMismatch)?;
+    let (positions, densities) = flat.split_at_mut_checked(total.saturating_mul(D)).present()?;
     Ok((positions.as_chunks_mut().0, densities))
 }
 

@@ -17,6 +17,7 @@ use super::finite::finite;
 use super::options::{Accumulation, Options};
 use super::pairs::{Units, power_of_two_pair};
 use super::problem::{Outputs, Sources, Wanted};
+use crate::checked::Present;
 use crate::error::{Error, Result};
 use crate::exec::{Chunks, MAX_WORKERS, Run, Statistics, par_chunks};
 use crate::kernel::{Far, Scaled};
@@ -403,7 +404,7 @@ fn first_row<T: Real>(c: &[T], n: usize, x: &[T; LANES]) -> [T; LANES] {
         3 => row::<T, 3>(c, x),
         4 => row::<T, 4>(c, x),
         5 => row::<T, 5>(c, x),
-        _ => any_row(c.get(..n).unwrap_or(&[]), x),
+        _ => any_row(c.get(..n).present_or(&[]), x),
     }
 }
 
@@ -421,13 +422,13 @@ fn horner<T: Real, const D: usize>(c: &[T; MONOMIALS], degree: usize, x: &[[T; L
     for left in 0..=degree {
         if D == 2 {
             end = end.saturating_sub(left + 1);
-            step(&mut sum, x0, &first_row(c.get(end..).unwrap_or(&[]), left + 1, x1));
+            step(&mut sum, x0, &first_row(c.get(end..).present_or(&[]), left + 1, x1));
             continue;
         }
         let mut inner = [T::ZERO; LANES];
         for n in 1..=left + 1 {
             end = end.saturating_sub(n);
-            step(&mut inner, x1, &first_row(c.get(end..).unwrap_or(&[]), n, x2));
+            step(&mut inner, x1, &first_row(c.get(end..).present_or(&[]), n, x2));
         }
         step(&mut sum, x0, &inner);
     }
@@ -607,11 +608,9 @@ pub(super) fn evaluate<T: Real, const D: usize>(
             }
             let range = task.saturating_mul(TASK);
             let end = n.min(range.saturating_add(TASK));
-            let (Some(positions), Some(masses)) = (sources.positions.get(range..end), sources.masses.get(range..end))
-            else {
-                return Ok(());
-            };
-            let running = running.get_mut(..count).unwrap_or_default();
+            let (positions, masses) =
+                (sources.positions.get(range..end).present()?, sources.masses.get(range..end).present()?);
+            let running = running.get_mut(..count).present()?;
             with_simd(run.level, Sum { positions, masses, frame, degree: highest, blocks, running, partial });
             Ok(())
         })?;
@@ -665,7 +664,7 @@ pub(super) fn evaluate<T: Real, const D: usize>(
                 return Err(Error::Stopped);
             }
             let start = task.saturating_mul(TASK);
-            let targets = targets.get(start..targets.len().min(start.saturating_add(TASK))).unwrap_or(&[]);
+            let targets = targets.get(start..targets.len().min(start.saturating_add(TASK))).present()?;
             let outputs = Outputs { potential, gradient, laplacian };
             with_simd(run.level, Evaluate { field: &field, degree, frame, exponents, targets, outputs });
             Ok(())

@@ -17,6 +17,7 @@ use super::options::{Accumulation, Options};
 use super::pairs::{BLOCK, SHORT_BLOCK, Units, power_of_two_pair as power_of_two};
 use super::problem::{Outputs, Sources, Wanted};
 use crate::build;
+use crate::checked::Present;
 use crate::error::{Error, Result};
 use crate::exec::{Run, Statistics};
 use crate::kernel::{Far, Kernel, Near, POWERS, Scaled};
@@ -154,7 +155,7 @@ impl<'a, T: Real, const N: usize> Right<'a, T, N> {
             sum.iter_mut().zip(kept).for_each(|(to, &[hi, lo])| *to = DoubleWord { hi, lo });
         }
         let end = end.min(self.positions.len());
-        let sources = (self.positions.get(start..end).unwrap_or(&[]), self.masses.get(start..end).unwrap_or(&[]));
+        let sources = (self.positions.get(start..end).present_or(&[]), self.masses.get(start..end).present_or(&[]));
         self.here = [[DoubleWord::ZERO; N]; STRIDE];
         let places = self.here.iter_mut().zip(sources.0.iter().zip(sources.1));
         for (here, (&y, &m)) in places.rev() {
@@ -193,7 +194,7 @@ pub(super) fn evaluate<T: Real, const D: usize>(
     if !same {
         order(targets.len(), |index| targets.get(index).map(first), entries, spare);
     }
-    let order = entries.as_flattened().get(..targets.len()).unwrap_or(&[]);
+    let order = entries.as_flattened().get(..targets.len()).present()?;
     let scaled = far.in_units(units.position, 0);
     let exponent = scaled.exponent - units.mass;
     let reach = T::from_f64(far.reach);
@@ -354,7 +355,7 @@ impl<T: Real, const D: usize, const N: usize> Loops for Sweep<'_, '_, T, D, N> {
         let Self { positions, masses, kept, sorted_targets, order, targets, mut outputs, should_stop, .. } = self;
         let weights = weights::<T, N>(far);
         let (singular, wanted) = (kernel.is_singular(), outputs.wanted());
-        let (sources, source_masses) = (positions.get(..count).unwrap_or(&[]), masses.get(..count).unwrap_or(&[]));
+        let (sources, source_masses) = (positions.get(..count).present()?, masses.get(..count).present()?);
         let none = (DoubleWord::ZERO, DoubleWord::ZERO);
         let (weight, moment) = sources.iter().zip(source_masses).fold(none, |(w, s), (&y, &m)| {
             let share = m.abs();
@@ -402,7 +403,7 @@ impl<T: Real, const D: usize, const N: usize> Loops for Sweep<'_, '_, T, D, N> {
                 if !singular {
                     let count = high.saturating_sub(low);
                     near_pairs += count as u64;
-                    let behind = (positions.get(low..).unwrap_or(&[]), masses.get(low..).unwrap_or(&[]));
+                    let behind = (positions.get(low..).present()?, masses.get(low..).present()?);
                     let how = (compensated, wanted);
                     let sums = match near {
                         Close::Polynomials(near, unit) => {
@@ -537,10 +538,10 @@ fn horner<T: Real>(coefficients: impl DoubleEndedIterator<Item = T>, x: &[T; LAN
 /// The k-th quantity (value, gradient factor, Laplacian) of every lane: a polynomial of t and one of s = 1 - t.
 #[inline(always)]
 fn near_series<T: Real>(near: &Near<T>, k: usize, t: &[T; LANES], s: &[T; LANES]) -> [T; LANES] {
-    let mut edge = horner(near.edge.get(k).and_then(|e| e.get(..near.edge_terms)).unwrap_or(&[]).iter().copied(), t);
+    let mut edge = horner(near.edge.get(k).and_then(|e| e.get(..near.edge_terms)).present_or(&[]).iter().copied(), t);
     if near.square_terms > 0 {
         let square =
-            horner(near.square.get(k).and_then(|e| e.get(..near.square_terms)).unwrap_or(&[]).iter().copied(), s);
+            horner(near.square.get(k).and_then(|e| e.get(..near.square_terms)).present_or(&[]).iter().copied(), s);
         edge.iter_mut().zip(&square).for_each(|(sum, &more)| *sum += more);
     }
     edge

@@ -3,6 +3,7 @@
 use super::fixed::nearest;
 use super::mesh::{BLOCK, Locator, Mesh, OUTSIDE, Places};
 use super::{MassScale, Walls};
+use crate::checked::Present;
 use crate::error::{Error, Result};
 use crate::real::{Real, Scalar};
 use crate::simd::Loops;
@@ -33,8 +34,8 @@ impl<T: Real> Loops for Deposit<'_, T> {
     fn run(self) -> Result<()> {
         let Self { mesh, locator, walls, scale, positions, masses, remove, words } = self;
         let nodes = words.len().saturating_sub(TAIL);
-        let (words, tail) = words.split_at_mut_checked(nodes).ok_or(Error::LengthMismatch)?;
-        let tail = tail.first_chunk_mut::<TAIL>().ok_or(Error::LengthMismatch)?;
+        let (words, tail) = words.split_at_mut_checked(nodes).present()?;
+        let tail = tail.first_chunk_mut::<TAIL>().present()?;
         // Rounding is symmetric in sign, so adding the opposite mass restores every bit.
         let one = if remove { -1 } else { 1 };
         let ([first, second], pitch) = (scale.per_mass(), mesh.cells()[0] + 1);
@@ -189,7 +190,7 @@ fn middle(l: f64, u: f64) -> f64 {
 /// [sum w (x^2 - y^2), sum 2 w x y] of the masses of the nodes in units, about `centre`. Lengths are in units of 2^`unit`.
 pub(super) fn second_moments<T: Real>(mesh: &Mesh<T>, words: &[i64], centre: [f64; 2], unit: i32) -> [f64; 2] {
     let pitch = mesh.cells()[0] + 1;
-    let words = words.get(..words.len().saturating_sub(TAIL)).unwrap_or_default();
+    let words = words.get(..words.len().saturating_sub(TAIL)).present_or_default();
     let scaled = |lengths: [T; 2]| lengths.map(|v| v.to_f64().ldexp(-unit));
     let ([lower_x, lower_y], [h, k]) = (scaled(mesh.lower()), scaled(mesh.spacing()));
     let centre = centre.map(|v| v.ldexp(-unit));

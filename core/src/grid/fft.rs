@@ -5,6 +5,7 @@
 //! convolution (1970) of length 2^a 3^b 5^c. Each element holds one number of [`LANES`] sequences. Every operation is the same in
 //! all lanes, so the compiler can use vector registers.
 
+use crate::checked::Present;
 use crate::error::{Error, Result};
 use crate::memory::Space;
 use crate::real::{Real, Scalar};
@@ -183,7 +184,7 @@ fn pass<T: Real, const R: usize>(
 ) {
     let span = m * stride;
     for p in 0..m {
-        let w = twiddles.get(p * (R - 1)..).unwrap_or_default();
+        let w = twiddles.get(p * (R - 1)..).present_or_default();
         for q in 0..stride {
             let from = q + stride * p;
             let mut v = [[[T::ZERO; LANES]; 2]; R];
@@ -257,7 +258,7 @@ fn pass_prime<T: Real>(
                     if turn >= radix {
                         turn -= radix;
                     }
-                    let [c, s] = roots.get(turn * step).copied().unwrap_or_default();
+                    let [c, s] = roots.get(turn * step).copied().present_or_default();
                     even = add(even, scale(*sum, c));
                     odd = add(odd, scale(*difference, s));
                 }

@@ -3,6 +3,7 @@
 use super::Walls;
 use super::mesh::{BLOCK, Locator, Mesh, OUTSIDE, Places};
 use super::monopole::Monopole;
+use crate::checked::Present;
 use crate::real::Real;
 use crate::simd::Loops;
 
@@ -45,7 +46,7 @@ impl<T: Real> Loops for Interpolate<'_, T> {
 
 #[inline(always)]
 fn bilinear<T: Real>(gradient: &[[T; 2]], pitch: usize, node: u64, fraction: [f64; 2]) -> [T; 2] {
-    let two = |at: usize| gradient.get(at..).and_then(|g| g.first_chunk::<2>()).copied().unwrap_or_default();
+    let two = |at: usize| gradient.get(at..).and_then(|g| g.first_chunk::<2>()).copied().present_or_default();
     let node = node as usize;
     let ([a, b], [c, d]) = (two(node), two(node.wrapping_add(pitch)));
     let [fx, fy] = fraction.map(T::from_f64);

@@ -29,6 +29,7 @@ pub use fixed::MassScale;
 pub use mesh::{MAX_CELLS, Mesh};
 pub use monopole::Monopole;
 
+use crate::checked::Present;
 use crate::error::{Error, Result};
 use crate::exec::{Chunks, MAX_WORKERS, Resources, par_chunks};
 use crate::memory::{Carve, Measure, Space};
@@ -292,13 +293,13 @@ impl<'w, T: Real> Grid<'w, T> {
     /// the run on one rank.
     pub fn words_mut(&mut self) -> &mut [i64] {
         let each = self.mesh.nodes() + TAIL;
-        self.arrays.words.get_mut(..each).unwrap_or_default()
+        self.arrays.words.get_mut(..each).present_or_default()
     }
 
     /// As [`Grid::words_mut`], read-only.
     pub fn words(&self) -> &[i64] {
         let each = self.mesh.nodes() + TAIL;
-        self.arrays.words.get(..each).unwrap_or_default()
+        self.arrays.words.get(..each).present_or_default()
     }
 
     /// The unit of the masses in [`Grid::words`].

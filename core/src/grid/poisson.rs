@@ -24,6 +24,7 @@ use super::fft::{Element, LANES, cost, half_root};
 use super::fixed::{BITS, exact, halves};
 use super::transform::{Kind, ROWS, Transform};
 use super::{Equation, Mesh, Monopole, Order, Walls};
+use crate::checked::Present;
 use crate::error::Result;
 use crate::exec::{Block, Chunks, Columns, Resources, par_chunks};
 use crate::memory::Space;
@@ -191,7 +192,7 @@ impl<'w, T: Real> Solver<'w, T> {
         }
         let [h, k] = shape.spacing(mesh);
         let norm = T::TWO / T::from_usize(shape.n);
-        let words = words.get(..words.len().saturating_sub(TAIL)).unwrap_or_default();
+        let words = words.get(..words.len().saturating_sub(TAIL)).present()?;
         let data = Data {
             shape,
             words,
@@ -219,8 +220,8 @@ impl<'w, T: Real> Solver<'w, T> {
                 let columns = Columns::new(self.values, shape.pitch, WIDTH);
                 let factors = Chunks::new(self.factors, shape.m + 1);
                 par_chunks(resources.executor, shape.pitch / WIDTH, columns, factors, &|task, block, factors| {
-                    let excess = excess.get(task * WIDTH..).unwrap_or_default();
-                    let shares = shares.get(task * WIDTH..).unwrap_or_default();
+                    let excess = excess.get(task * WIDTH..).present()?;
+                    let shares = shares.get(task * WIDTH..).present()?;
                     with_simd(
                         resources.level,
                         Sweep { shape, singular: singular && task == 0, excess, shares, block, factors },
@@ -297,7 +298,7 @@ impl<'w, T: Real> Solver<'w, T> {
         // Interior nodes.
         let line = |j: usize| {
             let from = j * shape.pitch;
-            self.values.get(from..from + nx + 1).unwrap_or_default()
+            self.values.get(from..from + nx + 1).present_or_default()
         };
         if shape.along_y {
             for (i, out) in out.iter_mut().enumerate() {
@@ -377,7 +378,7 @@ impl<T: Real> Loops for Differences<'_, T> {
         for (([_, y], low), high) in out.iter_mut().zip(below).zip(above) {
             *y = per_k.of(*high - *low);
         }
-        let right = here.get(2..).unwrap_or_default();
+        let right = here.get(2..).present_or_default();
         for (([x, _], left), right) in out.iter_mut().skip(1).zip(here).zip(right) {
             *x = per_h.of(*right - *left);
         }
@@ -501,7 +502,7 @@ impl<T: Real> Data<'_, T> {
                 self.load_sharpened(s, r, a);
                 continue;
             }
-            let words = self.words.get(s * row_step..).unwrap_or_default();
+            let words = self.words.get(s * row_step..).present_or_default();
             // A wall node has half a cell, so the same mass is twice the density.
             let wall = kind == Kind::Cosine && (s == 0 || s == m);
             let per_unit = if wall { T::TWO * self.per_unit } else { self.per_unit };

@@ -11,6 +11,7 @@
 //! sqrt(n) u, far below the error that the solve allows.
 
 use super::fft::{Element, Fft, LANES, add, half_root, scale, sub, times_i};
+use crate::checked::Present;
 use crate::error::Result;
 use crate::memory::Space;
 use crate::real::Real;
@@ -76,7 +77,7 @@ impl<'w, T: Real> Transform<'w, T> {
             x_0 = zero;
         }
         let pairs = n.saturating_sub(1) / 2;
-        let roots = self.half_roots.get(1..).unwrap_or_default();
+        let roots = self.half_roots.get(1..).present_or_default();
         let (low, high) = a.get_mut(1..n).and_then(|a| a.split_at_mut_checked(pairs)).unwrap_or((&mut [], &mut []));
         for ((low, high), &[sin, cos]) in low.iter_mut().zip(high.iter_mut().rev()).zip(roots) {
             let (sum, difference) = (add(*low, *high), sub(*low, *high));
@@ -117,7 +118,7 @@ impl<'w, T: Real> Transform<'w, T> {
         let (out, _) = out.as_chunks_mut::<2>();
         let Some((start, out)) = out.split_first_mut() else { return };
         *start = [z_0, odd];
-        let z = z.get(1..n).unwrap_or_default();
+        let z = z.get(1..n).present_or_default();
         for (([even_out, odd_out], &a), &b) in out.iter_mut().zip(z.iter().take(n / 2)).zip(z.iter().rev()) {
             let cosine = scale(add(a, b), T::HALF);
             let sine = times_i(scale(sub(a, b), T::HALF));

@@ -301,7 +301,7 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
                 // The table of a Newtonian kernel is that of the coefficient 1.
                 kernel.newtonian = if used == 0 { 1.0 } else { newtonian };
                 if let Some(others) = kernel.others.first_mut() {
-                    others.read(part_records, used);
+                    others.read(part_records, used)?;
                     others.series = series;
                 }
                 let domain = domain(terms, supplied, mollifier, delta);
@@ -406,9 +406,10 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
         let (terms, rest) = rest.split_at_checked(MAX_TERMS * TERM).ok_or(Error::NotPrepared)?;
         let (parts, table_record) = rest.split_at_checked(MAX_TERMS * RECORD).ok_or(Error::NotPrepared)?;
         for (slot, &[kind, parameter, coefficient]) in kernel.terms.iter_mut().zip(terms.as_chunks::<TERM>().0) {
-            *slot = Term { law: Law::from_numbers(kind, parameter), coefficient };
+            let law = Law::from_numbers(kind, parameter).ok_or(Error::NotPrepared)?;
+            *slot = Term { law, coefficient };
         }
-        others.read(parts, usize::try_from(used).unwrap_or(0));
+        others.read(parts, usize::try_from(used).unwrap_or(0))?;
         if let (Ok(rows), Some(record)) = (rows.try_into(), table_record.first_chunk()) {
             others.table = Head::from_record(record).map(|head| Table { rows, head });
         }
@@ -418,12 +419,13 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
 
 impl<T> Others<'_, T> {
     /// Reads the parts of a block.
-    fn read(&mut self, records: &[f64], used: usize) {
+    fn read(&mut self, records: &[f64], used: usize) -> Result<()> {
         self.used = used.min(MAX_TERMS);
         for (slot, record) in self.parts.iter_mut().zip(records.as_chunks::<RECORD>().0) {
-            *slot = Part::from_record(record);
+            *slot = Part::from_record(record).ok_or(Error::NotPrepared)?;
             slot.panels = slot.panels.min(USER_OCTAVES + 2);
             slot.plain = slot.plain.min(slot.panels);
         }
+        Ok(())
     }
 }

@@ -11,6 +11,7 @@ use super::edge_series::{LENGTH, exact, exterior_factor, laurent, odd_power, scr
 use super::law::{Law, RadialKernel, is_multiple};
 use super::part::{HEADER, Outer, Panel, Part, Variable, rooted};
 use super::profile::{Profile, TERMS, sphere};
+use crate::checked::Present;
 use crate::error::{Error, Result};
 use crate::real::{DoubleWord, Scalar};
 
@@ -218,7 +219,7 @@ impl<'a> Builder<'a> {
         let len = screened.iter().rposition(matters).map_or(1, |last| last + 1);
         let (keep_headers, keep_next) = (self.headers, self.next);
         (self.headers, self.next) = (headers, start);
-        self.powers(delta, Variable::EdgePowers, screened.get(..len).unwrap_or(&[]), factors)?;
+        self.powers(delta, Variable::EdgePowers, screened.get(..len).present()?, factors)?;
         (self.headers, self.next) = (keep_headers, keep_next);
         Ok(())
     }
@@ -303,7 +304,7 @@ impl Task<'_> {
             // grad r^{p-2n} = (p-2n) r^{p-2n-2} x; Laplacian(|x|^p/p) = (p+d-2) |x|^{p-2}
             *slot = [c / p, c * (p - 2.0 * n as f64) / p, l * (p + d - 2.0)];
         }
-        let outside = outside.get_mut(..terms).unwrap_or(&mut []);
+        let outside = outside.get_mut(..terms).present()?;
         let mut inside = [zero; LENGTH];
         let (variable, len) = if is_multiple(p, 2.0) {
             // the same polynomial in s: z^n s^{p/2} = s^{p/2-n}; the derivatives have one power less
@@ -325,11 +326,11 @@ impl Task<'_> {
             }
             (Variable::EdgePowers, len)
         };
-        builder.powers(self.delta, variable, inside.get(..len).unwrap_or(&[]), self.factors(p))?;
+        builder.powers(self.delta, variable, inside.get(..len).present()?, self.factors(p))?;
         // trailing exact zeros of high orders are not stored
         let used = outside.iter().rposition(|c| c.iter().any(|v| v.hi != 0.0)).map_or(0, |last| last + 1);
         let factors = [self.coefficient; 3];
-        builder.powers(0.0, Variable::InversePowers, outside.get(..used).unwrap_or(&[]), factors)
+        builder.powers(0.0, Variable::InversePowers, outside.get(..used).present()?, factors)
     }
 
     /// The screened kernel inside a compact mollifier: adds the series from the edge to the sum of such terms.
@@ -693,7 +694,8 @@ impl Unit {
         }
         let law = match self.law {
             Law::Exponential { .. } => Law::Exponential { length: 1.0 / self.kappa },
-            _ => Law::Screened { k: self.kappa },
+            Law::Screened { .. } => Law::Screened { k: self.kappa },
+            law @ (Law::Newtonian | Law::Power { .. }) => law,
         };
         let [value, gradient, laplacian] = match self.dimension {
             1 => law.bare::<f64, 1>(q),

@@ -92,12 +92,14 @@ impl Law {
         }
     }
 
-    pub(crate) fn from_numbers(kind: f64, parameter: f64) -> Self {
+    /// The law of such numbers; `None`: of no law.
+    pub(crate) fn from_numbers(kind: f64, parameter: f64) -> Option<Self> {
         match kind as u32 {
-            0 => Law::Newtonian,
-            1 => Law::Power { exponent: parameter },
-            2 => Law::Exponential { length: parameter },
-            _ => Law::Screened { k: parameter },
+            0 => Some(Law::Newtonian),
+            1 => Some(Law::Power { exponent: parameter }),
+            2 => Some(Law::Exponential { length: parameter }),
+            3 => Some(Law::Screened { k: parameter }),
+            _ => None,
         }
     }
 

@@ -52,6 +52,7 @@ pub use law::{Law, MAX_TERMS, RadialKernel, Term};
 pub(crate) use profile::sphere;
 pub(crate) use table::{Head as TableHead, Table, terms as table_terms};
 
+use crate::checked::Present;
 use crate::error::Result;
 #[cfg(feature = "kernels")]
 use crate::mollifier::Polynomials;
@@ -87,7 +88,7 @@ struct Others<'k, T> {
 
 impl<T> Others<'_, T> {
     fn parts(&self) -> &[Part<f64>] {
-        self.parts.get(..self.used).unwrap_or(&[])
+        self.parts.get(..self.used).present_or(&[])
     }
 }
 
@@ -150,7 +151,7 @@ impl<T: Real, const D: usize> Kernel<'_, T, D> {
     /// The terms as given, without a user's own kernel.
     #[must_use]
     pub fn terms(&self) -> &[Term] {
-        self.terms.get(..self.count).unwrap_or(&[])
+        self.terms.get(..self.count).present_or(&[])
     }
 
     /// Whether the terms determine the kernel; false if it includes a user's kernel.

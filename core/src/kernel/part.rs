@@ -9,6 +9,7 @@
 
 use super::chebyshev::{clenshaw, horner_words, horner3};
 use super::law::{Law, decay, extended_power, power, real_power};
+use crate::checked::Present;
 use crate::real::{DoubleWord, Extended, Real, Scalar};
 
 /// Numbers in a panel's header.
@@ -215,9 +216,9 @@ impl Panel<f64> {
         if !self.variable.is_power() {
             return self.series(tables, radius, r);
         }
-        let all = tables.get(self.start..).unwrap_or(&[]).as_chunks::<3>().0;
+        let all = tables.get(self.start..).present_or(&[]).as_chunks::<3>().0;
         let (high, low) = all.split_at_checked(self.len).unwrap_or((all, &[]));
-        horner_words(high, low.get(..self.len).unwrap_or(&[]), self.variable.words(radius, r))
+        horner_words(high, low.get(..self.len).present_or(&[]), self.variable.words(radius, r))
     }
 }
 
@@ -236,7 +237,7 @@ impl<T: Real> Panel<T> {
 
     /// The coefficients.
     pub(crate) fn coefficients<'t>(&self, tables: &'t [f64]) -> &'t [[f64; 3]] {
-        tables.get(self.start..).unwrap_or(&[]).as_chunks::<3>().0.get(..self.len).unwrap_or(&[])
+        tables.get(self.start..).present_or(&[]).as_chunks::<3>().0.get(..self.len).present_or(&[])
     }
 
     fn series(&self, tables: &[f64], radius: T, r: T) -> [T; 3] {
@@ -416,7 +417,8 @@ impl Part<f64> {
         [law, parameter, self.radius, panels, first, outer, a, b, c, plain, 0.0, 0.0]
     }
 
-    pub(crate) fn from_record(r: &[f64; RECORD]) -> Self {
+    /// The part of a record; `None`: the record is of none.
+    pub(crate) fn from_record(r: &[f64; RECORD]) -> Option<Self> {
         let outer = match r[5] as u32 {
             0 => Outer::Bare { factor: r[6] },
             1 => Outer::Power { exponent: r[6] },
@@ -424,9 +426,10 @@ impl Part<f64> {
             3 => Outer::Exponential { k: r[6] },
             4 => Outer::Yukawa { k: r[6], plain: r[7], over_r: r[8] },
             5 => Outer::Zero,
-            _ => Outer::Clamped { least: r[6] },
+            6 => Outer::Clamped { least: r[6] },
+            _ => return None,
         };
-        let law = Law::from_numbers(r[0], r[1]);
-        Self { law, radius: r[2], panels: r[3] as usize, plain: r[9] as usize, first: r[4] as usize, outer }
+        let law = Law::from_numbers(r[0], r[1])?;
+        Some(Self { law, radius: r[2], panels: r[3] as usize, plain: r[9] as usize, first: r[4] as usize, outer })
     }
 }

@@ -2,6 +2,7 @@
 
 use core::f64::consts::PI;
 
+use crate::checked::Present;
 use crate::mollifier::{Blob, MAX_TERMS, Mollifier};
 use crate::real::{DoubleWord, Scalar};
 
@@ -164,12 +165,12 @@ impl Factors {
             // For a polynomial with only real zeros, Newton's iterates from the left of the smallest zero increase to it.
             let mut root = 0.0;
             for _ in 0..60 {
-                let (value, slope) = with_slope(rest.get(..=degree).unwrap_or(&[]), root);
+                let (value, slope) = with_slope(rest.get(..=degree).present_or(&[]), root);
                 root -= value / slope;
             }
             // Two more steps with the whole polynomial, its value in two words.
             for _ in 0..2 {
-                let all = whole.get(..=count).unwrap_or(&[]);
+                let all = whole.get(..=count).present_or(&[]);
                 let value = all.iter().rev().fold(DoubleWord::ZERO, |sum, &c| sum * root + DoubleWord::from(c));
                 root -= value.hi / with_slope(all, root).1;
             }

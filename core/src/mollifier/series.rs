@@ -3,6 +3,7 @@
 use super::distance::{Distance, sphere};
 use super::law::MAX_TERMS;
 use super::scaled::Scaled;
+use crate::checked::Present;
 use crate::real::{DoubleWord, Real};
 
 /// Coefficients c_0, c_1, ... of powers of t, padded with zeros.
@@ -28,7 +29,7 @@ impl<C: Copy> Series<C> {
     #[inline]
     #[must_use]
     pub fn coefficients(&self) -> &[C] {
-        self.coefficients.get(..self.terms).unwrap_or(&[])
+        self.coefficients.get(..self.terms).present_or(&[])
     }
 
     /// All coefficients, the zeros above the degree included.

@@ -21,6 +21,7 @@
 use super::collision::Merging;
 use super::search::particle;
 use super::state::Options;
+use crate::checked::Present;
 use crate::field::Interaction;
 use crate::memory::Space;
 use crate::mollifier::{Blob, Mollifier, Polynomial};
@@ -241,7 +242,7 @@ impl<'a, T: Real> Close<'a, T> {
             self.buffers.words.get_mut(i).into_iter().for_each(|to| *to = word);
         }
         let Buffers { words, spare, counts, .. } = &mut self.buffers;
-        let words = words.get_mut(..points.len()).unwrap_or_default();
+        let words = words.get_mut(..points.len()).present_or_default();
         sort::by_high_half(words, spare, counts);
         let mut any = false;
         self.each(false, &mut |_, _, _| any = true);
@@ -251,10 +252,10 @@ impl<'a, T: Real> Close<'a, T> {
     /// Calls the body for each close pair, the heavier particle first (of equal ones that with the lower first coordinate), in the order of these, or in
     /// the opposite order.
     fn each(&self, backwards: bool, body: &mut Body<'_, T>) {
-        let words = self.buffers.words.get(..self.masses.len()).unwrap_or(&[]);
+        let words = self.buffers.words.get(..self.masses.len()).present_or(&[]);
         let at = |place: usize| {
             let i = words.get(place).map_or(0, |&word| particle(word));
-            (i, self.buffers.before.get(i).copied().unwrap_or_default(), self.mass(i).unwrap_or_default())
+            (i, self.buffers.before.get(i).copied().present_or_default(), self.mass(i).present_or_default())
         };
         let key_at = |place: usize| words.get(place).map(|word| (word >> 32) as u32);
         let turn = |from: usize, step: usize, to: usize| if backwards { to - 1 - step } else { from + step };

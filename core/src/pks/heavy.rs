@@ -12,6 +12,7 @@
 
 use super::motion::{self, Moved, Moving};
 use super::state::Options;
+use crate::checked::Present;
 use crate::error::{Error, Result};
 use crate::exec::{Chunks, Resources, par_chunks};
 use crate::field::{Interaction, Wanted};
@@ -167,8 +168,8 @@ impl<'a, T: Real> HeavySet<'a, T> {
     ) -> Result<()> {
         let pull = &self.pull;
         par_chunks(resources.executor, self.masses.len(), Chunks::new(slopes, 1), (), &|task, slopes, ()| {
-            let (Some(&at), Some(&mass)) = (self.positions().get(task), self.masses().get(task)) else { return Ok(()) };
-            let Some(slope) = slopes.first_mut() else { return Ok(()) };
+            let (&at, &mass) = (self.positions().get(task).present()?, self.masses().get(task).present()?);
+            let slope = slopes.first_mut().present()?;
             // chi times the mass is in range where chi dt may not be; the scaling is exact.
             let (fraction, exponent) = mass.frexp();
             let infall_factor = T::TWO * chi.ldexp(exponent) * dt * fraction;
@@ -177,7 +178,7 @@ impl<'a, T: Real> HeavySet<'a, T> {
             for until in self.indices().iter().copied().chain([positions.len()]) {
                 let part = from..until;
                 from = until + 1;
-                let (Some(positions), Some(masses)) = (positions.get(part.clone()), masses.get(part)) else { continue };
+                let (positions, masses) = (positions.get(part.clone()).present()?, masses.get(part).present()?);
                 let [x, y] = with_simd(resources.level, React { pull, at, infall_factor, positions, masses });
                 *slope = [slope[0] + x, slope[1] + y];
             }
@@ -199,8 +200,8 @@ impl<'a, T: Real> HeavySet<'a, T> {
     ) -> Result<()> {
         let tasks = positions.len().div_ceil(PARTICLES);
         par_chunks(resources.executor, tasks, Chunks::new(slopes, PARTICLES), (), &|task, slopes, ()| {
-            let points = positions.get(task * PARTICLES..).unwrap_or_default();
-            let points = points.get(..slopes.len()).unwrap_or_default();
+            let points = positions.get(task * PARTICLES..).present()?;
+            let points = points.get(..slopes.len()).present()?;
             grid.interpolate_here(points, slopes, resources.level);
             self.attract(points, slopes, &mut [], resources.level);
             Ok(())
@@ -232,7 +233,7 @@ impl<'a, T: Real> HeavySet<'a, T> {
         let (mut ends, mut jumps) = (list_of(n, [T::ZERO; 2])?, list_of(n, [T::ZERO; 2])?);
         let (mut labels, mut recorded) = (list_of(n, 0)?, list_of(n, 0)?);
         for ((&index, label), flag) in self.indices().iter().zip(&mut labels).zip(&mut recorded) {
-            *label = moving.labels.get(index).copied().ok_or(Error::LengthMismatch)?;
+            *label = moving.labels.get(index).copied().present()?;
             *flag = moving.recorded.get(index).copied().unwrap_or(0);
         }
         let infall = [moving.options.chi, moving.dt];

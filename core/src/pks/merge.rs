@@ -3,6 +3,7 @@
 use super::collision::{Criterion, Units};
 use super::search;
 use super::state::{Counters, Event, Events, Report, State};
+use crate::checked::Present;
 use crate::error::{Error, Result};
 use crate::memory::Space;
 use crate::real::{DoubleWord, Real, quotient};
@@ -119,8 +120,8 @@ impl<'w, T: Real> Queue<'w, T> {
         counters.pending = left;
         for &range in self.ranges.iter().take(*length as usize).skip(*done as usize) {
             let (first, count) = ((range >> 32) as usize, (range & 0xFFFF_FFFF) as usize);
-            let [tau, index] = self.values.get(first / 2).copied().unwrap_or_default();
-            let room = events.labels.get_mut(*events.labels_written..).unwrap_or(&mut []);
+            let [tau, index] = self.values.get(first / 2).copied().present()?;
+            let room = events.labels.get_mut(*events.labels_written..).present()?;
             let slot = events.events.get_mut(*events.written);
             let (Some(slot), Some(absorbed)) = (slot, room.get_mut(..count.saturating_sub(1))) else {
                 return Err(Error::EventsFull);

@@ -7,6 +7,7 @@
 use super::close::Close;
 use super::state::Options;
 use crate::build;
+use crate::checked::Present;
 use crate::error::{Error, Result};
 use crate::exec::{Chunks, Resources, par_chunks};
 use crate::random::{Generator, Philox, normals_of_labels};
@@ -71,7 +72,7 @@ pub const fn tiles_of(n: usize) -> usize {
 fn piece<X>(slice: &[X], tile: usize) -> &[X] {
     let from = tile.saturating_mul(TILE).min(slice.len());
     let to = from.saturating_add(TILE).min(slice.len());
-    slice.get(from..to).unwrap_or(&[])
+    slice.get(from..to).present_or(&[])
 }
 
 impl<T: Real> Moving<'_, T> {
@@ -157,7 +158,7 @@ pub fn copy<T: Real>(to: &mut [[T; 2]], from: &[[T; 2]], resources: Resources<'_
         const EACH: usize = 1 << 15;
         let copied =
             par_chunks(resources.executor, from.len().div_ceil(EACH), Chunks::new(to, EACH), (), &|task, to, ()| {
-                let from = from.get(task * EACH..).unwrap_or(&[]);
+                let from = from.get(task * EACH..).present()?;
                 to.iter_mut().zip(from).for_each(|(to, from)| *to = *from);
                 Ok(())
             });
@@ -216,7 +217,7 @@ fn tile<T: Real>(
     };
     let others = field.map_or(&[][..], |field| field.others);
     let mut jumps = [T::ZERO; TILE];
-    let jumps = if others.is_empty() { &mut [] } else { jumps.get_mut(..n).unwrap_or_default() };
+    let jumps = if others.is_empty() { &mut [] } else { jumps.get_mut(..n).present()? };
     jumps.fill(part.options.control.width);
     if let Some(field) = field {
         (field.gradient)(part.positions, slopes, jumps);
@@ -461,20 +462,17 @@ fn jump<T: Real>(
         let to = from.saturating_add(FEW).min(moving.labels.len());
         let part = from..to;
         from = to;
-        let (Some(masses), Some(labels)) = (moving.masses.get(part.clone()), moving.labels.get(part.clone())) else {
-            return Err(Error::LengthMismatch);
-        };
-        let (Some(positions), Some(increments)) = (positions.get_mut(part.clone()), increments.get_mut(part.clone()))
-        else {
-            return Err(Error::LengthMismatch);
-        };
+        let (masses, labels) = (moving.masses.get(part.clone()).present()?, moving.labels.get(part.clone()).present()?);
+        let (positions, increments) =
+            (positions.get_mut(part.clone()).present()?, increments.get_mut(part.clone()).present()?);
         let mut normals = [[T::ZERO; 2]; FEW];
-        let Some(normals) = normals.get_mut(..labels.len()) else { return Err(Error::TooLarge) };
+        let normals = normals.get_mut(..labels.len()).present()?;
         normals_of_labels(generator, labels, moving.step, substep, normals)?;
         for ((x, z), &m) in positions.iter_mut().zip(normals.iter()).zip(masses) {
             let spread = scale.of(m);
             *x = [x[0] + spread * z[0], x[1] + spread * z[1]];
         }
+        // None is recorded where no cluster was found.
         let recorded = moving.recorded.get(part).unwrap_or(&[]);
         for ((&recorded, z), to) in recorded.iter().zip(normals.iter()).zip(increments) {
             if recorded != 0 {

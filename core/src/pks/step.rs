@@ -10,6 +10,7 @@ use super::search::{self, Mesh, Particles};
 use super::state::{Counters, Events, Options, Report, Scheme, State};
 use super::theory::Law;
 use crate::build;
+use crate::checked::Present;
 use crate::error::{Error, Result};
 use crate::exec::{Resources, Run};
 use crate::field::{self, Interaction, Outputs, Sources, Wanted};
@@ -382,13 +383,13 @@ impl<T: Real> Layout<'_, T> {
     fn motion<'w>(&self, workspace: &'w mut [u8], n: usize, clustered: bool) -> Result<Motion<'w, T>> {
         let arrays = self.open(workspace)?;
         let recorded: &[u8] = arrays.recorded;
-        let of = |points: &'w mut [[T; 2]]| points.get_mut(..n).ok_or(Error::LengthMismatch);
+        let of = |points: &'w mut [[T; 2]]| points.get_mut(..n).present();
         Ok(Motion {
-            recorded: if clustered { recorded.get(..n).unwrap_or(&[]) } else { &[] },
+            recorded: if clustered { recorded.get(..n).present()? } else { &[] },
             moved: Moved {
                 positions: of(arrays.moved)?,
                 increments: of(arrays.increments)?,
-                substeps: arrays.substeps.get_mut(..motion::tiles_of(n)).ok_or(Error::LengthMismatch)?,
+                substeps: arrays.substeps.get_mut(..motion::tiles_of(n)).present()?,
             },
             gradient: arrays.gradient,
             field: arrays.field,
@@ -416,8 +417,8 @@ impl<T: Real> Layout<'_, T> {
                 let before = (part(state.positions, n)?, part(state.masses, n)?, part(state.labels, n)?);
                 arrays.queue.decide(criterion, &mut arrays.found, before, (arrays.increments, dt), counters);
             }
-            let moved = arrays.moved.get(..n).ok_or(Error::LengthMismatch)?;
-            let positions = state.positions.get_mut(..n).ok_or(Error::LengthMismatch)?;
+            let moved = arrays.moved.get(..n).present()?;
+            let positions = state.positions.get_mut(..n).present()?;
             motion::copy(positions, moved, self.resources);
             merges = clusters > 0 && arrays.queue.left(counters)? > 0;
         }
@@ -474,7 +475,7 @@ fn move_particles<T: Real>(
             fields += 1;
             field::drift(*kernel, Sources { positions: points, masses: moving.masses }, slopes, buffers.field, run)
         };
-        let gradient = buffers.gradient.get_mut(..n).ok_or(Error::LengthMismatch)?;
+        let gradient = buffers.gradient.get_mut(..n).present()?;
         let made = n as u64 * motion::together(moving, &mut sum, close, generator, moved, gradient)?;
         let normals = if noisy { made } else { 0 };
         Report { fields, substeps: made, normals, ..Report::default() }.add_to(report);
@@ -532,12 +533,12 @@ fn move_particles<T: Real>(
             };
             let all = n as u64;
             if fixed {
-                let stages = buffers.gradient.get_mut(..rk4::SLICES * n).ok_or(Error::LengthMismatch)?;
+                let stages = buffers.gradient.get_mut(..rk4::SLICES * n).present()?;
                 let stages = &mut rk4::Scratch::split(stages.as_flattened_mut());
                 let sum: Option<&mut motion::Sum<'_, T>> = if none { None } else { Some(&mut sum) };
                 (all * motion::strang(moving, sum, close, generator, moved, stages)?, 2)
             } else {
-                let gradient = buffers.gradient.get_mut(..n).ok_or(Error::LengthMismatch)?;
+                let gradient = buffers.gradient.get_mut(..n).present()?;
                 (all * motion::together(moving, &mut sum, close, generator, moved, gradient)?, 1)
             }
         }
@@ -567,5 +568,5 @@ fn solve<'h, T: Real>(
 
 /// The first `n` elements.
 fn part<X>(slice: &[X], n: usize) -> Result<&[X]> {
-    slice.get(..n).ok_or(Error::LengthMismatch)
+    slice.get(..n).present()
 }

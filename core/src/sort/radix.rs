@@ -3,6 +3,7 @@
 //! [`order`] sorts one word per point: the position between least and greatest value in 32 bits, and the index. It then orders
 //! the points of equal position by insertion; if they are many, it sorts by all bits.
 
+use crate::checked::Present;
 use crate::real::{Real, quotient};
 
 /// A key and its original index.
@@ -102,7 +103,7 @@ pub fn order<T: Real>(
     let (mut from, mut to) = (entries.as_flattened_mut(), spare.as_flattened_mut());
     for (digit, places) in places.iter_mut().enumerate() {
         let digit = |&word: &u64| (word >> (32 + 8 * digit)) as usize & 0xFF;
-        scatter(from.get(..count).unwrap_or_default(), to, places, digit);
+        scatter(from.get(..count).present_or_default(), to, places, digit);
         core::mem::swap(&mut from, &mut to);
     }
     // insertion among equal keys: few moves, unless many points are in a 2^-32nd part of the interval

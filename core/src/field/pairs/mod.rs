@@ -65,6 +65,7 @@ pub(in crate::field) use packed::{Units, power_of_two_pair};
 use core::sync::atomic::{AtomicUsize, Ordering};
 
 use super::{Accumulation, Options, Outputs, Sources};
+use crate::checked::Present;
 use crate::error::{Error, Result};
 use crate::exec::{Chunks, Run, Statistics, par_chunks};
 use crate::memory::{Carve, Measure};
@@ -236,7 +237,7 @@ fn sums<T: Real, const D: usize, K: PairKernel<T, D>>(
             if should_stop.is_some_and(|stop| stop()) {
                 return Err(Error::Stopped);
             }
-            let targets = targets.get(task.saturating_mul(TASK)..).unwrap_or(&[]);
+            let targets = targets.get(task.saturating_mul(TASK)..).present()?;
             let targets = targets.get(..TASK).unwrap_or(targets);
             let potential = potential.filter(|_| potentials);
             // The constant condition keeps bodies that are never called from being compiled.
@@ -412,7 +413,7 @@ fn class_sums<T: Real, I: Isa<T>, const D: usize, const NB: usize, K: PairKernel
                     want,
                     targets: (targets, &mut *results),
                     sources,
-                    origins: class.origins.get(start + k * each..).unwrap_or(&[]),
+                    origins: class.origins.get(start + k * each..).present_or(&[]),
                     noted: &mut noted,
                     close: &mut close,
                     groups: &groups,

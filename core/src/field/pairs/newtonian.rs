@@ -32,6 +32,7 @@ use super::output::{Contribution, Scales};
 use super::packed::{Units, farthest, least_square_exponent, power_of_two};
 use super::tabulated::{self, Tabulated};
 use super::{Block, PairKernel, Passes};
+use crate::checked::Present;
 use crate::exec::Statistics;
 use crate::kernel::sphere;
 use crate::mollifier::{Blob, MAX_TERMS, Mollifier, Polynomial};
@@ -592,7 +593,7 @@ impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool, const T
 /// The list without its first `n`.
 #[inline(always)]
 fn skip<T, const D: usize>((positions, masses): List<'_, T, D>, n: usize) -> List<'_, T, D> {
-    (positions.get(n..).unwrap_or(&[]), masses.get(n..).unwrap_or(&[]))
+    (positions.get(n..).present_or(&[]), masses.get(n..).present_or(&[]))
 }
 
 /// Adds sources, but not where a lane is below the edge: such sources are noted, at their place after `start`. Stops where every lane

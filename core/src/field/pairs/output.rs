@@ -1,6 +1,7 @@
 //! From sums in units to results.
 
 use super::lanes::{Sums, Total, WIDE};
+use crate::checked::Present;
 use crate::field::Outputs;
 use crate::real::{DoubleWord, Real};
 use crate::simd::{Isa, MAX_LANES};
@@ -86,7 +87,7 @@ impl<T: Real, const D: usize> Results<T, D> {
                 value.add(low);
             }
         }
-        self.values.get(..n).unwrap_or(&[])
+        self.values.get(..n).present_or(&[])
     }
 }
 

@@ -9,6 +9,7 @@
 
 use super::BLOCK;
 use super::lanes::{Bounds, List, WIDE};
+use crate::checked::Present;
 use crate::error::{Error, Result};
 use crate::memory::Space;
 use crate::real::Real;
@@ -233,7 +234,7 @@ impl<T: Real, const D: usize> Targets<T, D> {
     pub fn new(units: Units<T>, targets: &[[T; D]], lanes: usize) -> Self {
         let mut points = [[T::ZERO; D]; WIDE * MAX_LANES];
         points.iter_mut().zip(targets).for_each(|(point, x)| *point = units.point(x));
-        let (within, beyond) = points.split_at_mut_checked(targets.len()).unwrap_or_default();
+        let (within, beyond) = points.split_at_mut_checked(targets.len()).present_or_default();
         let bounds = bounds_of(within);
         if let Some(last) = within.last() {
             beyond.fill(*last);

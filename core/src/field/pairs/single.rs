@@ -8,6 +8,7 @@
 use super::newtonian::{Newtonian, descending, descending_potential, outside_potential};
 use super::packed::{Packed, Units, class_width, least_square_exponent, power_of_two};
 use super::{BLOCK, Call, PairKernel, SHORT_BLOCK};
+use crate::checked::Present;
 use crate::error::{Error, Result};
 use crate::exec::Run;
 use crate::field::Accumulation;
@@ -284,7 +285,7 @@ impl<T: Real, const D: usize> Packed<'_, T, D> {
                 count += 1;
             }
         }
-        (self.positions.get(..count).unwrap_or(&[]), self.masses.get(..count).unwrap_or(&[]))
+        (self.positions.get(..count).present_or(&[]), self.masses.get(..count).present_or(&[]))
     }
 }
 

@@ -14,6 +14,7 @@ use super::key_layout::{KeyLayout, LEVEL};
 use super::mesh::Mesh;
 use super::order::{self, FIRST, MARK, key, levels};
 use super::sieve::{LANES, Reach, Sieve, add, locals};
+use crate::checked::Present;
 use crate::error::Result;
 use crate::exec::{Chunks, Ranges, Resources, par_chunks};
 use crate::memory::Space;
@@ -115,17 +116,14 @@ impl<'w> Buckets<'w> {
         par_chunks(resources.executor, blocks, pieces, (), &|block, ((keys, words), (ends, loads)), ()| {
             let from = block * BLOCK;
             let until = n.min(from + BLOCK);
-            let (Some(positions), Some(masses)) = (positions.get(from..until), masses.get(from..until)) else {
-                return Ok(());
-            };
+            let (positions, masses) = (positions.get(from..until).present()?, masses.get(from..until).present()?);
             with_simd(resources.level, File { mesh, beyond, from, positions, masses, keys, words, ends, loads });
             Ok(())
         })?;
         self.total(blocks);
         let Self { blocked, spare, ends, occupied, numbers, starts, masses, pairs, sums, .. } = self;
-        let (blocked, ends, numbers, masses) =
-            (&**blocked, &**ends, &**numbers, masses.get(..*occupied).unwrap_or(&[]));
-        let starts = starts.get(..=*occupied).unwrap_or(&[]);
+        let (blocked, ends, numbers, masses) = (&**blocked, &**ends, &**numbers, masses.get(..*occupied).present()?);
+        let starts = starts.get(..=*occupied).present()?;
         let reaches = Reaches::new(mesh, criterion, smallest, masses, beyond);
         let ranges = (Ranges::new(words, starts)?, Ranges::new(spare, starts)?, Ranges::new(shared, starts)?);
         let (_, sums_of) = sums.split_first_mut().unwrap_or((&mut [0; 3], &mut []));
@@ -136,7 +134,7 @@ impl<'w> Buckets<'w> {
                 let end = |at: usize| ends.get(block * PITCH + at).map_or(0, |&end| usize::from(end));
                 let from = block * BLOCK;
                 let begin = if bucket == 0 { 0 } else { end(bucket - 1) };
-                blocked.get(from + begin..from + end(bucket)).unwrap_or(&[])
+                blocked.get(from + begin..from + end(bucket)).present_or(&[])
             });
             words.iter_mut().zip(parts.flatten()).for_each(|(to, &from)| *to = from);
             let unit = criterion.units.mass;
@@ -243,7 +241,7 @@ impl<'w> Buckets<'w> {
     pub fn bound<T: Real>(&self, mesh: &Mesh<T>, smallest: T) -> Bound<'_, T> {
         Bound {
             // Entries after the occupied buckets are not in order.
-            starts: self.starts.get(..=self.occupied).unwrap_or(&[]),
+            starts: self.starts.get(..=self.occupied).present_or(&[]),
             sums: self.sums,
             width: mesh.side.ldexp(-(FIRST as i32)).to_f64(),
             smallest,
@@ -313,7 +311,7 @@ impl<T: Real> Loops for File<'_, T> {
         }
         ends.fill(0);
         loads.fill([0.0; 2]);
-        let keys = keys.get(..positions.len()).unwrap_or(&[]);
+        let keys = keys.get(..positions.len()).present_or(&[]);
         for (&word, &m) in keys.iter().zip(masses) {
             if let (Some(count), Some([mass, heaviest])) =
                 (ends.get_mut(KeyLayout::bucket(word)), loads.get_mut(KeyLayout::bucket(word)))

@@ -31,6 +31,7 @@ mod tree;
 use super::collision::Criterion;
 use super::theory::Group;
 use crate::build;
+use crate::checked::Present;
 use crate::error::{Error, Result};
 use crate::exec::Resources;
 use crate::memory::Space;
@@ -168,7 +169,7 @@ impl<'w, T: Real> Scratch<'w, T> {
 
     /// The particles of a cluster as words with the index in the low half, to reorder.
     pub fn members_mut(&mut self, first: usize, count: usize) -> &mut [u64] {
-        self.words.get_mut(first..first.saturating_add(count)).unwrap_or(&mut [])
+        self.words.get_mut(first..first.saturating_add(count)).present_or(&mut [])
     }
 }
 
@@ -206,7 +207,7 @@ pub fn find<T: Real>(
     }
     let Scratch { words, many, shared, found, stack } = scratch;
     // The state's arrays may have shrunk since the scratch was laid out.
-    let (Some(words), Some(shared)) = (words.get_mut(..n), shared.get_mut(..n)) else { return Ok(()) };
+    let (words, shared) = (words.get_mut(..n).present()?, shared.get_mut(..n).present()?);
     let is_many = build::MANY && n > sort::FEW;
     if is_many {
         many.sort(mesh, criterion, particles, resources, (words, shared))?;
@@ -214,7 +215,7 @@ pub fn find<T: Real>(
     if !is_many {
         order::sort_small(mesh, positions, words, shared);
     }
-    let bound = many.bound(mesh, particles.smallest * criterion.units.mass);
+    let bound = is_many.then(|| many.bound(mesh, particles.smallest * criterion.units.mass));
     let mut tree = Tree {
         areas: Areas::new(mesh, search),
         mesh,
@@ -223,12 +224,11 @@ pub fn find<T: Real>(
         positions,
         masses,
         shared,
-        bound: None,
+        bound: bound.as_ref(),
         found,
         seen: 0,
     };
     if is_many {
-        tree.bound = Some(&bound);
         for bucket in many.iter() {
             let Bucket { first, count, mass, pairs } = bucket;
             if let Some(pairs) = pairs {
@@ -250,11 +250,11 @@ pub fn find<T: Real>(
 #[inline]
 fn walk<T: Real>(tree: &mut Tree<'_, '_, T>, stack: &mut Stack<'_, T>, first: usize, count: usize) {
     let shared = tree.shared;
-    let level = fine(shared.get(first..first + count).unwrap_or(&[]));
+    let level = fine(shared.get(first..first + count).present_or(&[]));
     let (mut first, end) = (first, first + count);
     while first < end {
         // The particles of a cell of this level.
-        let after = shared.get(first + 1..end).unwrap_or(&[]);
+        let after = shared.get(first + 1..end).present_or(&[]);
         let count = 1 + after.iter().position(|&s| u32::from(s) < level).unwrap_or(after.len());
         let mass = tree.members(first, count).fold(T::ZERO, |sum, (_, m)| sum + m);
         if count > 2 && !tree.criterion.possible(3, mass) {

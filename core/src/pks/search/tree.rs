@@ -6,6 +6,7 @@ use super::mesh::{Areas, Mesh};
 use super::moments::Moments;
 use super::order::particle;
 use crate::build;
+use crate::checked::Present;
 use crate::pks::collision::{Criterion, Units};
 use crate::real::Real;
 
@@ -98,12 +99,12 @@ impl<T: Real> Tree<'_, '_, T> {
     /// Positions and masses of `count` particles in the sorted order, in the criterion's units.
     #[inline]
     pub fn members(&self, first: usize, count: usize) -> impl Iterator<Item = ([T; 2], T)> + Clone + use<'_, T> {
-        let words = self.words.get(first..first.saturating_add(count)).unwrap_or(&[]);
+        let words = self.words.get(first..first.saturating_add(count)).present_or(&[]);
         let (positions, masses, Units { mass, length, .. }) = (self.positions, self.masses, self.criterion.units);
         words.iter().map(move |&word| {
             let i = particle(word);
-            let [x, y] = positions.get(i).copied().unwrap_or_default();
-            ([x * length, y * length], masses.get(i).copied().unwrap_or_default() * mass)
+            let [x, y] = positions.get(i).copied().present_or_default();
+            ([x * length, y * length], masses.get(i).copied().present_or_default() * mass)
         })
     }
 
