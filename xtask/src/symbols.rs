@@ -81,9 +81,12 @@ pub fn run() -> Result<()> {
     let mut faults = exports(&library, &functions)?;
     faults.extend(check(&library)?);
     faults.extend(check(&program(&folder, &functions)?)?);
+    faults.extend(instructions_as_functions(&library)?);
+    faults.extend(instructions_as_functions(&release()?)?);
     if !faults.is_empty() {
         bail!("{}", faults.join("\n"));
     }
+    println!("release build of core: no instruction is a function");
     println!(
         "libmollis.so ({} functions) and a C program with all of libmollis.a: only {} needed; no panic, unwinding, \
          allocator, formatting or I/O",
@@ -91,6 +94,24 @@ pub fn run() -> Result<()> {
         MEMORY.join(", ")
     );
     Ok(())
+}
+
+/// Builds core as Rust programs link it and returns its archive.
+fn release() -> Result<PathBuf> {
+    shell::run(shell::cargo().args(["build", "--quiet", "--release", "--package", "mollis-core"]))?;
+    Ok(shell::target().join("release/libmollis_core.rlib"))
+}
+
+/// Lists instructions that became functions, because what uses them (a loop, a closure) was compiled without the instruction set, which costs a factor of ten.
+fn instructions_as_functions(image: &Path) -> Result<Vec<String>> {
+    let listed = shell::output(shell::program("nm").args(["--demangle", "--format=bsd"]).arg(image))?;
+    ensure!(listed.contains("mollis_core::simd"), "{} holds no function of core", shell::short(image));
+    // Asking the processor for its features is no operation on lanes.
+    let is_one = |name: &str| {
+        name.contains("core_arch") && !name.contains("xgetbv") && !name.contains("cpuid")
+            || name.contains("simd::avx") && name.contains("closure")
+    };
+    Ok(listed.lines().filter(|line| is_one(line)).map(|line| format!("{} holds {line}", shell::short(image))).collect())
 }
 
 /// Checks that the exported names are exactly those of the header.

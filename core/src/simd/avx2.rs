@@ -182,11 +182,9 @@ impl Isa<f64> for Avx2 {
             let mut columns = [_mm256_setzero_pd(); ROW];
             let (pairs, _) = columns.as_chunks_mut::<2>();
             for (k, [even, odd]) in pairs.iter_mut().enumerate() {
-                let both = |first: *const f64, second: *const f64| {
-                    let first = _mm256_castpd128_pd256(_mm_loadu_pd(first.add(2 * k)));
-                    _mm256_insertf128_pd::<1>(first, _mm_loadu_pd(second.add(2 * k)))
-                };
-                let (ac, bd) = (both(a, c), both(b, d));
+                let (a, b, c, d) = (a.add(2 * k), b.add(2 * k), c.add(2 * k), d.add(2 * k));
+                let ac = _mm256_insertf128_pd::<1>(_mm256_castpd128_pd256(_mm_loadu_pd(a)), _mm_loadu_pd(c));
+                let bd = _mm256_insertf128_pd::<1>(_mm256_castpd128_pd256(_mm_loadu_pd(b)), _mm_loadu_pd(d));
                 *even = _mm256_unpacklo_pd(ac, bd);
                 *odd = _mm256_unpackhi_pd(ac, bd);
             }
@@ -261,11 +259,12 @@ impl Isa<f32> for Avx2 {
             let mut columns = [_mm256_setzero_ps(); ROW];
             let (fours, _) = columns.as_chunks_mut::<4>();
             for (k, four) in fours.iter_mut().enumerate() {
-                let both = |first: *const f32, second: *const f32| {
-                    let first = _mm256_castps128_ps256(_mm_loadu_ps(first.add(4 * k)));
-                    _mm256_insertf128_ps::<1>(first, _mm_loadu_ps(second.add(4 * k)))
-                };
-                let (ae, bf, cg, dh) = (both(a, e), both(b, f), both(c, g), both(d, h));
+                let (a, b, c, d) = (a.add(4 * k), b.add(4 * k), c.add(4 * k), d.add(4 * k));
+                let (e, f, g, h) = (e.add(4 * k), f.add(4 * k), g.add(4 * k), h.add(4 * k));
+                let ae = _mm256_insertf128_ps::<1>(_mm256_castps128_ps256(_mm_loadu_ps(a)), _mm_loadu_ps(e));
+                let bf = _mm256_insertf128_ps::<1>(_mm256_castps128_ps256(_mm_loadu_ps(b)), _mm_loadu_ps(f));
+                let cg = _mm256_insertf128_ps::<1>(_mm256_castps128_ps256(_mm_loadu_ps(c)), _mm_loadu_ps(g));
+                let dh = _mm256_insertf128_ps::<1>(_mm256_castps128_ps256(_mm_loadu_ps(d)), _mm_loadu_ps(h));
                 let (ab_low, cd_low) = (_mm256_unpacklo_ps(ae, bf), _mm256_unpacklo_ps(cg, dh));
                 let (ab_high, cd_high) = (_mm256_unpackhi_ps(ae, bf), _mm256_unpackhi_ps(cg, dh));
                 *four = [

@@ -36,6 +36,33 @@ where
     unsafe { inside(machine, job) }
 }
 
+/// The k-th four numbers of four rows in one vector. (Not a function or closure, which may be compiled without the instructions.)
+macro_rules! fours {
+    ($k:ident, $a:ident, $b:ident, $c:ident, $d:ident) => {{
+        let first = _mm512_castps128_ps512(_mm_loadu_ps($a.add(4 * $k)));
+        let second = _mm512_insertf32x4::<1>(first, _mm_loadu_ps($b.add(4 * $k)));
+        let third = _mm512_insertf32x4::<2>(second, _mm_loadu_ps($c.add(4 * $k)));
+        _mm512_insertf32x4::<3>(third, _mm_loadu_ps($d.add(4 * $k)))
+    }};
+}
+
+/// Of four vectors, each of four pairs of numbers, the four vectors of first, second, third and fourth pairs.
+macro_rules! quarters {
+    ($ab:ident, $cd:ident, $ef:ident, $gh:ident) => {{
+        // Pairs 0 and 2, and 1 and 3, of two vectors; then the same again.
+        let abcd02 = _mm512_shuffle_f64x2::<0b10_00_10_00>($ab, $cd);
+        let abcd13 = _mm512_shuffle_f64x2::<0b11_01_11_01>($ab, $cd);
+        let efgh02 = _mm512_shuffle_f64x2::<0b10_00_10_00>($ef, $gh);
+        let efgh13 = _mm512_shuffle_f64x2::<0b11_01_11_01>($ef, $gh);
+        [
+            _mm512_shuffle_f64x2::<0b10_00_10_00>(abcd02, efgh02),
+            _mm512_shuffle_f64x2::<0b10_00_10_00>(abcd13, efgh13),
+            _mm512_shuffle_f64x2::<0b11_01_11_01>(abcd02, efgh02),
+            _mm512_shuffle_f64x2::<0b11_01_11_01>(abcd13, efgh13),
+        ]
+    }};
+}
+
 /// Wraps one instruction.
 macro_rules! op {
     ($call:expr) => {{
@@ -195,25 +222,15 @@ impl Isa<f64> for Avx512 {
             let mut at = [0_i64; 8];
             _mm512_storeu_si512(at.as_mut_ptr().cast(), rows);
             // Row numbers are below ROWS, so every load lies in the table.
-            let [a, b, c, d, e, f, g, h] = at.map(|row| _mm512_loadu_pd(base.add(ROW * row as usize)));
+            let [a, b, c, d, e, f, g, h] = at.map(|row| base.add(ROW * row as usize));
+            let (a, b, c, d) = (_mm512_loadu_pd(a), _mm512_loadu_pd(b), _mm512_loadu_pd(c), _mm512_loadu_pd(d));
+            let (e, f, g, h) = (_mm512_loadu_pd(e), _mm512_loadu_pd(f), _mm512_loadu_pd(g), _mm512_loadu_pd(h));
             let (ab0, ab1) = (_mm512_unpacklo_pd(a, b), _mm512_unpackhi_pd(a, b));
             let (cd0, cd1) = (_mm512_unpacklo_pd(c, d), _mm512_unpackhi_pd(c, d));
             let (ef0, ef1) = (_mm512_unpacklo_pd(e, f), _mm512_unpackhi_pd(e, f));
             let (gh0, gh1) = (_mm512_unpacklo_pd(g, h), _mm512_unpackhi_pd(g, h));
-            // Quarters 0 and 2, and 1 and 3, of two vectors; then the same again.
-            let four = |ab: __m512d, cd: __m512d, ef: __m512d, gh: __m512d| {
-                let (abcd02, abcd13) =
-                    (_mm512_shuffle_f64x2::<0b10_00_10_00>(ab, cd), _mm512_shuffle_f64x2::<0b11_01_11_01>(ab, cd));
-                let (efgh02, efgh13) =
-                    (_mm512_shuffle_f64x2::<0b10_00_10_00>(ef, gh), _mm512_shuffle_f64x2::<0b11_01_11_01>(ef, gh));
-                [
-                    _mm512_shuffle_f64x2::<0b10_00_10_00>(abcd02, efgh02),
-                    _mm512_shuffle_f64x2::<0b10_00_10_00>(abcd13, efgh13),
-                    _mm512_shuffle_f64x2::<0b11_01_11_01>(abcd02, efgh02),
-                    _mm512_shuffle_f64x2::<0b11_01_11_01>(abcd13, efgh13),
-                ]
-            };
-            let ([c0, c2, c4, c6], [c1, c3, c5, c7]) = (four(ab0, cd0, ef0, gh0), four(ab1, cd1, ef1, gh1));
+            let [c0, c2, c4, c6] = quarters!(ab0, cd0, ef0, gh0);
+            let [c1, c3, c5, c7] = quarters!(ab1, cd1, ef1, gh1);
             [c0, c1, c2, c3, c4, c5, c6, c7]
         })
     }
@@ -292,14 +309,10 @@ impl Isa<f32> for Avx512 {
             let mut columns = [_mm512_setzero_ps(); ROW];
             let (fours, _) = columns.as_chunks_mut::<4>();
             for (k, four) in fours.iter_mut().enumerate() {
-                let part = |row: *const f32| _mm_loadu_ps(row.add(4 * k));
-                let all = |a: *const f32, b: *const f32, c: *const f32, d: *const f32| {
-                    let first = _mm512_castps128_ps512(part(a));
-                    let second = _mm512_insertf32x4::<1>(first, part(b));
-                    _mm512_insertf32x4::<3>(_mm512_insertf32x4::<2>(second, part(c)), part(d))
-                };
-                let (p, q, r, s) =
-                    (all(r0, r4, r8, r12), all(r1, r5, r9, r13), all(r2, r6, r10, r14), all(r3, r7, r11, r15));
+                let p = fours!(k, r0, r4, r8, r12);
+                let q = fours!(k, r1, r5, r9, r13);
+                let r = fours!(k, r2, r6, r10, r14);
+                let s = fours!(k, r3, r7, r11, r15);
                 let (pq_low, rs_low) = (_mm512_unpacklo_ps(p, q), _mm512_unpacklo_ps(r, s));
                 let (pq_high, rs_high) = (_mm512_unpackhi_ps(p, q), _mm512_unpackhi_ps(r, s));
                 *four = [
