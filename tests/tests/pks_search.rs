@@ -5,7 +5,7 @@ use mollis_core::memory::{ALIGN, Carve, Measure};
 use mollis_core::pks::collision::Criterion;
 use mollis_core::pks::extent::Extent;
 use mollis_core::pks::search::{Mesh, Particles, Scratch, Search, find};
-use mollis_core::pks::theory::{Group, Law};
+use mollis_core::pks::theory::{Constants, Group};
 use mollis_core::pks::{CollisionLaw, Merging};
 use mollis_core::special::{incomplete_gamma, normal};
 use mollis_tests::Split;
@@ -83,7 +83,7 @@ fn as_the_descent_through_cells() {
             }
             let (positions, masses) = clumps(&mut random, n);
             let noise = 10_f64.powf(2.0 * random.uniform() - 2.0);
-            let law = Law::new(10_f64.powf(3.0 * random.uniform()), noise);
+            let law = Constants::new(10_f64.powf(3.0 * random.uniform()), noise);
             let dt = 10_f64.powf(-6.0 * random.uniform() - 2.0);
             for (kind, merging) in [
                 (CollisionLaw::Exact, Merging::All),
@@ -170,7 +170,7 @@ fn many_particles_as_the_descent_through_cells() {
         // The critical value is gamma chi M = 4 mu with mu~ = mu M / n. The excess ranges from far below to far above it.
         let excess = 10_f64.powf(5.0 * random.uniform() - 1.0);
         let noise = 1e-3 * mass / n as f64;
-        let law = Law::new(excess * 8.0 * core::f64::consts::PI * 1e-3 / mass, noise);
+        let law = Constants::new(excess * 8.0 * core::f64::consts::PI * 1e-3 / mass, noise);
         let dt = 10_f64.powf(-8.0 * random.uniform());
         for (kind, merging) in [
             (CollisionLaw::Exact, Merging::All),
@@ -205,7 +205,7 @@ fn a_shift_finds_what_lies_across_a_border() {
     // Two particles on both sides of the middle of the domain, others far away. Unshifted, only the whole domain holds both.
     let positions = [[0.5 - 1e-6, 0.5], [0.5 + 1e-6, 0.5], [0.9, 0.9], [0.1, 0.1], [0.1, 0.9], [0.9, 0.1]];
     let masses = [1.0; 6];
-    let criterion = Criterion::new(Law::new(5.0, 1.0), CollisionLaw::Exact, Merging::All, 1e-4, 1e-6);
+    let criterion = Criterion::new(Constants::new(5.0, 1.0), CollisionLaw::Exact, Merging::All, 1e-4, 1e-6);
     let domain = Some([[0.0; 2], [1.0; 2]]);
     let fixed = Search { domain, shifted: false, ..Search::default() };
     let shifted = Search { domain, ..Search::default() };

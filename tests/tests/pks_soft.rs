@@ -3,7 +3,7 @@
 use mollis_core::exec::Run;
 use mollis_core::field::{self, Sources};
 use mollis_core::mollifier::{Blob, Mollifier};
-use mollis_core::pks::theory::{Group, Law};
+use mollis_core::pks::theory::{Constants, Group};
 use mollis_core::pks::{
     Attraction, Counters, Event, Events, Merging, Options, Report, Scheme, Setting, State, step, workspace_bytes,
 };
@@ -87,7 +87,7 @@ impl<'k, T: Real> System<'k, T> {
 
 /// The chi for which `masses` have this index, with mu~ = 1.
 fn chi(masses: &[f64], index: f64) -> f64 {
-    let neutral = Law { chi: 1.0, noise: 1.0, gamma: 1.0 / std::f64::consts::TAU };
+    let neutral = Constants { chi: 1.0, noise: 1.0, gamma: 1.0 / std::f64::consts::TAU };
     // N - 2 - k chi
     let free = masses.len() as f64 - 2.0;
     (free - index) / (free - neutral.index(&Group::of(masses)))
@@ -173,7 +173,7 @@ fn the_mean_second_moment_of_close_particles_is_exact() {
             for start in [near, apart, one] {
                 let strength = chi(&masses, -0.5);
                 let options = Options { merging: Merging::Never, scheme, ..Options::new(strength, 1.0) };
-                let law = Law::new(strength, 1.0);
+                let law = Constants::new(strength, 1.0);
                 let group = Group::of(&masses);
                 let kernel = kernel(1e-9);
                 let before = System::new(&kernel, options, start.to_vec(), masses.to_vec()).moment();

@@ -158,7 +158,7 @@ impl<'w, T: Real> Arrays<'w, T> {
 impl<'w, T: Real> Arrays<'w, T> {
     /// An array that is empty unless wanted.
     fn maybe(space: &mut impl Space<'w>, wanted: bool, n: usize) -> Result<&'w mut [T]> {
-        if !build::BESIDES { Ok(&mut []) } else { space.try_array(if wanted { n } else { 0 }) }
+        if build::BESIDES { space.try_array(if wanted { n } else { 0 }) } else { Ok(&mut []) }
     }
 }
 
@@ -270,13 +270,13 @@ pub fn step<T: Real, const D: usize>(
     *report = Report::default();
     let State { masses, mut particles, mut tracers } = state;
     let mut wanted = plan.wanted;
-    if !build::BESIDES {
+    if build::BESIDES {
+        tracers.check(plan.tracers, wanted)?;
+    } else {
         // The plan has refused all other outputs.
         wanted = Wanted { density: wanted.density, ..Wanted::default() };
         (particles.velocity, particles.divergence) = (None, None);
         tracers = Trajectories::none();
-    } else {
-        tracers.check(plan.tracers, wanted)?;
     }
     particles.check(plan.particles, wanted)?;
     if masses.len() != plan.particles {

@@ -2,8 +2,8 @@
 //! moved and saved, and opened on any machine of the same byte order.
 
 use super::fit::{Builder, Task, USER_OCTAVES, capacity};
+use super::fitted_term::{FittedTerm, Outer, RECORD};
 use super::law::{Law, MAX_TERMS, RadialKernel, Term};
-use super::part::{Outer, Part, RECORD};
 use super::profile::Profile;
 use super::table::{self, Domain, Head, Table};
 use super::{KEPT, Kernel, OTHERS, Others};
@@ -162,7 +162,7 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
     /// A kernel without terms.
     pub(super) fn empty(blob: Blob<T, D>) -> Self {
         let outer = Outer::Bare { factor: 0.0 };
-        let part = Part { law: Law::Newtonian, radius: 0.0, panels: 0, plain: 0, first: 0, outer };
+        let part = FittedTerm { law: Law::Newtonian, radius: 0.0, panels: 0, plain: 0, first: 0, outer };
         let term = Term { law: Law::Newtonian, coefficient: 0.0 };
         Self {
             #[cfg(feature = "kernels")]
@@ -270,7 +270,7 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
             let profile = Profile::new(mollifier, D);
             let mut builder = Builder::new(series, T::MAX.to_f64());
             let mut part_slots = part_records.as_chunks_mut::<RECORD>().0.iter_mut();
-            let mut store = |part: Part<f64>| -> Result<()> {
+            let mut store = |part: FittedTerm<f64>| -> Result<()> {
                 *part_slots.next().ok_or(Error::KernelTerms)? = part.to_record();
                 used += 1;
                 Ok(())
@@ -314,8 +314,9 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
                     None => {
                         let nonzero = terms.iter().any(|term| term.coefficient != 0.0);
                         let series = kernel.others.first().map_or(&[][..], |others| others.series);
-                        let seen =
-                            |part: &Part<f64>| table::exponent(&domain, &|r| part.scaled::<D>(series, r)).is_some();
+                        let seen = |part: &FittedTerm<f64>| {
+                            table::exponent(&domain, &|r| part.scaled::<D>(series, r)).is_some()
+                        };
                         supplied.is_some() || !nonzero || kernel.parts().iter().any(seen)
                     }
                 };
@@ -422,7 +423,7 @@ impl<T> Others<'_, T> {
     fn read(&mut self, records: &[f64], used: usize) -> Result<()> {
         self.used = used.min(MAX_TERMS);
         for (slot, record) in self.parts.iter_mut().zip(records.as_chunks::<RECORD>().0) {
-            *slot = Part::from_record(record).ok_or(Error::NotPrepared)?;
+            *slot = FittedTerm::from_record(record).ok_or(Error::NotPrepared)?;
             slot.panels = slot.panels.min(USER_OCTAVES + 2);
             slot.plain = slot.plain.min(slot.panels);
         }

@@ -2,8 +2,8 @@
 
 use super::convolution::REACH;
 use super::edge_series::laurent;
+use super::fitted_term::Variable;
 use super::law::is_multiple;
-use super::part::Variable;
 use super::profile::Profile;
 use super::{Kernel, Law};
 use crate::real::{Extended, Real, Scalar};

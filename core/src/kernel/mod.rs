@@ -40,8 +40,8 @@ mod convolution;
 mod edge_series;
 mod far;
 mod fit;
+mod fitted_term;
 mod law;
-mod part;
 mod profile;
 mod quadrature;
 mod table;
@@ -58,7 +58,7 @@ use crate::error::Result;
 use crate::mollifier::Polynomials;
 use crate::mollifier::{Blob, Mollifier};
 use crate::real::{Extended, Real, Scalar};
-use part::Part;
+use fitted_term::FittedTerm;
 
 /// Number of terms that a kernel holds, and whether it may hold non-Newtonian terms.
 const KEPT: usize = if cfg!(feature = "kernels") { MAX_TERMS } else { 1 };
@@ -79,7 +79,7 @@ pub struct Kernel<'k, T: Real, const D: usize> {
 /// The non-Newtonian terms of a kernel, in double precision.
 #[derive(Clone, Copy, Debug)]
 struct Others<'k, T> {
-    parts: [Part<f64>; MAX_TERMS],
+    parts: [FittedTerm<f64>; MAX_TERMS],
     used: usize,
     series: &'k [f64],
     table: Option<Table<'k, T>>,
@@ -87,7 +87,7 @@ struct Others<'k, T> {
 }
 
 impl<T> Others<'_, T> {
-    fn parts(&self) -> &[Part<f64>] {
+    fn parts(&self) -> &[FittedTerm<f64>] {
         self.parts.get(..self.used).present_or(&[])
     }
 }
@@ -173,7 +173,7 @@ impl<T: Real, const D: usize> Kernel<'_, T, D> {
     }
 
     /// The non-Newtonian terms, prepared.
-    fn parts(&self) -> &[Part<f64>] {
+    fn parts(&self) -> &[FittedTerm<f64>] {
         self.others.first().map_or(&[], Others::parts)
     }
 

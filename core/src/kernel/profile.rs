@@ -3,11 +3,11 @@
 use core::f64::consts::PI;
 
 use crate::checked::Present;
-use crate::mollifier::{Blob, MAX_TERMS, Mollifier};
+use crate::mollifier::{Blob, MAX_COEFFICIENTS, Mollifier};
 use crate::real::{DoubleWord, Scalar};
 
 /// Coefficients of b(t), padded with zeros.
-pub(crate) const TERMS: usize = MAX_TERMS;
+pub(crate) const TERMS: usize = MAX_COEFFICIENTS;
 
 /// psi in units of delta.
 #[derive(Clone, Copy, Debug)]

@@ -18,7 +18,7 @@ pub const MAX_EXPONENT: u32 = 9;
 /// The largest order.
 pub const MAX_ORDER: u32 = 8;
 /// Coefficients of the longest series, the potential's: degree M + K = 13.
-pub const MAX_TERMS: usize = 14;
+pub const MAX_COEFFICIENTS: usize = 14;
 
 /// An exact rational number in lowest terms, with a positive denominator.
 #[cfg(test)]

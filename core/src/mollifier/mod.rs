@@ -33,17 +33,17 @@ mod law;
 mod matrix;
 mod moments;
 mod newtonian;
-mod plain;
 mod points;
 mod richardson;
 mod scaled;
 mod series;
+mod single_word;
 
 #[cfg(test)]
 mod tests;
 
 pub use blob::Blob;
-pub use law::{MAX_EXPONENT, MAX_ORDER, MAX_TERMS};
+pub use law::{MAX_COEFFICIENTS, MAX_EXPONENT, MAX_ORDER};
 pub use richardson::Richardson;
 pub(crate) use series::Polynomial;
 pub use series::{Polynomials, Series};

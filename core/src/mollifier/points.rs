@@ -3,8 +3,8 @@
 use super::Quantity;
 use super::blob::{Blob, Place, Shape};
 use super::distance::Distance;
-use super::plain::Plain;
 use super::scaled::Scaled;
+use super::single_word::SingleWord;
 use crate::real::{DoubleWord, Real};
 
 /// Points that are not finite give NaN.
@@ -99,9 +99,9 @@ impl<T: Real, const D: usize> Blob<T, D> {
         ])
     }
 
-    fn plain(&self, x: &[T; D]) -> Option<Plain<T>> {
+    fn plain(&self, x: &[T; D]) -> Option<SingleWord<T>> {
         match self.shape() {
-            Shape::Gaussian(shape) if cfg!(feature = "gaussian") => Plain::new(*shape, D, self.delta(), x),
+            Shape::Gaussian(shape) if cfg!(feature = "gaussian") => SingleWord::new(*shape, D, self.delta(), x),
             _ => None,
         }
     }

@@ -1,7 +1,7 @@
 //! The coefficients of compact mollifiers in powers of t = 1 - (r/delta)^2, in a scalar type.
 
 use super::distance::{Distance, sphere};
-use super::law::MAX_TERMS;
+use super::law::MAX_COEFFICIENTS;
 use super::scaled::Scaled;
 use crate::checked::Present;
 use crate::real::{DoubleWord, Real};
@@ -9,13 +9,13 @@ use crate::real::{DoubleWord, Real};
 /// Coefficients c_0, c_1, ... of powers of t, padded with zeros.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Series<C> {
-    coefficients: [C; MAX_TERMS],
+    coefficients: [C; MAX_COEFFICIENTS],
     terms: usize,
 }
 
 impl<C: Copy> Series<C> {
     fn empty(zero: C) -> Self {
-        Self { coefficients: [zero; MAX_TERMS], terms: 0 }
+        Self { coefficients: [zero; MAX_COEFFICIENTS], terms: 0 }
     }
 
     fn set(&mut self, k: usize, value: C) {
@@ -35,7 +35,7 @@ impl<C: Copy> Series<C> {
     /// All coefficients, the zeros above the degree included.
     #[inline]
     #[must_use]
-    pub fn padded(&self) -> &[C; MAX_TERMS] {
+    pub fn padded(&self) -> &[C; MAX_COEFFICIENTS] {
         &self.coefficients
     }
 
@@ -78,7 +78,7 @@ pub(crate) enum Polynomial {
 pub(super) struct Exact<T, const D: usize> {
     exponent: u16,
     terms: u16,
-    gradient: [DoubleWord<T>; MAX_TERMS - 1],
+    gradient: [DoubleWord<T>; MAX_COEFFICIENTS - 1],
 }
 
 impl<T: Real, const D: usize> Exact<T, D> {
@@ -86,7 +86,7 @@ impl<T: Real, const D: usize> Exact<T, D> {
     pub fn new(order: u32, exponent: u32) -> Self {
         let (m, half_order) = (exponent as usize, order as usize / 2);
         let small = |n: usize| T::from_usize(n);
-        let mut gradient = [DoubleWord::ZERO; MAX_TERMS - 1];
+        let mut gradient = [DoubleWord::ZERO; MAX_COEFFICIENTS - 1];
         let terms = m + half_order;
         let mut taylor = DoubleWord::ONE;
         for (k, slot) in gradient.iter_mut().enumerate().take(terms) {

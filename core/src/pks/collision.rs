@@ -9,7 +9,7 @@
 //! `Y + dY <= 0`: it merges close pairs, whose nu is barely below zero, far too often.
 
 use super::extent::Extent;
-use super::theory::{Group, Law};
+use super::theory::{Constants, Group};
 use crate::build;
 use crate::real::{Real, normal_exponent};
 use crate::special::{incomplete_gamma, normal};
@@ -55,7 +55,7 @@ pub struct Criterion<T> {
     /// The units of all that follows, and of whatever the decision is given.
     pub units: Units<T>,
     /// chi, mu~, gamma.
-    pub constants: Law<T>,
+    pub constants: Constants<T>,
     /// Exact or printed.
     pub law: CollisionLaw,
     /// Soft and hard, or hard only.
@@ -71,7 +71,7 @@ pub struct Criterion<T> {
 impl<T: Real> Criterion<T> {
     /// Prepares the decision, in the units of the constants and the step.
     #[must_use]
-    pub fn new(constants: Law<T>, law: CollisionLaw, merging: Merging, probability: T, dt: T) -> Self {
+    pub fn new(constants: Constants<T>, law: CollisionLaw, merging: Merging, probability: T, dt: T) -> Self {
         let quantile = match law {
             CollisionLaw::Printed if build::PRINTED_LAW => normal::quantile(probability),
             CollisionLaw::Exact | CollisionLaw::Printed => T::ZERO,
@@ -293,7 +293,7 @@ mod tests {
             let (total, heaviest) = masses.iter().fold((0.0_f64, 0.0_f64), |(sum, h), &m| (sum + m, h.max(m)));
             let smallest = masses.iter().copied().fold(f64::INFINITY, f64::min);
             let constants =
-                Law { chi: 1.0, noise: heaviest * heaviest * 10_f64.powf(3.0 * uniform() - 1.0), gamma: 1.0 };
+                Constants { chi: 1.0, noise: heaviest * heaviest * 10_f64.powf(3.0 * uniform() - 1.0), gamma: 1.0 };
             let law = [CollisionLaw::Exact, CollisionLaw::Printed][round % 2];
             let merging = [Merging::All, Merging::Hard][round / 2 % 2];
             let dt = 10_f64.powf(-2.0 * uniform());
@@ -337,7 +337,7 @@ mod tests {
         let group = Group::of(&[1.0, 1.0]);
         for nu in [-0.5, -1.5, -4.0] {
             // nu = -gamma chi 2 / (4 mu~), mu~ = 1
-            let constants = Law { chi: -2.0 * nu, noise: 1.0, gamma: 1.0 };
+            let constants = Constants { chi: -2.0 * nu, noise: 1.0, gamma: 1.0 };
             assert_eq!(constants.index(&group), nu);
             let criterion = Criterion::new(constants, CollisionLaw::Exact, Merging::All, 1e-12, 0.5);
             let moment = 0.3;
@@ -355,7 +355,7 @@ mod tests {
 
     #[test]
     fn without_noise_the_moment_falls_in_a_straight_line() {
-        let constants = Law { chi: 3.0, noise: 0.0, gamma: 1.0 };
+        let constants = Constants { chi: 3.0, noise: 0.0, gamma: 1.0 };
         let group = Group::of(&[1.0, 2.0]);
         let criterion = Criterion::new(constants, CollisionLaw::Exact, Merging::All, 1e-4, 0.5);
         // alpha = -gamma chi 4 / 3 = -4
@@ -367,14 +367,15 @@ mod tests {
     #[test]
     fn hard_collisions_are_impossible_below_critical_mass() {
         let (n, mass) = (1000, 20.0);
-        let constants = Law::new(1.0, super::super::theory::noise(mass, 1.0, n));
+        let constants = Constants::new(1.0, super::super::theory::noise(mass, 1.0, n));
         let hard = Criterion::new(constants, CollisionLaw::Exact, Merging::Hard, 1e-4, 0.1);
         assert!(hard.impossible(mass / n as f64, mass));
         let soft = Criterion { merging: Merging::All, ..hard };
         assert!(!soft.impossible(mass / n as f64, mass));
-        let supercritical = Criterion { constants: Law::new(1.0, super::super::theory::noise(30.0, 1.0, n)), ..hard };
+        let supercritical =
+            Criterion { constants: Constants::new(1.0, super::super::theory::noise(30.0, 1.0, n)), ..hard };
         assert!(!supercritical.impossible(30.0 / n as f64, 30.0));
-        let repulsive = Criterion { constants: Law::new(-1.0, 1.0), ..soft };
+        let repulsive = Criterion { constants: Constants::new(-1.0, 1.0), ..soft };
         assert!(repulsive.impossible(1.0, 1.0));
     }
 }

@@ -8,7 +8,7 @@ use super::merge::{Queue, compact};
 use super::motion::{self, Frozen, Moved, Moving};
 use super::search::{self, Mesh, Particles};
 use super::state::{Counters, Events, Options, Report, Scheme, State};
-use super::theory::Law;
+use super::theory::Constants;
 use crate::build;
 use crate::checked::Present;
 use crate::error::{Error, Result};
@@ -209,7 +209,7 @@ pub fn step<T: Real>(
     }
     let before = (part(state.positions, n)?, part(state.masses, n)?, part(state.labels, n)?);
     let mut criterion = Criterion::new(
-        Law { chi: options.chi, noise: options.noise, gamma: options.gamma },
+        Constants { chi: options.chi, noise: options.noise, gamma: options.gamma },
         options.law,
         options.merging,
         options.probability,
@@ -297,7 +297,7 @@ struct Motion<'w, T> {
 impl<T: Real> Layout<'_, T> {
     /// Nothing is zeroed: what follows writes before it reads.
     fn open<'w>(&self, workspace: &'w mut [u8]) -> Result<Arrays<'w, T>> {
-        let workers = if !build::WORKERS { 1 } else { self.resources.executor.workers() };
+        let workers = if build::WORKERS { self.resources.executor.workers() } else { 1 };
         layout(&mut Carve::reopen(workspace)?, self.room, &self.summed, self.options, workers)
     }
 

@@ -69,7 +69,7 @@ impl<T: Real> Group<T> {
 
 /// The constants that an index depends on.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Law<T> {
+pub struct Constants<T> {
     /// chi, the chemosensitivity.
     pub chi: T,
     /// mu with a tilde of (1.3): a particle of mass m diffuses with `mu~ / m`.
@@ -78,7 +78,7 @@ pub struct Law<T> {
     pub gamma: T,
 }
 
-impl<T: Real> Law<T> {
+impl<T: Real> Constants<T> {
     /// The law of the logarithmic or the screened potential.
     #[must_use]
     pub fn new(chi: T, noise: T) -> Self {
@@ -269,7 +269,7 @@ mod tests {
         // (4.9): nu = (N - 1)(1 - chi M / (8 pi mu)) - 1.
         for (mass, n) in [(10.0, 1000), (30.0, 1000), (8.0 * core::f64::consts::PI, 7)] {
             let masses = std::vec![mass / n as f64; n];
-            let law = Law::new(1.0, noise(mass, 1.0, n));
+            let law = Constants::new(1.0, noise(mass, 1.0, n));
             let want = (n as f64 - 1.0) * (1.0 - mass / critical_mass(1.0, 1.0)) - 1.0;
             // N additions of the running sums.
             assert!((law.index(&Group::of(&masses)) - want).abs() < 1e-12 * n as f64);
@@ -286,7 +286,7 @@ mod tests {
             let k = 2 + (random() * (n - 2) as f64) as usize;
             let heavy = 10_f64.powf(6.0 * random());
             let masses: std::vec::Vec<f64> = (0..n).map(|i| if i == 0 { heavy } else { 0.1 + random() }).collect();
-            let law = Law::new(10.0_f64.powf(4.0 * random() - 2.0), 1.0);
+            let law = Constants::new(10.0_f64.powf(4.0 * random() - 2.0), 1.0);
             let cluster = law.index(&Group::of(&masses[..k]));
             let merged: std::vec::Vec<f64> =
                 core::iter::once(masses[..k].iter().sum()).chain(masses[k..].iter().copied()).collect();
@@ -301,13 +301,13 @@ mod tests {
     #[test]
     fn alpha_beta_and_the_index_agree() {
         // nu = alpha / (2 beta^2) - 1.
-        let law = Law::new(3.0, 0.7);
+        let law = Constants::new(3.0, 0.7);
         let group = Group::of(&[1.0, 2.5, 0.3]);
         let nu: f64 = law.alpha(&group) / (2.0 * law.beta_squared(&group)) - 1.0;
         assert!((nu - law.index(&group)).abs() < 1e-13);
-        assert_eq!(Law::new(1.0, 0.0).index(&group), f64::NEG_INFINITY);
-        assert_eq!(Law::new(-1.0, 0.0).index(&group), f64::INFINITY);
-        assert_eq!(Law::new(0.0, 0.0).index(&group), 1.0);
+        assert_eq!(Constants::new(1.0, 0.0).index(&group), f64::NEG_INFINITY);
+        assert_eq!(Constants::new(-1.0, 0.0).index(&group), f64::INFINITY);
+        assert_eq!(Constants::new(0.0, 0.0).index(&group), 1.0);
         assert_eq!(critical_mass(1.0, 0.0), f64::INFINITY);
         assert_eq!(blow_up_bound(1.0, 1.0, 0.0, 1.0), f64::INFINITY);
     }

@@ -3,7 +3,7 @@
 use mollis_core::exec::{Executor, Resources};
 use mollis_core::grid::{Equation, Grid, Mesh};
 use mollis_core::mollifier::Blob;
-use mollis_core::pks::theory::{Group, Law};
+use mollis_core::pks::theory::{Constants, Group};
 use mollis_core::pks::{self, Attraction, Counters, Event, Events, Heavy, Options, Report, Setting, State};
 use mollis_core::random::{Generator, Philox};
 use mollis_core::{Error, Result};
@@ -196,7 +196,7 @@ impl System {
     /// alpha of (2.4): the drift of the second moment of the particles that there are.
     pub fn alpha(&self) -> f64 {
         let Options { chi, noise, gamma, .. } = self.options;
-        Law { chi, noise, gamma }.alpha(&Group::of(&self.masses[..self.count()]))
+        Constants { chi, noise, gamma }.alpha(&Group::of(&self.masses[..self.count()]))
     }
 
     /// What the mesh's field contributes to the rate of sum m |x|^2: `-2 chi sum m x . grad u`. No chance is in it but the positions'.

@@ -6,7 +6,7 @@ use super::*;
 fn the_theory_is_that_of_rust() {
     let masses = [0.5, 2.0, 1.25, 7.0];
     let (chi, noise, gamma) = (3.0, 0.4, 0.25);
-    let law = theory::Law { chi, noise, gamma };
+    let law = theory::Constants { chi, noise, gamma };
     let group = theory::Group::of(&masses);
     let mut index = [0.0; 3];
     let kinds = [mollis_pks_species { mass: 4.0, mu: 17.5 }, mollis_pks_species { mass: 24.0, mu: 2.5 }];

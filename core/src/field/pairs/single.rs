@@ -5,7 +5,8 @@
 //! There is no executor, as the C functions refuse it, and there is no scaled path: a coordinate or mass below 2^-100 (f64: 2^-900) of the largest counts as zero, pairs without a
 //! mollifier closer than 2^-28 (2^-60) of the largest coordinate count as coincident, and a delta below that is refused.
 
-use super::newtonian::{Newtonian, descending, descending_potential, outside_potential};
+use super::newtonian::inside::{descending, descending_potential};
+use super::newtonian::{Newtonian, outside_potential};
 use super::packed::{Packed, Units, class_width, least_square_exponent, power_of_two};
 use super::{BLOCK, Call, PairKernel, SHORT_BLOCK};
 use crate::checked::Present;
@@ -13,7 +14,7 @@ use crate::error::{Error, Result};
 use crate::exec::Run;
 use crate::field::Accumulation;
 use crate::memory::Carve;
-use crate::mollifier::{MAX_TERMS, Mollifier, Polynomial};
+use crate::mollifier::{MAX_COEFFICIENTS, Mollifier, Polynomial};
 use crate::real::Real;
 use crate::simd::{Isa, Job, portable};
 
@@ -48,9 +49,9 @@ pub(super) fn sums<T: Real, const D: usize, const FULL: bool>(
     let compensated = FULL && options.accumulation == Accumulation::Compensated;
     let (potential, gradient) = (FULL && wanted.potential, wanted.gradient);
     // What is not wanted takes no stack where that is known when this is compiled (which it is not of parts of a tuple).
-    let mut of_gradient = [T::ZERO; MAX_TERMS];
-    let mut of_potential = [T::ZERO; MAX_TERMS];
-    let mut of_density = [T::ZERO; MAX_TERMS];
+    let mut of_gradient = [T::ZERO; MAX_COEFFICIENTS];
+    let mut of_potential = [T::ZERO; MAX_COEFFICIENTS];
+    let mut of_density = [T::ZERO; MAX_COEFFICIENTS];
     let mut pair = Pair {
         edge: if mollified { square } else { least },
         per_square: T::ZERO,

@@ -193,9 +193,9 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Tabulated<'a, T> {
         _counts: &mut Statistics,
     ) {
         if P && block.potential {
-            isa.apart(Sources::<_, _, D, NB, true> { prepared, block, groups, noted });
+            isa.apart(AddSources::<_, _, D, NB, true> { prepared, block, groups, noted });
         } else {
-            isa.apart(Sources::<_, _, D, NB, false> { prepared, block, groups, noted });
+            isa.apart(AddSources::<_, _, D, NB, false> { prepared, block, groups, noted });
         }
     }
 
@@ -224,14 +224,16 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Tabulated<'a, T> {
 }
 
 /// What the sources of a block give to a register block of targets, with potentials if `P`; a function of its own.
-struct Sources<'a, T: Real, V, const D: usize, const NB: usize, const P: bool> {
+struct AddSources<'a, T: Real, V, const D: usize, const NB: usize, const P: bool> {
     prepared: (&'a Prepared<'a, T>, &'a Lanes<V>),
     block: &'a Block<'a, T, D>,
     groups: &'a mut [Group<V, D>; NB],
     noted: &'a mut [Deferred; 2],
 }
 
-impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool> Part<T, I> for Sources<'_, T, I::V, D, NB, P> {
+impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool> Part<T, I>
+    for AddSources<'_, T, I::V, D, NB, P>
+{
     type Out = ();
 
     #[inline(always)]

@@ -461,7 +461,7 @@ mod tests {
     use crate::pks::extent::Extent;
     use crate::pks::search::Search;
     use crate::pks::testing::Uniform;
-    use crate::pks::theory::Law;
+    use crate::pks::theory::Constants;
     use std::vec;
     use std::vec::Vec;
 
@@ -481,7 +481,7 @@ mod tests {
             // A reach of a few cells.
             let width = mesh.side.to_f64() / (1_u64 << (FIRST + beyond.levels)) as f64;
             let dt = (width * 4.0 * uniform()).powi(2);
-            let law = Law { chi: c(0.1), noise: T::ONE, gamma: T::ONE };
+            let law = Constants { chi: c(0.1), noise: T::ONE, gamma: T::ONE };
             let criterion = Criterion::new(law, CollisionLaw::Exact, Merging::All, c(1e-4), c(dt));
             let reach = criterion.reach(T::ONE, T::ONE).unwrap();
             let known = Reaches::new(&mesh, &criterion, T::ONE, &[[1.0; 2]], beyond).of(T::ONE).unwrap();
@@ -517,7 +517,7 @@ mod tests {
         let positions: Vec<[f64; 2]> = (0..n).map(|i| [0, 1].map(|_| (i % 2) as f64 + 0.1 * numbers.next())).collect();
         let masses = vec![1.0; n];
         let extent = Extent::of(&positions, &masses, &Serial).unwrap();
-        let law = Law { chi: 1e-6, noise: 1.0, gamma: 1.0 };
+        let law = Constants { chi: 1e-6, noise: 1.0, gamma: 1.0 };
         let criterion = Criterion::new(law, CollisionLaw::Exact, Merging::All, 1e-4, 1e-6);
         let bytes = Measure::of(|space| {
             Buckets::layout(space, n);

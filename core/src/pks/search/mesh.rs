@@ -94,7 +94,7 @@ impl<T: Real> Mesh<T> {
 
 /// eta s^2 for the cells of each level, s being the diagonal: a table, or where stacks are short the first one, from which a power of
 /// two leads to the others.
-pub struct Areas<T>([T; if !build::TILES { 1 } else { DEPTH as usize + 1 }]);
+pub struct Areas<T>([T; if build::TILES { DEPTH as usize + 1 } else { 1 }]);
 
 impl<T: Real> Areas<T> {
     pub fn new(mesh: &Mesh<T>, search: &Search<T>) -> Self {

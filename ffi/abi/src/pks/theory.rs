@@ -72,7 +72,7 @@ pub unsafe extern "C" fn mollis_pks_index_eval(
         if ![chi, noise, gamma].iter().chain(masses).all(|v| v.is_finite()) {
             return Err(Error::NotFinite);
         }
-        let values = theory::Law { chi, noise, gamma }.rates(masses);
+        let values = theory::Constants { chi, noise, gamma }.rates(masses);
         index.iter_mut().zip(values).for_each(|(slot, value)| *slot = value);
         Ok(())
     })())

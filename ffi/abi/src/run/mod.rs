@@ -213,6 +213,7 @@ impl HostRun {
 mod tests {
     use super::*;
     use crate::options::Options;
+    use mollis_core::exec::MAX_WORKERS;
 
     /// A structure of the caller's size only is written, and an older caller's is completed by defaults.
     #[test]

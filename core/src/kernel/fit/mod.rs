@@ -3,14 +3,22 @@
 //! A fit is divided into panels. On each, no function's size changes by more than a factor of 64, because roundings are relative to the
 //! largest size on the panel. Sizes are those of the convolution ([`Sample`]) or of the bare kernel at the mollifier's length, whichever is larger.
 
+mod builder;
+mod unit;
+
+pub(crate) use builder::Builder;
+
+use builder::Axis;
+use unit::Unit;
+
 use core::cell::Cell;
 
-use super::chebyshev::{CAPACITY, Fit, fit};
+use super::chebyshev::{CAPACITY, fit};
 use super::convolution::{Convolution, REACH, Sample, Target};
 use super::edge_series::{LENGTH, exact, exterior_factor, laurent, odd_power, screened_edge, series};
+use super::fitted_term::{FittedTerm, HEADER, Outer, Variable};
 use super::law::{Law, RadialKernel, is_multiple};
-use super::part::{HEADER, Outer, Panel, Part, Variable, rooted};
-use super::profile::{Profile, TERMS, sphere};
+use super::profile::{Profile, TERMS};
 use crate::checked::Present;
 use crate::error::{Error, Result};
 use crate::real::{DoubleWord, Scalar};
@@ -65,166 +73,6 @@ pub(crate) fn capacity(law: Option<Law>, profile: Option<&Profile>, dimension: u
     }
 }
 
-/// The variable of a Chebyshev series: `scale` and `shift` map it to [-1, 1] after its power `root` is taken.
-#[derive(Clone, Copy)]
-struct Axis {
-    variable: Variable,
-    scale: f64,
-    shift: f64,
-    root: f64,
-}
-
-impl Axis {
-    /// From v = `from` to v = `to`.
-    fn between(variable: Variable, root: f64, from: f64, to: f64) -> Self {
-        let scale = 2.0 / (to - from);
-        Self { variable, scale, shift: -1.0 - from * scale, root }
-    }
-
-    /// From t = 0, at the edge, to t = `to`.
-    fn edge(variable: Variable, root: f64, to: f64) -> Self {
-        Self::between(variable, root, if root == 0.0 { rooted(0.0, root) } else { 0.0 }, rooted(to, root))
-    }
-
-    fn powers(variable: Variable) -> Self {
-        Self { variable, scale: 0.0, shift: 0.0, root: 1.0 }
-    }
-
-    /// t at x on an axis from the edge.
-    fn t(&self, x: f64) -> f64 {
-        let v = ((x - self.shift) / self.scale).max(if self.root == 0.0 { f64::NEG_INFINITY } else { 0.0 });
-        if self.root == 0.0 {
-            Scalar::exp(v)
-        } else if self.root == 0.5 {
-            v * v
-        } else if self.root == 0.25 {
-            (v * v) * (v * v)
-        } else {
-            Scalar::pow(v, 1.0 / self.root)
-        }
-    }
-}
-
-/// Writes the tables of successive parts.
-pub(crate) struct Builder<'a> {
-    tables: &'a mut [f64],
-    headers: usize,
-    next: usize,
-    /// The largest error of a fit, relative to the function's size on its panel.
-    pub(crate) error: f64,
-    /// An upper bound of the panels' ends.
-    limit: f64,
-    /// The largest coefficient that the sum's scalar can hold.
-    largest: f64,
-    /// The sum of all screened terms inside a compact mollifier, in powers of t and units of delta, and its reserved place in the tables. For
-    /// small delta psi and the Newtonian parts of the terms are large and cancel in a Morse potential, so they are added before rounding.
-    screened: [[DoubleWord<f64>; 3]; LENGTH],
-    reserved: Option<(usize, usize)>,
-}
-
-impl<'a> Builder<'a> {
-    pub(crate) fn new(tables: &'a mut [f64], largest: f64) -> Self {
-        Self {
-            tables,
-            headers: 0,
-            next: 0,
-            error: 0.0,
-            limit: f64::INFINITY,
-            largest,
-            screened: [[DoubleWord::ZERO; 3]; LENGTH],
-            reserved: None,
-        }
-    }
-
-    /// Reserves headers for a part and returns the position of the first.
-    fn begin(&mut self, panels: usize) -> usize {
-        self.headers = self.next;
-        self.next += panels * HEADER;
-        self.headers
-    }
-
-    /// Returns an error for a number that the sum's scalar cannot hold.
-    fn hold(&self, value: f64) -> Result<f64> {
-        if value.abs() <= self.largest { Ok(value) } else { Err(Error::OutOfDomain) }
-    }
-
-    /// Stores a panel's header.
-    fn header(&mut self, end: f64, axis: Axis, start: usize, len: usize) -> Result<()> {
-        let Axis { variable, scale, shift, root } = axis;
-        let header = Panel { end: end.min(self.limit), variable, start, len, scale, shift, root };
-        let place = self.tables.get_mut(self.headers..).and_then(|t| t.first_chunk_mut::<HEADER>());
-        *place.ok_or(Error::Unsupported)? = header.to_header();
-        self.headers += HEADER;
-        Ok(())
-    }
-
-    /// Reserves the next triples of the tables.
-    fn triples(&mut self, len: usize) -> Result<&mut [[f64; 3]]> {
-        let free = self.tables.get_mut(self.next..).ok_or(Error::Unsupported)?;
-        self.next += 3 * len;
-        free.as_chunks_mut::<3>().0.get_mut(..len).ok_or(Error::Unsupported)
-    }
-
-    /// Stores a panel of powers in two words: coefficients times `factors`.
-    fn powers(
-        &mut self,
-        end: f64,
-        variable: Variable,
-        coefficients: &[[DoubleWord<f64>; 3]],
-        factors: [f64; 3],
-    ) -> Result<()> {
-        let (len, start) = (coefficients.len(), self.next);
-        let mut low = [[0.0; 3]; LENGTH];
-        for (k, c) in coefficients.iter().enumerate() {
-            let mut high = [0.0; 3];
-            for (n, (slot, (&c, factor))) in high.iter_mut().zip(c.iter().zip(factors)).enumerate() {
-                let product = c * factor;
-                *slot = self.hold(product.hi)?;
-                if let Some(low) = low.get_mut(k).and_then(|low| low.get_mut(n)) {
-                    // the second word is invalid where the product leaves the normal range
-                    *low = if product.lo.is_finite() { product.lo } else { 0.0 };
-                }
-            }
-            for slot in self.triples(1)? {
-                *slot = high;
-            }
-        }
-        self.triples(len)?.iter_mut().zip(low).for_each(|(slot, low)| *slot = low);
-        self.header(end, Axis::powers(variable), start, len)
-    }
-
-    /// Stores a fit: coefficients times `factors`.
-    fn fitted(&mut self, end: f64, axis: Axis, fit: &Fit, factors: [f64; 3]) -> Result<()> {
-        let (len, start) = (fit.len, self.next);
-        for c in fit.coefficients.iter().take(len) {
-            let [u, g, l] = factors;
-            let c = [self.hold(c[0] * u)?, self.hold(c[1] * g)?, self.hold(c[2] * l)?];
-            self.triples(1)?.iter_mut().for_each(|slot| *slot = c);
-        }
-        self.error = self.error.max(fit.error);
-        self.header(end, axis, start, len)
-    }
-
-    /// Writes the sum of the screened terms to its reserved place. Must be called once, after all terms.
-    pub(crate) fn finish(&mut self, dimension: usize, delta: f64) -> Result<()> {
-        let Some((headers, start)) = self.reserved else { return Ok(()) };
-        let a = 2.0 - dimension as f64;
-        let s = sphere(dimension);
-        let factors = [Scalar::pow(delta, a) / s, Scalar::pow(delta, a - 2.0) / s, Scalar::pow(delta, a - 2.0) / s];
-        let screened = self.screened;
-        let size = screened
-            .iter()
-            .fold([0.0_f64; 3], |m, c| [m[0].max(c[0].hi.abs()), m[1].max(c[1].hi.abs()), m[2].max(c[2].hi.abs())]);
-        let matters = |c: &[DoubleWord<f64>; 3]| c.iter().zip(size).any(|(v, s)| v.hi.abs() > 1e-18 * s);
-        let len = screened.iter().rposition(matters).map_or(1, |last| last + 1);
-        let (keep_headers, keep_next) = (self.headers, self.next);
-        (self.headers, self.next) = (headers, start);
-        self.powers(delta, Variable::EdgePowers, screened.get(..len).present()?, factors)?;
-        (self.headers, self.next) = (keep_headers, keep_next);
-        Ok(())
-    }
-}
-
 /// The input for preparing one term.
 pub(crate) struct Task<'a> {
     pub(crate) dimension: usize,
@@ -245,11 +93,11 @@ impl Task<'_> {
     }
 
     /// Prepares a known law in canonical form that is not Newtonian.
-    pub(crate) fn prepare<const D: usize>(&self, law: Law, builder: &mut Builder<'_>) -> Result<Part<f64>> {
+    pub(crate) fn prepare<const D: usize>(&self, law: Law, builder: &mut Builder<'_>) -> Result<FittedTerm<f64>> {
         let outer = Outer::Bare { factor: self.coefficient };
-        let mut part = Part { law, radius: self.delta, panels: 1, plain: 1, first: 0, outer };
+        let mut part = FittedTerm { law, radius: self.delta, panels: 1, plain: 1, first: 0, outer };
         let Some(profile) = self.profile else {
-            return Ok(Part { radius: 0.0, panels: 0, plain: 0, ..part });
+            return Ok(FittedTerm { radius: 0.0, panels: 0, plain: 0, ..part });
         };
         match (form(law, Some(profile), D), law) {
             (Form::Closed, Law::Power { exponent }) => {
@@ -365,7 +213,7 @@ impl Task<'_> {
     }
 
     /// Fits inside, and outside where there is no closed form.
-    fn fitted(&self, law: Law, part: &mut Part<f64>, profile: &Profile, builder: &mut Builder<'_>) -> Result<()> {
+    fn fitted(&self, law: Law, part: &mut FittedTerm<f64>, profile: &Profile, builder: &mut Builder<'_>) -> Result<()> {
         let unit = Unit::new(law, self.dimension, self.delta, *profile);
         if unit.root > 0.0 && unit.root < ROUGHEST {
             return Err(Error::Unsupported);
@@ -552,7 +400,7 @@ impl Task<'_> {
         kernel: &dyn RadialKernel,
         reach: f64,
         builder: &mut Builder<'_>,
-    ) -> Result<Part<f64>> {
+    ) -> Result<FittedTerm<f64>> {
         let law = Law::Newtonian;
         builder.limit = reach;
         let Some(profile) = self.profile else {
@@ -568,7 +416,7 @@ impl Task<'_> {
                 to *= 2.0;
             }
             let outer = Outer::Clamped { least };
-            return Ok(Part { law, radius: reach, panels: USER_OCTAVES, plain: USER_OCTAVES, first, outer });
+            return Ok(FittedTerm { law, radius: reach, panels: USER_OCTAVES, plain: USER_OCTAVES, first, outer });
         };
         let convolution = Convolution::new(self.dimension, *profile, 0.0);
         let square = self.delta * self.delta;
@@ -625,7 +473,7 @@ impl Task<'_> {
         if !finite.get() {
             return Err(Error::NotFinite);
         }
-        Ok(Part { law, radius: self.delta, panels, plain: panels, first, outer: Outer::Zero })
+        Ok(FittedTerm { law, radius: self.delta, panels, plain: panels, first, outer: Outer::Zero })
     }
 }
 
@@ -643,154 +491,4 @@ fn power_of_two(n: usize) -> f64 {
 fn octaves_to(x: f64) -> usize {
     let (m, e) = Scalar::frexp(x);
     (if m == 0.5 { e - 1 } else { e }).max(0) as usize
-}
-
-/// A law and a mollifier in units of delta.
-struct Unit {
-    law: Law,
-    dimension: usize,
-    profile: Profile,
-    convolution: Convolution,
-    /// delta / length, or k delta.
-    kappa: f64,
-    /// Whether the Laplacian is too singular to convolve.
-    weak: bool,
-    /// The power of t in which the functions are smooth at a compact mollifier's edge; 0 means log t.
-    root: f64,
-    /// Magnitudes at delta: of the bare kernel, and of the functions outside.
-    least: [f64; 3],
-    least_outside: [f64; 3],
-}
-
-impl Unit {
-    fn new(law: Law, dimension: usize, delta: f64, profile: Profile) -> Self {
-        let d = dimension as f64;
-        let (kappa, weak) = match law {
-            Law::Exponential { length } => (delta / length, false),
-            Law::Screened { k } => (delta * k, false),
-            Law::Power { exponent } => (0.0, exponent < 2.5 - d),
-            Law::Newtonian => (0.0, true),
-        };
-        let convolution = Convolution::new(dimension, profile, kappa);
-        let (root, least) = (edge_root(law, d, profile), [0.0; 3]);
-        let mut unit = Self { law, dimension, profile, convolution, kappa, weak, root, least, least_outside: least };
-        unit.least = magnitudes(unit.bare(1.0));
-        unit.least_outside = magnitudes(unit.relative(1.0, 0.0, 1.0, false));
-        if law == (Law::Power { exponent: 0.0 }) {
-            (unit.least[0], unit.least_outside[0]) = (1.0, 1.0);
-        }
-        unit
-    }
-
-    /// K, K' and the Laplacian at q, times q^(d-1).
-    fn bare(&self, q: f64) -> [f64; 3] {
-        let d = self.dimension as f64;
-        if let Law::Power { exponent: p } = self.law {
-            let slope = Scalar::pow(q, p + d - 2.0);
-            let value =
-                if p == 0.0 { Scalar::powi(q, self.dimension as u32 - 1) * Scalar::log(q) } else { slope * q / p };
-            // the Laplacian is not used where it is too singular
-            return [value, slope, if self.weak { 0.0 } else { (p + d - 2.0) * slope / q }];
-        }
-        let law = match self.law {
-            Law::Exponential { .. } => Law::Exponential { length: 1.0 / self.kappa },
-            Law::Screened { .. } => Law::Screened { k: self.kappa },
-            law @ (Law::Newtonian | Law::Power { .. }) => law,
-        };
-        let [value, gradient, laplacian] = match self.dimension {
-            1 => law.bare::<f64, 1>(q),
-            2 => law.bare::<f64, 2>(q),
-            _ => law.bare::<f64, 3>(q),
-        };
-        let volume = Scalar::powi(q, self.dimension as u32 - 1);
-        [value * volume, gradient * q * volume, laplacian * volume]
-    }
-
-    /// The function itself.
-    fn inside(&self, target: Target, delta: f64) -> Option<Sample> {
-        let mut sample = self.convolution.at(target, self.weak, &mut |q, _| self.bare(q))?;
-        match self.law {
-            Law::Power { exponent: 0.0 } => sample.values[0] += Scalar::log(delta),
-            Law::Screened { .. } => {
-                // Laplacian u = psi + k^2 u
-                let psi = self.profile.density(self.dimension, target.r(), target.t());
-                let square = self.kappa * self.kappa;
-                sample.values[2] = psi + square * sample.values[0];
-                sample.sizes[2] = psi.abs() + square * sample.sizes[0];
-            }
-            _ => {}
-        }
-        sample.sizes.iter_mut().zip(self.least).for_each(|(size, least)| *size = size.max(least));
-        Some(sample)
-    }
-
-    /// The function relative to the bare kernel at the target: divided by r^p, r^(p-2), r^(p-2) for powers (minus log r for the logarithm), by
-    /// e^{-kappa r} (1, 1/r, 1) for exponentials.
-    fn outside(&self, target: Target) -> Option<Sample> {
-        let rho = target.r();
-        // Next to the edge q still reaches 0. Further out grad psi would only add cancellation.
-        let near = match self.profile {
-            Profile::Compact { .. } => rho < 1.5,
-            Profile::Gaussian { parts, .. } => {
-                rho < parts.iter().fold(0.0, |most: f64, &(w, c)| if w == 0.0 { most } else { most.max(c) }) * REACH
-            }
-        };
-        let weak = self.weak && near;
-        let mut sample = self.convolution.at(target, weak, &mut |q, y| self.relative(q, y, rho, weak))?;
-        sample.sizes.iter_mut().zip(self.least_outside).for_each(|(size, least)| *size = size.max(least));
-        Some(sample)
-    }
-
-    /// The bare kernel K, K' and its Laplacian at q = rho + y, times q^(d-1), scaled as in [`Unit::outside`].
-    fn relative(&self, q: f64, y: f64, rho: f64, weak: bool) -> [f64; 3] {
-        let d = self.dimension as f64;
-        let volume = |x: f64| Scalar::powi(x, self.dimension as u32 - 1);
-        match self.law {
-            Law::Power { exponent: p } => {
-                // next to the edge 1 + y/rho would be 0 for tiny q
-                let near = y < -0.5 * rho;
-                let ratio = if near { q / rho } else { 1.0 + y / rho };
-                // K'/rho^(p-2) q^(d-1) = ratio^(p+d-2) rho^d
-                let power = Scalar::pow(ratio, p + d - 2.0) * volume(rho);
-                let value = match (p == 0.0, near) {
-                    (true, true) => volume(q) * Scalar::log(ratio),
-                    (true, false) => volume(q) * (y / rho).log1p(),
-                    _ => power * ratio / p,
-                };
-                [value, power * rho, if weak { 0.0 } else { (p + d - 2.0) * power / ratio }]
-            }
-            _ => {
-                let e = Scalar::exp(-(self.kappa * y)) * volume(q);
-                let slope = -self.kappa * e;
-                [e, slope * rho, self.kappa * self.kappa * e + (d - 1.0) * slope / q]
-            }
-        }
-    }
-}
-
-/// Magnitudes of value, gradient factor and Laplacian. The Laplacian's is at least the gradient factor's, as it may vanish.
-fn magnitudes([value, gradient, laplacian]: [f64; 3]) -> [f64; 3] {
-    [value.abs(), gradient.abs(), laplacian.abs().max(gradient.abs())]
-}
-
-/// The power of t in which K_delta is smooth enough at the edge for a Chebyshev series. In t it is smooth except for terms t^(a + j),
-/// j = 0, 1, ..., times log t for integer a. a = M + p + d - 2 in the Laplacian and one more in each integral of it; for exponentials p = 1,
-/// or no such terms in 1D and 3D. v = t^(1/2) leaves coefficients like n^-(4 a + 1), v = t^(a/m) gives powers v^m and v^(m/a).
-fn edge_root(law: Law, d: f64, profile: Profile) -> f64 {
-    let Profile::Compact { exponent, .. } = profile else { return 1.0 };
-    let a = f64::from(exponent) - 2.0
-        + match law {
-            Law::Power { exponent: p } => p + d,
-            Law::Exponential { .. } if d == 2.0 => 1.0 + d,
-            _ => return 1.0,
-        };
-    if a >= 2.5 {
-        0.5
-    } else if a >= 1.0 {
-        0.25
-    } else if a > 0.0 {
-        a / (5.0 * a).ceil()
-    } else {
-        0.0
-    }
 }

@@ -10,14 +10,14 @@ use crate::special::exponential_integral::plain_entire;
 
 /// A point at distance r for a Gaussian mollifier of length delta; both squares are in the normal range.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Plain<T> {
+pub(super) struct SingleWord<T> {
     shape: Gaussian,
     dimension: usize,
     delta: T,
     square: T,
 }
 
-impl<T: Real> Plain<T> {
+impl<T: Real> SingleWord<T> {
     /// `None` where a square or the quotient of the two might leave the range. Callers then use the accurate functions.
     pub fn new(shape: Gaussian, dimension: usize, delta: T, x: &[T]) -> Option<Self> {
         let square = x.iter().fold(T::ZERO, |sum, &c| sum + c * c);

@@ -4,8 +4,8 @@
 //! header. A header holds the panel's outer radius, its variable and the position of its coefficients. Coefficients include the term's
 //! coefficient and all powers of delta, so evaluation consists of a search, a variable and three series.
 //!
-//! There are two evaluations. [`Part::alone`] takes one distance in double precision and is as accurate as the tables.
-//! [`Part::at`] is for sums over pairs and uses the sum's scalar.
+//! There are two evaluations. [`FittedTerm::alone`] takes one distance in double precision and is as accurate as the tables.
+//! [`FittedTerm::at`] is for sums over pairs and uses the sum's scalar.
 
 use super::chebyshev::{clenshaw, horner_words, horner3};
 use super::law::{Law, decay, extended_power, power, real_power};
@@ -182,7 +182,7 @@ pub(crate) enum Outer<T> {
 
 /// A prepared term.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Part<T> {
+pub(crate) struct FittedTerm<T> {
     pub(crate) law: Law,
     pub(crate) radius: T,
     /// Number of bounded panels. If the outer form has a series, one more panel reaches to infinity.
@@ -251,7 +251,7 @@ impl<T: Real> Panel<T> {
     }
 }
 
-impl<T: Real> Part<T> {
+impl<T: Real> FittedTerm<T> {
     /// The panel with this index. The index after the last is the series outside.
     pub(crate) fn panel(&self, tables: &[f64], index: usize) -> Option<Panel<T>> {
         let start = self.first + index * HEADER;
@@ -319,8 +319,8 @@ impl<T: Real> Part<T> {
     }
 }
 
-impl Part<f64> {
-    /// As [`Part::at`], at full accuracy. Results overflow and underflow only where the true values do.
+impl FittedTerm<f64> {
+    /// As [`FittedTerm::at`], at full accuracy. Results overflow and underflow only where the true values do.
     pub(crate) fn alone<const D: usize>(&self, tables: &[f64], r: f64) -> [f64; 3] {
         let (index, from) = self.place(tables, r);
         let series = || self.panel(tables, index).map_or([f64::NAN; 3], |p| p.alone(tables, self.radius, from));
@@ -355,7 +355,7 @@ impl Part<f64> {
         }
     }
 
-    /// [`Part::alone`] with exponents: powers of r need not be in range, the series' own numbers must.
+    /// [`FittedTerm::alone`] with exponents: powers of r need not be in range, the series' own numbers must.
     pub(crate) fn scaled<const D: usize>(&self, tables: &[f64], r: f64) -> [Extended; 3] {
         let (index, from) = self.place(tables, r);
         match self.outer {
@@ -384,7 +384,7 @@ impl Part<f64> {
     }
 
     /// The same part in a sum's scalar.
-    pub(crate) fn narrow<T: Real>(&self) -> Part<T> {
+    pub(crate) fn narrow<T: Real>(&self) -> FittedTerm<T> {
         let real = T::from_f64;
         let outer = match self.outer {
             Outer::Bare { factor } => Outer::Bare { factor: real(factor) },
@@ -398,7 +398,7 @@ impl Part<f64> {
             Outer::Clamped { least } => Outer::Clamped { least: real(least) },
         };
         let &Self { law, radius, panels, plain, first, .. } = self;
-        Part { law, radius: real(radius), panels, plain, first, outer }
+        FittedTerm { law, radius: real(radius), panels, plain, first, outer }
     }
 
     /// The record stored in a prepared block.

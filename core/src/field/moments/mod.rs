@@ -13,6 +13,9 @@
 //! too. Targets that are farther away, or closer to sources which are all in one place, are evaluated one by one in units of their own. So a true result in
 //! range is computed, whatever the scene's units.
 
+mod frame;
+mod polynomial;
+
 use super::finite::finite;
 use super::options::{Accumulation, Options};
 use super::pairs::{Units, power_of_two_pair};
@@ -24,6 +27,8 @@ use crate::kernel::{Far, Scaled};
 use crate::memory::{Carve, Measure, Space};
 use crate::real::{DoubleWord, Real, quotient};
 use crate::simd::{Loops, with_simd};
+use frame::Frame;
+use polynomial::horner;
 
 /// Particles per vector operation: two registers of AVX2.
 const LANES: usize = 8;
@@ -109,20 +114,6 @@ pub(super) fn workspace_bytes<T: Real, const D: usize>(
     workers: usize,
 ) -> Result<usize> {
     Measure::of(|space| layout::<T>(space, monomials(D, degree), n_sources, workers).map(|_| ()))
-}
-
-/// Where offsets are taken from, and the powers of two that bring them and masses into units.
-#[derive(Clone, Copy)]
-struct Frame<T, const D: usize> {
-    /// In units.
-    centre: [T; D],
-    /// A length in units is the true one times 2^position, a mass 2^mass.
-    position: i32,
-    mass: i32,
-    /// What a length and a mass are multiplied by: these powers of two.
-    factors: [T; 2],
-    /// The least and the largest distances of targets, in units, whose powers are in range.
-    distances: [T; 2],
 }
 
 /// Sums of one task's sources.
@@ -375,72 +366,6 @@ fn choose(n: usize, k: usize) -> f64 {
     factorial(n) / (factorial(k) * factorial(n.saturating_sub(k)))
 }
 
-/// A polynomial of one variable by Horner's rule, lane by lane: the first `N` of `c`, lowest power first.
-#[inline(always)]
-fn row<T: Real, const N: usize>(c: &[T], x: &[T; LANES]) -> [T; LANES] {
-    match c.first_chunk::<N>() {
-        Some(c) => any_row(c, x),
-        None => [T::ZERO; LANES],
-    }
-}
-
-/// The same of any number of coefficients.
-#[inline(always)]
-fn any_row<T: Real>(c: &[T], x: &[T; LANES]) -> [T; LANES] {
-    let Some((highest, rest)) = c.split_last() else { return [T::ZERO; LANES] };
-    let mut sum = [*highest; LANES];
-    for &c in rest.iter().rev() {
-        sum.iter_mut().zip(x).for_each(|(s, &x)| *s = *s * x + c);
-    }
-    sum
-}
-
-/// The same of the first `n`; the short ones of the usual degrees have loops of known length.
-#[inline(always)]
-fn first_row<T: Real>(c: &[T], n: usize, x: &[T; LANES]) -> [T; LANES] {
-    match n {
-        1 => row::<T, 1>(c, x),
-        2 => row::<T, 2>(c, x),
-        3 => row::<T, 3>(c, x),
-        4 => row::<T, 4>(c, x),
-        5 => row::<T, 5>(c, x),
-        _ => any_row(c.get(..n).present_or(&[]), x),
-    }
-}
-
-/// A polynomial by Horner's rule in each variable, lane by lane.
-#[inline(always)]
-fn horner<T: Real, const D: usize>(c: &[T; MONOMIALS], degree: usize, x: &[[T; LANES]; D]) -> [T; LANES] {
-    let none = [T::ZERO; LANES];
-    let (x0, x1, x2) = (x.first().unwrap_or(&none), x.get(1).unwrap_or(&none), x.get(2).unwrap_or(&none));
-    // rows of the last variable, from the highest power of the first down
-    let mut end = monomials(D, degree);
-    if D == 1 {
-        return first_row(c, degree + 1, x0);
-    }
-    let mut sum = [T::ZERO; LANES];
-    for left in 0..=degree {
-        if D == 2 {
-            end = end.saturating_sub(left + 1);
-            step(&mut sum, x0, &first_row(c.get(end..).present_or(&[]), left + 1, x1));
-            continue;
-        }
-        let mut inner = [T::ZERO; LANES];
-        for n in 1..=left + 1 {
-            end = end.saturating_sub(n);
-            step(&mut inner, x1, &first_row(c.get(end..).present_or(&[]), n, x2));
-        }
-        step(&mut sum, x0, &inner);
-    }
-    sum
-}
-
-/// sum x + add, lane by lane.
-#[inline(always)]
-fn step<T: Real>(sum: &mut [T; LANES], x: &[T; LANES], add: &[T; LANES]) {
-    sum.iter_mut().zip(x).zip(add).for_each(|((s, &x), &a)| *s = *s * x + a);
-}
-
 /// Evaluates one task's targets.
 struct Evaluate<'a, T, const D: usize> {
     field: &'a Field<T>,
@@ -675,66 +600,4 @@ pub(super) fn evaluate<T: Real, const D: usize>(
         counters.add(&Statistics { massless_sources: massless as u64, ..Statistics::default() });
     }
     Ok(())
-}
-
-impl<T: Real, const D: usize> Frame<T, D> {
-    /// Units from every `stride`-th source, all targets and delta, for powers up to `degree`.
-    fn new(sources: Sources<'_, T, D>, targets: &[[T; D]], delta: T, degree: usize, stride: usize) -> Self {
-        let [length, mass] = sources.largest(stride);
-        let Units { position, mass, .. } = Units::of([length.max(delta), mass], targets);
-        let frame = Self::centred(sources, stride, position, mass);
-        // Around a centre far from zero, distances are small beside the coordinates.
-        let near = frame.spread_of_sources(sources, stride).max(delta.ldexp(position));
-        let mut spread = if near < T::from_f64(SMALL_SPREAD) { frame.spread(targets).max(near) } else { T::ONE };
-        if spread == T::ZERO {
-            return frame;
-        }
-        // The sources' own powers stay in range too; targets that are then too far away have units of their own, and so have those that are too close to
-        // sources which are all in one place.
-        let (largest, least) = (largest_distance::<T>(degree), least_distance::<T>(degree));
-        if near > T::ZERO {
-            spread = spread.min(near.ldexp(largest + least));
-        }
-        // Coordinates stay in range, and so does the factor.
-        let limit = T::MAX_EXPONENT - 2;
-        let raised = largest.saturating_sub(spread.frexp().1).min(limit - 2);
-        let mut frame = Self::centred(sources, stride, position.saturating_add(raised).min(limit), mass);
-        let least = if near > T::ZERO { T::ZERO } else { T::ONE.ldexp(-least) };
-        frame.distances = [least, T::ONE.ldexp(largest + 1)];
-        frame
-    }
-
-    /// Units as they are given; as centre the mean of every `stride`-th source by |mass|.
-    fn centred(sources: Sources<'_, T, D>, stride: usize, position: i32, mass: i32) -> Self {
-        let factors @ [length, unit] = [position, mass].map(|exponent| T::ONE.ldexp(exponent));
-        let mut frame = Self { centre: [T::ZERO; D], position, mass, factors, distances: [T::ZERO, T::MAX] };
-        let sample = sources.positions.iter().zip(sources.masses).step_by(stride);
-        let (weight, sum) = sample.fold((T::ZERO, [T::ZERO; D]), |(weight, mut sum), (x, &m)| {
-            let share = m.abs() * unit;
-            sum.iter_mut().zip(x).for_each(|(s, &x)| *s += share * (x * length));
-            (weight + share, sum)
-        });
-        for (c, s) in frame.centre.iter_mut().zip(sum) {
-            let mean = if weight > T::ZERO { quotient(s, weight) } else { T::ZERO };
-            *c = if mean.is_finite() { mean } else { T::ZERO };
-        }
-        frame
-    }
-
-    /// The largest distance of a point from the centre along an axis, in units.
-    fn spread<'x>(&self, points: impl IntoIterator<Item = &'x [T; D]>) -> T
-    where
-        T: 'x,
-    {
-        let [length, _] = self.factors;
-        let away =
-            |x: &[T; D]| x.iter().zip(&self.centre).fold(T::ZERO, |most, (&x, &c)| most.max((x * length - c).abs()));
-        points.into_iter().fold(T::ZERO, |most, x| most.max(away(x)))
-    }
-
-    /// The same of every `stride`-th source that has a mass.
-    fn spread_of_sources(&self, sources: Sources<'_, T, D>, stride: usize) -> T {
-        let sample = sources.positions.iter().zip(sources.masses).step_by(stride);
-        self.spread(sample.filter(|(_, m)| **m != T::ZERO).map(|(x, _)| x))
-    }
 }
