@@ -256,7 +256,7 @@ impl Field {
         let mut laplacian = vec![T::ZERO; n_targets];
         let mut counters = Statistics::default();
         let mut once = |counters: Option<&mut Statistics>| {
-            let sources = Sources { positions: &positions, masses: &masses };
+            let sources = Sources::new(&positions, &masses);
             let outputs = Outputs {
                 potential: wanted.potential.then_some(&mut potential[..]),
                 gradient: wanted.gradient.then_some(&mut gradient[..]),

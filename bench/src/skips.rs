@@ -39,7 +39,7 @@ fn time<const D: usize>(law: Law, mollifier: Mollifier, delta: f64) -> f64 {
     let (start, mut count) = (std::time::Instant::now(), 0);
     let best = std::iter::repeat_with(|| {
         let outputs = Outputs { gradient: Some(&mut gradient[..]), ..Outputs::default() };
-        let sources = Sources { positions: &positions, masses: &masses };
+        let sources = Sources::new(&positions, &masses);
         let begin = cpu_time();
         evaluate(&plan, &kernel, sources, &positions, outputs, memory, &mut Run::default()).expect("a sum");
         (cpu_time() - begin).as_secs_f64()

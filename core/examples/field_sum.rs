@@ -31,7 +31,7 @@ fn main() -> Result<()> {
 
     let (mut u, mut gradient) = (vec![0.0; x.len()], vec![[0.0; 2]; x.len()]);
     let outputs = Outputs { potential: Some(&mut u), gradient: Some(&mut gradient), laplacian: None };
-    let sources = Sources { positions: &x, masses: &mass };
+    let sources = Sources::new(&x, &mass);
     field::evaluate(&plan, &kernel, sources, &x, outputs, workspace, &mut Run::default())?;
 
     let energy: f64 = mass.iter().zip(&u).map(|(m, u)| 0.5 * m * u).sum();

@@ -23,7 +23,7 @@
 //!
 //! let mut gradient = [[0.0; 2]; 2];
 //! let outputs = Outputs { gradient: Some(&mut gradient), ..Outputs::default() };
-//! let sources = Sources { positions: &x, masses: &mass };
+//! let sources = Sources::new(&x, &mass);
 //! field::evaluate(&plan, &kernel, sources, &x, outputs, workspace, &mut Run::default())?;
 //!
 //! // Outside 0.1 the field is exactly that of points: grad u = sum m (x - y) / (2 pi |x - y|^2).

@@ -151,7 +151,7 @@ macro_rules! same {
                     gradient: Some(&mut rust.1[..]),
                     laplacian: Some(&mut rust.2[..]),
                 };
-                let sources = Sources { positions: &positions, masses: &masses };
+                let sources = Sources::new(&positions, &masses);
                 field::evaluate(&plan, &kernel, sources, &targets, to, space.bytes(), &mut Run::default()).unwrap();
                 assert_eq!(c, rust);
             }

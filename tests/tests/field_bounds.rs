@@ -80,7 +80,7 @@ pub(crate) fn sums_of<T: Real, const D: usize>(
         laplacian: wanted.laplacian.then_some(&mut sums.laplacian[..]),
     };
     let mut run = Run { level, counters: Some(&mut sums.counters), ..Run::default() };
-    let sources = Sources { positions, masses };
+    let sources = Sources::new(positions, masses);
     field::evaluate(&plan, kernel, sources, targets, outputs, memory.bytes(), &mut run).unwrap();
     sums
 }

@@ -328,7 +328,7 @@ fn workspaces_for_several_workers() {
                 };
                 let executor = Several(workers);
                 let mut run = Run { executor: &executor, ..Run::default() };
-                let sources = Sources { positions: &x, masses: &m };
+                let sources = Sources::new(&x, &m);
                 let done = field::evaluate(&plan, kernel, sources, &x, outputs, memory.bytes(), &mut run);
                 assert_eq!(done, Ok(()), "{D}D, {} workers, {terms:?}", workers);
             }

@@ -91,7 +91,7 @@ impl<const D: usize> Case<'_, D> {
                 gradient: wanted.gradient.then_some(&mut sums.gradient[..]),
                 laplacian: wanted.laplacian.then_some(&mut sums.laplacian[..]),
             };
-            let sources = Sources { positions, masses };
+            let sources = Sources::new(positions, masses);
             let memory = &mut workspace[start..start + bytes];
             let result = evaluate(&plan, &kernel, sources, self.targets, outputs, memory, &mut run);
             assert_eq!(result, if short == 1 { Err(Error::WorkspaceTooSmall) } else { Ok(()) });
@@ -374,7 +374,7 @@ fn forced_methods_that_cannot_serve_are_refused_and_users_choices_kept() {
     // a plan for one kernel is refused with another
     let plan = plan(&kernel, 0, 0, wanted, &Options::default()).unwrap();
     let other = Kernel::<f64, 2>::newtonian(1.0, Mollifier::Gaussian { order: 4 }, 0.1).unwrap();
-    let none = Sources { positions: &[], masses: &[] };
+    let none = Sources::new(&[], &[]);
     assert_eq!(
         evaluate(&plan, &other, none, &[], Outputs::default(), &mut [], &mut Run::default()),
         Err(Error::Unsupported)

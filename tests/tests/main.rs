@@ -27,5 +27,6 @@ mod pks_step;
 mod portable_bits;
 mod random;
 mod ranges;
+mod softenings;
 mod stable_steps;
 mod traps;

@@ -234,7 +234,7 @@ fn without_close_pairs_nothing_changes() {
             let (mut gradient, mut normals) = (vec![[T::ZERO; 2]; n], vec![[T::ZERO; 2]; n]);
             let outputs = field::Outputs { gradient: Some(&mut gradient), ..Default::default() };
             let mut memory = Aligned::new(plan.workspace_bytes(1).unwrap());
-            let sources = Sources { positions: &start, masses: &masses };
+            let sources = Sources::new(&start, &masses);
             field::evaluate(&plan, &kernel, sources, &start, outputs, memory.bytes(), &mut Run::default()).unwrap();
             Philox::new(5).normals(&labels, 0, 0, &mut normals);
             let same = (0..n).all(|i| {

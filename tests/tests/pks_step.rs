@@ -560,7 +560,7 @@ fn without_noise_the_fixed_scheme_is_the_classical_step() {
         field::evaluate(
             &plan,
             &Plummer,
-            field::Sources { positions: x, masses: &start.masses },
+            field::Sources::new(x, &start.masses),
             x,
             field::Outputs { gradient: Some(&mut out), ..Default::default() },
             memory.get(),

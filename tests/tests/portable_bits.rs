@@ -42,7 +42,7 @@ fn sums<T: Real, const D: usize>(kernel: &Kernel<'_, T, D>) -> u64 {
     let outputs =
         Outputs { potential: Some(&mut potential), gradient: Some(&mut gradient), laplacian: Some(&mut laplacian) };
     let mut run = Run { level: Level::Portable, ..Run::default() };
-    let sources = Sources { positions: &sources, masses: &masses };
+    let sources = Sources::new(&sources, &masses);
     field::evaluate(&plan, kernel, sources, &targets, outputs, memory.bytes(), &mut run).unwrap();
     let mut hash = Hash(0);
     hash.add(&potential);

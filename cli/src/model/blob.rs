@@ -85,7 +85,7 @@ impl<'a, const D: usize> Flow<'a, D> {
     fn energy(&mut self) -> Result<Option<f64>> {
         let Some(plan) = &self.energy else { return Ok(None) };
         let mut potential = vec![0.0; self.positions.len()];
-        let sources = Sources { positions: &self.positions, masses: &self.start.masses };
+        let sources = Sources::new(&self.positions, &self.start.masses);
         let outputs = Outputs { potential: Some(&mut potential), ..Outputs::default() };
         let mut run = run(self.pool);
         field::evaluate(plan, self.kernel, sources, &self.positions, outputs, self.memory.slice(), &mut run)?;
@@ -122,7 +122,7 @@ fn density<const D: usize>(scene: &Scene, start: &Particles, h: Option<f64>, poo
         ensure!(scene.model == Model::Blob, "without a mollifier there is no sum of blobs");
         let positions = start.positions.as_chunks::<D>().0;
         let targets: Vec<[f64; D]> = missing.iter().map(|&index| positions[index]).collect();
-        let sources = Sources { positions, masses: &start.masses };
+        let sources = Sources::new(positions, &start.masses);
         let sums = kernel::density(scene, h, sources, &targets, pool)?;
         missing.iter().zip(sums).for_each(|(&index, sum)| density[index] = sum);
     }

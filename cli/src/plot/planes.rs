@@ -118,7 +118,7 @@ fn blobs(result: &CaseResult<'_>, snapshot: &Snapshot, axes: &[Axis; 2], executo
     ensure!(result.scene.dimension == 2, "maps are drawn in two dimensions");
     let h = (result.main.h > 0.0).then_some(result.main.h);
     let positions = snapshot.particles.positions.as_chunks::<2>().0;
-    let sources = Sources { positions, masses: &snapshot.particles.masses };
+    let sources = Sources::new(positions, &snapshot.particles.masses);
     kernel::density(result.scene, h, sources, &centres(axes), executor)
 }
 

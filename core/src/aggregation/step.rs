@@ -309,7 +309,7 @@ pub fn step<T: Real, const D: usize>(
                 gradient: Some(&mut *flow),
                 laplacian: if wanted.density { Some(&mut *growth) } else { None },
             };
-            let sources = Sources { positions: points.get(..count).unwrap_or(points), masses };
+            let sources = Sources::new(points.get(..count).unwrap_or(points), masses);
             let how = if stage == Stage::First { plan.first() } else { &plan.later };
             field::flow(how, kernel, sources, points, outputs, memory, run)?;
             if watched {
@@ -344,7 +344,7 @@ pub fn step<T: Real, const D: usize>(
         gradient: wanted.velocity.then_some(&mut *flow),
         laplacian: wanted.divergence.then_some(&mut **divergence),
     };
-    let sources = Sources { positions: points.get(..count).unwrap_or(points), masses };
+    let sources = Sources::new(points.get(..count).unwrap_or(points), masses);
     field::flow(last, kernel, sources, points, outputs, memory, run).map_err(in_run)?;
     if build::BESIDES && wanted.energy {
         let outcome = watch.record(masses, potential);

@@ -69,7 +69,7 @@ pub(crate) fn drift<T: Real, const D: usize>(
 /// # Errors
 /// [`Error::TooLarge`].
 pub(crate) fn drift_bytes<T: Real, const D: usize>(n: usize) -> Result<usize> {
-    pairs::workspace_bytes::<T, D>(n)
+    pairs::workspace_bytes::<T, D>(n, false)
 }
 
 /// [`evaluate`]; not `FULL`: no potential is wanted, and the options are the defaults.
@@ -84,12 +84,13 @@ fn checked<T: Real, const D: usize, const FULL: bool>(
 ) -> Result<()> {
     if sources.positions.len() != plan.n_sources()
         || sources.masses.len() != plan.n_sources()
+        || sources.radii.is_some_and(|radii| radii.len() != plan.n_sources())
         || targets.len() != plan.n_targets()
         || !outputs.have_length(targets.len())
     {
         return Err(Error::LengthMismatch);
     }
-    if !plan.covers(outputs.wanted()) || !run.level.is_available() {
+    if sources.radii.is_some() != plan.options().radii || !plan.covers(outputs.wanted()) || !run.level.is_available() {
         return Err(Error::Unsupported);
     }
     if workspace.len() < plan.workspace_bytes(run.executor.workers())? {
@@ -102,6 +103,14 @@ fn checked<T: Real, const D: usize, const FULL: bool>(
         && (by_itself || finite(sources.masses, run.level)))
     {
         return Err(Error::NotFinite);
+    }
+    if let Some(radii) = sources.radii {
+        if !finite(radii, run.level) {
+            return Err(Error::NotFinite);
+        }
+        if radii.iter().any(|&radius| radius <= T::ZERO) {
+            return Err(Error::Delta);
+        }
     }
     if build::METHODS && plan.method() != Method::Direct {
         return skips::evaluate(

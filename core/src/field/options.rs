@@ -22,12 +22,19 @@ pub struct Options {
     pub tolerance: f64,
     /// Forces a method; `None` lets the plan choose.
     pub method: Option<Method>,
+    /// Whether sources come with core radii of their own ([`super::Sources::radii`]).
+    pub radii: bool,
 }
 
 impl Options {
     /// The defaults.
-    pub const DEFAULT: Self =
-        Self { accumulation: Accumulation::Blocked, combination: (1.0, 0.0), tolerance: 0.0, method: None };
+    pub const DEFAULT: Self = Self {
+        accumulation: Accumulation::Blocked,
+        combination: (1.0, 0.0),
+        tolerance: 0.0,
+        method: None,
+        radii: false,
+    };
 }
 
 impl Default for Options {

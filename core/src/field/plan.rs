@@ -6,6 +6,7 @@ use super::{pairs, skips};
 use crate::build;
 use crate::error::{Error, Result};
 use crate::exec::MAX_WORKERS;
+use crate::mollifier::Mollifier;
 use crate::real::{Real, Scalar};
 
 /// What will run. A small value, made from sizes alone.
@@ -24,7 +25,7 @@ pub struct Plan {
 /// Chooses the method for sums of `kernel` over `n_sources` at `n_targets`.
 ///
 /// # Errors
-/// [`crate::Error::Unsupported`]: the forced method cannot do this. [`crate::Error::TooLarge`]: the workspace's size overflows.
+/// [`crate::Error::Unsupported`]: the forced method cannot do this, or core radii with a kernel that is not Newtonian or has no mollifier. [`crate::Error::TooLarge`]: the workspace's size overflows.
 pub fn plan<T: Real, const D: usize>(
     kernel: &dyn Interaction<T, D>,
     n_sources: usize,
@@ -40,6 +41,9 @@ pub fn plan<T: Real, const D: usize>(
     if D != 2 && (a, b) != (1.0, 0.0) {
         return Err(Error::Unsupported);
     }
+    if options.radii && !kernel.newtonian().is_some_and(|(_, blob)| blob.mollifier() != Mollifier::None) {
+        return Err(Error::Unsupported);
+    }
     let sizes = (n_sources, n_targets);
     if let Some((method, reason)) = skips::choose(kernel, sizes, wanted, options)? {
         let one = skips::workspace_bytes(kernel, method, sizes, 1)?;
@@ -47,7 +51,7 @@ pub fn plan<T: Real, const D: usize>(
         let bytes = one.saturating_sub(bytes_per_worker);
         return Ok(Plan { n_sources, n_targets, wanted, options: *options, method, reason, bytes, bytes_per_worker });
     }
-    let bytes = pairs::workspace_bytes::<T, D>(n_sources)?;
+    let bytes = pairs::workspace_bytes::<T, D>(n_sources, options.radii)?;
     Ok(Plan {
         n_sources,
         n_targets,

@@ -55,16 +55,36 @@ impl<T: Real, const D: usize> Interaction<T, D> for Blob<T, D> {
     }
 }
 
-/// The sources: positions `[n][D]` and masses `[n]` of any sign. A mass is the density times the cell volume h^D.
+/// The sources: positions `[n][D]`, masses `[n]` of any sign and, if given, core radii `[n]`. A mass is the density times the cell volume h^D.
 #[derive(Clone, Copy, Debug)]
 pub struct Sources<'a, T, const D: usize> {
     /// Where the sources are.
     pub positions: &'a [[T; D]],
     /// Their masses; those that are zero are dropped before the sum starts.
     pub masses: &'a [T],
+    /// The core radius of each, positive: the mollifier's length in place of the kernel's delta. For Newtonian kernels with a mollifier; the method is then
+    /// the sum over all pairs.
+    pub radii: Option<&'a [T]>,
 }
 
-impl<T: Real, const D: usize> Sources<'_, T, D> {
+impl<'a, T: Real, const D: usize> Sources<'a, T, D> {
+    /// Sources under the kernel's own delta.
+    #[must_use]
+    pub fn new(positions: &'a [[T; D]], masses: &'a [T]) -> Self {
+        Self { positions, masses, radii: None }
+    }
+
+    /// The same sources, each with a core radius of its own.
+    #[must_use]
+    pub fn with_radii(self, radii: &'a [T]) -> Self {
+        Self { radii: Some(radii), ..self }
+    }
+
+    /// The largest core radius; 0 without any.
+    pub(super) fn largest_radius(self) -> T {
+        self.radii.unwrap_or_default().iter().fold(T::ZERO, |most, &r| if r > most { r } else { most })
+    }
+
     /// The largest coordinate and the largest mass of every `stride`-th source.
     pub(super) fn largest(self, stride: usize) -> [T; 2] {
         let larger = |most: T, x: T| if x.abs() > most { x.abs() } else { most };

@@ -8,7 +8,6 @@ use crate::error::{Error, Result};
 use crate::exec::Run;
 use crate::kernel::{Far, Kernel};
 use crate::memory::{Carve, Measure, Space};
-use crate::mollifier::Mollifier;
 use crate::real::Real;
 
 /// Fewer pairs than this are faster one by one than sorted.
@@ -35,13 +34,13 @@ impl FastMethod {
 
 fn skip<T: Real, const D: usize>(kernel: &Kernel<'_, T, D>, wanted: Wanted) -> Option<FastMethod> {
     let only_laplacian = wanted.laplacian && !wanted.potential && !wanted.gradient;
-    if only_laplacian && kernel.is_newtonian() && !matches!(kernel.mollifier(), Mollifier::Gaussian { .. }) {
+    if only_laplacian && kernel.is_newtonian() && kernel.mollifier().is_compact() {
         return Some(FastMethod::Neighbours);
     }
     let Some(far) = kernel.far() else {
         // Beside another table the even powers cost nothing.
-        let gaussian = matches!(kernel.mollifier(), Mollifier::Gaussian { .. });
-        let (even, _) = kernel.without_even_powers().filter(|(_, rest)| rest.is_newtonian() && !gaussian)?;
+        let compact = kernel.mollifier().is_compact();
+        let (even, _) = kernel.without_even_powers().filter(|(_, rest)| rest.is_newtonian() && compact)?;
         return even_powers(&even, wanted).map(|_| FastMethod::Split);
     };
     if let Some(far) = even_powers(kernel, wanted) {
@@ -78,7 +77,8 @@ pub(super) fn choose<T: Real, const D: usize>(
         // Each method would stay linked for the sum that might choose it.
         return if matches!(options.method, None | Some(Method::Direct)) { Ok(None) } else { Err(Error::Unsupported) };
     }
-    let found = kernel.sum().and_then(|kernel| skip(kernel, wanted)).map(|skip| skip.method());
+    let found =
+        kernel.sum().filter(|_| !options.radii).and_then(|kernel| skip(kernel, wanted)).map(|skip| skip.method());
     match (options.method, found) {
         (Some(forced @ (Method::Moments | Method::Sorted | Method::Neighbours | Method::Split)), found) => {
             match found {
@@ -136,7 +136,7 @@ where
     ) -> Result<Self> {
         let degree = even.far().map_or(0, |far| far.degree());
         let moments = moments::workspace_bytes::<T, D>(degree, n_sources, workers)?;
-        let pairs = pairs::workspace_bytes::<T, D>(n_sources)?;
+        let pairs = pairs::workspace_bytes::<T, D>(n_sources, false)?;
         Ok(Self {
             potential: space.try_array(n_targets)?,
             gradient: space.try_array(n_targets)?,

@@ -100,9 +100,15 @@ fn check<const D: usize>(terms: &[Term], supplied: bool, mollifier: Mollifier) -
             return Err(Error::NotFinite);
         }
         let (law, _) = term.law.canonical(D);
+        if law != Law::Newtonian && mollifier.is_algebraic() {
+            return Err(Error::Unsupported);
+        }
         if cfg!(feature = "kernels") && law != Law::Newtonian {
             series += capacity(Some(law), profile.as_ref(), D);
         }
+    }
+    if supplied && mollifier.is_algebraic() {
+        return Err(Error::Unsupported);
     }
     if cfg!(feature = "kernels") && supplied {
         series += capacity(None, profile.as_ref(), D);
@@ -133,6 +139,8 @@ fn has_table(terms: &[Term], supplied: bool, mollifier: Mollifier, dimension: us
     let mut others = terms.iter().filter(|term| !term.law.is_newtonian(dimension));
     match mollifier {
         Mollifier::Gaussian { .. } => true,
+        // Newtonian alone.
+        Mollifier::Plummer | Mollifier::Algebraic | Mollifier::Vatistas => false,
         Mollifier::Compact { .. } => supplied || others.next().is_some(),
         Mollifier::None => supplied || others.any(|term| !matches!(term.law, Law::Newtonian | Law::Power { .. })),
     }
@@ -202,7 +210,7 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
     /// parameter. [`Error::Delta`], [`Error::Dimension`], [`Error::Order`], [`Error::Exponent`]: the mollifier.
     /// [`Error::WorkspaceTooSmall`], [`Error::Misaligned`]: the memory. [`Error::Unsupported`]: k delta (delta/l) is too
     /// large (about 600 for compact mollifiers, 13 to 26 for Gaussians), so that the exterior factor overflows; the mollifier is too rough
-    /// for a power's Laplacian (M = 1 with 0 < p + d - 1 < 0.08); or a mollified power is above about 20, and its fits do not converge. [`Error::OutOfDomain`]: a coefficient, or the exterior factor, leaves the
+    /// for a power's Laplacian (M = 1 with 0 < p + d - 1 < 0.08), or algebraic, for a kernel other than the Newtonian one; or a mollified power is above about 20, and its fits do not converge. [`Error::OutOfDomain`]: a coefficient, or the exterior factor, leaves the
     /// range of the scalar (in single precision k delta above about 90, 4.7 to 13 for Gaussians), or K'/r of a kernel that isn't Newtonian leaves
     /// that of double precision at distances of about delta (without a mollifier: of about its length). After an error `memory` holds no block.
     pub fn prepare(memory: &'k mut [u8], terms: &[Term], mollifier: Mollifier, delta: T) -> Result<Self> {
@@ -341,6 +349,9 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
             Mollifier::None => (0, 0, 0),
             Mollifier::Compact { order, exponent } => (1, order, exponent),
             Mollifier::Gaussian { order } => (2, order, 0),
+            Mollifier::Plummer => (3, 0, 0),
+            Mollifier::Algebraic => (4, 0, 0),
+            Mollifier::Vatistas => (5, 0, 0),
         };
         let head = head.first_chunk_mut::<HEAD>().ok_or(Error::WorkspaceTooSmall)?;
         *head = [
@@ -388,7 +399,11 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
         let mollifier = match shape as u32 & 0xFF {
             0 => Mollifier::None,
             1 => Mollifier::Compact { order, exponent },
-            _ => Mollifier::Gaussian { order },
+            2 => Mollifier::Gaussian { order },
+            3 => Mollifier::Plummer,
+            4 => Mollifier::Algebraic,
+            5 => Mollifier::Vatistas,
+            _ => return Err(Error::NotPrepared),
         };
         let blob = Blob::new(mollifier, T::from_bits(delta.to_bits())).map_err(|_| Error::NotPrepared)?;
         let mut kernel = Self::empty(blob);

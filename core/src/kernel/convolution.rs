@@ -290,6 +290,22 @@ impl Convolution {
         let (plain, raised, cosine) = if d == 1 {
             let flat = if x < 1e-8 { 1.0 - x } else { -(-2.0 * x).expm1() / (2.0 * x) };
             (0.5 * (1.0 + Scalar::exp(-2.0 * x)), flat, -0.5 * Scalar::expm1(-2.0 * x))
+        } else if d == 3 {
+            // e^-x sinh(x) / x, and with its derivative f: e^-x f, 3 e^-x f / x.
+            let flat = if x < 1e-8 { 1.0 - x } else { -Scalar::expm1(-2.0 * x) / (2.0 * x) };
+            let over_x = if x < 1.0 {
+                // f / x = sum of 2 k x^(2k-2) / (2k + 1)!
+                let (mut sum, mut term) = (1.0 / 3.0, 1.0 / 3.0);
+                for k in 1..9 {
+                    let k = f64::from(k);
+                    term *= x * x / (2.0 * k * (2.0 * k + 3.0));
+                    sum += term;
+                }
+                sum * Scalar::exp(-x)
+            } else {
+                (0.5 * (1.0 + Scalar::exp(-2.0 * x)) - flat) / (x * x)
+            };
+            (flat, 3.0 * over_x, x * over_x)
         } else {
             let one = i1_scaled_over_x(x);
             (i0_scaled(x), 2.0 * one, x * one)

@@ -58,7 +58,7 @@ impl Far {
 impl<T: Real, const D: usize> Kernel<'_, T, D> {
     /// The polynomial, if every term is one: even powers in any dimension, Newtonian and odd powers in 1D, up to 9.
     pub(crate) fn far(&self) -> Option<Far> {
-        if !self.is_known() {
+        if !self.is_known() || self.mollifier().is_algebraic() {
             return None;
         }
         let profile = Profile::new(self.mollifier(), D);

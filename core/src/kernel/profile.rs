@@ -3,7 +3,7 @@
 use core::f64::consts::PI;
 
 use crate::checked::Present;
-use crate::mollifier::{Blob, MAX_COEFFICIENTS, Mollifier};
+use crate::mollifier::{Blob, MAX_COEFFICIENTS, Mollifier, gaussian_weights};
 use crate::real::{DoubleWord, Scalar};
 
 /// Coefficients of b(t), padded with zeros.
@@ -53,10 +53,10 @@ fn compact<const D: usize>(mollifier: Mollifier) -> Option<[f64; TERMS]> {
 }
 
 impl Profile {
-    /// `None` without a mollifier.
+    /// `None` without a mollifier, and for algebraic ones, which have no fits.
     pub(crate) fn new(mollifier: Mollifier, dimension: usize) -> Option<Self> {
         match mollifier {
-            Mollifier::None => None,
+            Mollifier::None | Mollifier::Plummer | Mollifier::Algebraic | Mollifier::Vatistas => None,
             Mollifier::Compact { order, exponent } => {
                 let mut b = [0.0; TERMS];
                 let coefficients = match dimension {
@@ -69,12 +69,7 @@ impl Profile {
                 Some(Self::Compact { b, exponent, half_order })
             }
             Mollifier::Gaussian { order } => {
-                // Craig & Bertozzi (3.1), (4.1), (4.2), as sums of unit Gaussians.
-                let parts = match (dimension, order) {
-                    (1, 6) => [(64.0 / 45.0, 1.0), (-4.0 / 9.0, 2.0), (1.0 / 45.0, 4.0)],
-                    (1, _) => [(4.0 / 3.0, 1.0), (-1.0 / 3.0, 2.0), (0.0, 1.0)],
-                    _ => [(2.0, 1.0), (-1.0, core::f64::consts::SQRT_2), (0.0, 1.0)],
-                };
+                let parts = gaussian_weights(dimension, order).map(|(weight, square)| (weight, Scalar::sqrt(square)));
                 Some(Self::Gaussian { parts, half_order: order / 2 })
             }
         }

@@ -1,5 +1,6 @@
 //! A mollifier prepared with its length: scalar functions of the distance, accurate to about one ulp.
 
+use super::algebraic::{Algebraic, Soft};
 use super::compact::{Compact, Inside};
 use super::distance::Distance;
 use super::gaussian::{Around, Gaussian};
@@ -22,11 +23,15 @@ pub struct Blob<T: Real, const D: usize> {
     shape: Shape<T, D>,
 }
 
+/// Algebraic mollifiers are left out with kernels other than the Newtonian one.
+pub(super) const ALGEBRAIC: bool = cfg!(feature = "kernels");
+
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Shape<T, const D: usize> {
     None,
     Compact(Compact<T, D>),
     Gaussian(Gaussian),
+    Algebraic(Algebraic),
 }
 
 /// The region of a distance, which determines the formula.
@@ -37,6 +42,7 @@ pub(super) enum Place<'a, T, const D: usize> {
     Outside(Newtonian<T, D>),
     Compact(Inside<'a, T, D>),
     Gaussian(Around<T, D>),
+    Algebraic(Soft<T, D>),
 }
 
 impl<T: Real, const D: usize> Blob<T, D> {
@@ -63,8 +69,16 @@ impl<T: Real, const D: usize> Blob<T, D> {
             Mollifier::None => Shape::None,
             Mollifier::Compact { order, exponent } => Shape::Compact(Compact::new(order, exponent)),
             Mollifier::Gaussian { order } => Shape::Gaussian(Gaussian::new(D, order)),
+            Mollifier::Plummer => Shape::Algebraic(Algebraic::Plummer),
+            Mollifier::Algebraic => Shape::Algebraic(Algebraic::High),
+            Mollifier::Vatistas => Shape::Algebraic(Algebraic::Vatistas),
         };
         Ok(Self { mollifier, delta, length: Distance::new(delta), shape })
+    }
+
+    /// The same mollifier over another length, which is positive and finite.
+    pub(crate) fn with_delta(self, delta: T) -> Self {
+        Self { delta, length: Distance::new(delta), ..self }
     }
 
     /// The mollifier.
@@ -84,7 +98,7 @@ impl<T: Real, const D: usize> Blob<T, D> {
     pub fn polynomials(&self) -> Option<Polynomials<T>> {
         match &self.shape {
             Shape::Compact(shape) => Some(Polynomials::new(&shape.series, self.delta)),
-            Shape::None | Shape::Gaussian(_) => None,
+            _ => None,
         }
     }
 
@@ -92,7 +106,7 @@ impl<T: Real, const D: usize> Blob<T, D> {
     pub(crate) fn terms(&self, of: Polynomial) -> Option<usize> {
         match &self.shape {
             Shape::Compact(shape) => Some(shape.series.terms(of)),
-            Shape::None | Shape::Gaussian(_) => None,
+            _ => None,
         }
     }
 
@@ -100,7 +114,7 @@ impl<T: Real, const D: usize> Blob<T, D> {
     pub(crate) fn coefficient(&self, of: Polynomial, k: usize) -> T {
         match &self.shape {
             Shape::Compact(shape) => shape.series.coefficient(of, k).hi,
-            Shape::None | Shape::Gaussian(_) => T::ZERO,
+            _ => T::ZERO,
         }
     }
 
@@ -158,6 +172,7 @@ impl<T: Real, const D: usize> Blob<T, D> {
         match &self.shape {
             Shape::None if r.is_zero() => Place::Coincident,
             Shape::Gaussian(shape) if cfg!(feature = "gaussian") => Place::Gaussian(shape.place(self.length, r)),
+            Shape::Algebraic(shape) if ALGEBRAIC => Place::Algebraic(shape.place(self.length, r)),
             Shape::Compact(shape) if !r.exceeds(&self.length) => Place::Compact(shape.inside(self.length, r)),
             _ => Place::Outside(Newtonian { r }),
         }
@@ -170,7 +185,8 @@ impl<T: Real, const D: usize> Place<'_, T, D> {
             Self::Outside(newtonian) => newtonian.value(quantity),
             Self::Compact(inside) => inside.value(quantity),
             Self::Gaussian(around) if cfg!(feature = "gaussian") => around.value(quantity),
-            Self::Coincident | Self::Gaussian(_) => Scaled::ZERO,
+            Self::Algebraic(soft) if ALGEBRAIC => soft.value(quantity),
+            Self::Coincident | Self::Gaussian(_) | Self::Algebraic(_) => Scaled::ZERO,
         }
     }
 }

@@ -1,4 +1,5 @@
-//! Mollifiers that are sums of Gaussians, Craig & Bertozzi (4.1) in 1D and (4.2) in 2D, and their Newtonian fields.
+//! Mollifiers that are sums of Gaussians, and their Newtonian fields: one Gaussian (order 2: Lamb and Oseen's vortex in 2D), Craig & Bertozzi (4.1) in 1D and
+//! (4.2) in 2D, and the same construction for order 6 in 2D and in 3D. Weights w_i and widths c_i satisfy sum w_i = 1, sum w_i c_i^(2k) = 0 for 0 < 2k < order.
 //!
 //! psi = sum of w_i exp(-xi_i) / (pi^(N/2) L_i^N) with L_i = c_i delta and xi_i = (r/L_i)^2. With a = N/2 and Kummer's
 //! M_a(xi) = 1F1(a; a+1; -xi) the field of one unit Gaussian of width L is
@@ -6,7 +7,7 @@
 //! * g = M_a(xi) / (pi^a L^N N),
 //! * h = -2 M_(a+1)(xi) / ((N+2) pi^a L^(N+2)),
 //! * phi = L (e^-xi + 2 xi M_(1/2)(xi)) / (2 sqrt(pi)) in 1D,
-//!   (log L - gamma/2 + Ein(xi)/2) / (2 pi) in 2D.
+//!   (log L - gamma/2 + Ein(xi)/2) / (2 pi) in 2D, -M_(1/2)(xi) / (2 pi^(3/2) L) in 3D.
 //!
 //! None of these cancels: M_(a+1) = e^-xi sum of xi^k / (a+2)_k and M_a = e^-xi + xi M_(a+1) / (a+1) (DLMF 13.2.39, 13.3.4)
 //! are sums of positive terms. Only the Gaussians of one mollifier cancel with each other, by a factor of 2 to 4, in
@@ -38,28 +39,50 @@ const fn component(numerator: i32, log_square: i32) -> Component {
     Component { numerator, log_square }
 }
 
-/// 1D, order 4: (4/3, c = 1), (-1/3, 2).
+/// Order 2.
+const ONE: Gaussian = Gaussian { denominator: 1, components: &[component(1, 0)] };
+/// 1D and 3D, order 4: (4/3, c = 1), (-1/3, 2).
 const LINE_4: Gaussian = Gaussian { denominator: 3, components: &[component(4, 0), component(-1, 2)] };
-/// 1D, order 6: (64/45, 1), (-4/9, 2), (1/45, 4).
+/// 1D and 3D, order 6: (64/45, 1), (-4/9, 2), (1/45, 4).
 const LINE_6: Gaussian =
     Gaussian { denominator: 45, components: &[component(64, 0), component(-20, 2), component(1, 4)] };
 /// 2D, order 4: (2, 1), (-1, sqrt 2).
 const PLANE_4: Gaussian = Gaussian { denominator: 1, components: &[component(2, 0), component(-1, 1)] };
 
+/// 2D, order 6: (8/3, 1), (-2, sqrt 2), (1/3, 2).
+const PLANE_6: Gaussian =
+    Gaussian { denominator: 3, components: &[component(8, 0), component(-6, 1), component(1, 2)] };
+
 impl Gaussian {
     /// The sum that [`Mollifier::check`](super::Mollifier::check) accepts in this dimension.
     pub fn new(dimension: usize, order: u32) -> Self {
         match (dimension, order) {
-            (1, 4) => LINE_4,
-            (1, _) => LINE_6,
-            _ => PLANE_4,
+            (_, 2) => ONE,
+            (2, 4) => PLANE_4,
+            (2, _) => PLANE_6,
+            (_, 4) => LINE_4,
+            _ => LINE_6,
         }
+    }
+
+    /// 2, 4 or 6: twice the number of Gaussians.
+    pub fn order(self) -> u32 {
+        2 * self.components.len() as u32
     }
 
     /// (w_i, c_i) in 1D, where every c_i is a power of two.
     pub fn terms<T: Real>(self) -> impl Iterator<Item = (T, T)> {
         let denominator = T::from_i32(self.denominator);
         self.components.iter().map(move |c| (T::from_i32(c.numerator) / denominator, T::ONE.ldexp(c.log_square / 2)))
+    }
+
+    /// (w_i, c_i^2) of up to three, and zeros.
+    pub fn weights(self) -> [(f64, f64); 3] {
+        let mut weights = [(0.0, 1.0); 3];
+        for (to, c) in weights.iter_mut().zip(self.components) {
+            *to = (f64::from(c.numerator) / f64::from(self.denominator), f64::from(1 << c.log_square));
+        }
+        weights
     }
 
     /// Moment k >= 0 in units of delta^k: the integral of |x|^k psi(x).
@@ -86,6 +109,10 @@ impl Gaussian {
             (1, 0) => gamma = gamma / root,
             (0, 1) => gamma = gamma * root,
             _ => {}
+        }
+        if dimension == 3 {
+            // Gamma(3/2) is half of Gamma(1/2).
+            gamma = gamma * T::TWO;
         }
         sum * gamma / T::from_i32(self.denominator)
     }
@@ -164,8 +191,12 @@ impl<T: Real, const D: usize> Around<T, D> {
     /// pi^(N/2) L^power for L^2 = 2^log_square delta^2.
     fn norm(&self, log_square: i32, power: u32) -> Scaled<T> {
         let pi = DoubleWord::pi();
-        let pi = if D == 1 { pi.sqrt() } else { pi };
-        // An integer: in 1D log_square is even, in 2D the power is.
+        let pi = match D {
+            1 => pi.sqrt(),
+            2 => pi,
+            _ => pi * pi.sqrt(),
+        };
+        // An integer: in 1D and 3D log_square is even, in 2D the power is.
         self.delta.power(power).scale(pi).shift(log_square * power as i32 / 2)
     }
 
@@ -208,6 +239,13 @@ impl<T: Real, const D: usize> Around<T, D> {
     }
 
     fn potential(&self) -> Scaled<T> {
+        if D == 3 {
+            let near = |kummer: &Kummer<T>, c: i32| {
+                let fall = kummer.decay + kummer.xi * kummer.lower / (T::ONE + T::HALF);
+                Scaled::new(-fall, -1).over(self.norm(c, 1))
+            };
+            return self.sum(near, || self.newtonian().potential());
+        }
         if D == 1 {
             let near = |kummer: &Kummer<T>, c: i32| {
                 let rise = kummer.decay + kummer.xi * kummer.lower * T::TWO;

@@ -24,6 +24,7 @@
 //! round once at the end. They overflow or underflow only where the true value does and give no NaN for finite
 //! arguments. Their errors are listed in `docs/accuracy.md`. Sums over many particles use [`Polynomials`].
 
+mod algebraic;
 mod blob;
 mod compact;
 mod distance;
@@ -67,11 +68,23 @@ pub enum Mollifier {
         /// M = 1..9.
         exponent: u32,
     },
-    /// The sums of Gaussians of Craig & Bertozzi: order 4 or 6 in 1D (4.1), order 4 in 2D (4.2); delta is a width.
+    /// Sums of Gaussians of widths that are multiples of delta: `e^(-r^2 / delta^2)` alone for order 2 (Lamb and Oseen's vortex in 2D), those of
+    /// Craig & Bertozzi for orders 4 and 6 in 1D (4.1) and 4 in 2D (4.2), and alike in 3D and for order 6 in 2D.
     Gaussian {
-        /// 4 or 6.
+        /// 2, 4 or 6.
         order: u32,
     },
+    /// Plummer's softening of gravity: K at the distance `(r^2 + delta^2)^(1/2)`. Rosenhead and Moore's of vortices.
+    Plummer,
+    /// The high-order algebraic kernel of vortex methods (Winckelmans & Leonard): g ~ `(r^2 + (1 + N/2) delta^2) / (r^2 + delta^2)^(N/2 + 1)`.
+    Algebraic,
+    /// Vatistas' vortex, n = 2, in 2D: g ~ `1 / (r^4 + delta^4)^(1/2)`.
+    Vatistas,
+}
+
+/// Weights and squared widths, in units of delta^2, of the Gaussians of a mollifier; unused ones have the weight 0.
+pub(crate) fn gaussian_weights(dimension: usize, order: u32) -> [(f64, f64); 3] {
+    gaussian::Gaussian::new(dimension, order).weights()
 }
 
 impl Mollifier {
@@ -88,19 +101,35 @@ impl Mollifier {
             Self::Compact { order: 2 | 4 | 6 | 8, exponent } if (1..=MAX_EXPONENT).contains(&exponent) => Ok(()),
             Self::Compact { order: 2 | 4 | 6 | 8, .. } => Err(Error::Exponent),
             Self::Gaussian { .. } if !cfg!(feature = "gaussian") => Err(Error::Unsupported),
-            Self::Gaussian { order: 4 } if dimension <= 2 => Ok(()),
-            Self::Gaussian { order: 6 } if dimension == 1 => Ok(()),
+            Self::Gaussian { order: 2 | 4 | 6 } => Ok(()),
+            Self::Plummer | Self::Algebraic | Self::Vatistas if !blob::ALGEBRAIC => Err(Error::Unsupported),
+            Self::Vatistas if dimension != 2 => Err(Error::Dimension),
+            Self::Plummer | Self::Algebraic | Self::Vatistas => Ok(()),
             Self::Compact { .. } | Self::Gaussian { .. } => Err(Error::Order),
         }
     }
 
-    /// The mollifier's order p: mollifying a smooth function changes it by O(delta^p). 0 without a mollifier.
+    /// The mollifier's order p: mollifying a smooth function changes it by O(delta^p) (Plummer: O(delta^2 log delta), order 1). 0 without a mollifier.
     #[must_use]
     pub fn order(self) -> u32 {
         match self {
             Self::None => 0,
             Self::Compact { order, .. } | Self::Gaussian { order } => order,
+            Self::Plummer => 1,
+            Self::Algebraic | Self::Vatistas => 2,
         }
+    }
+
+    /// Whether the field is exactly Newtonian beyond delta: without a mollifier, or of a compact one.
+    #[must_use]
+    pub fn is_compact(self) -> bool {
+        matches!(self, Self::None | Self::Compact { .. })
+    }
+
+    /// Whether the field approaches the Newtonian one like a power of the distance.
+    #[must_use]
+    pub fn is_algebraic(self) -> bool {
+        matches!(self, Self::Plummer | Self::Algebraic | Self::Vatistas)
     }
 }
 

@@ -1,6 +1,7 @@
 //! Numbers with a separate exponent, so that intermediate results neither overflow nor underflow.
 
 use crate::real::{DoubleWord, Real};
+use crate::special::elementary::{log, log_2};
 
 /// `value * 2^exponent`. Operations keep `value` near 1.
 #[derive(Clone, Copy, Debug)]
@@ -54,6 +55,21 @@ impl<T: Real> Scaled<T> {
 
     pub fn powi(self, n: u32) -> Self {
         (0..n).fold(Self::new(DoubleWord::ONE, 0), |power, _| power.times(self))
+    }
+
+    /// The root of a number that is not negative.
+    pub fn sqrt(self) -> Self {
+        let odd = self.exponent & 1;
+        Self::new(self.value.ldexp(odd).sqrt(), (self.exponent - odd) >> 1)
+    }
+
+    /// The natural logarithm of a positive number. Absolute error about 100 u^2 max(1, |log|), relative error below 2 u.
+    pub fn log(self) -> DoubleWord<T> {
+        if self.exponent.abs() < 8 {
+            // Near 1 the contribution of the exponent would cancel.
+            return log(self.value.ldexp(self.exponent));
+        }
+        log(self.value) + log_2() * T::from_i32(self.exponent)
     }
 
     /// The value multiplied by 2^exponent. It overflows or underflows only if the number does.

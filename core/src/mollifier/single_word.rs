@@ -1,4 +1,4 @@
-//! Gaussian mollifiers in single-word arithmetic, for sums over particles: tens of nanoseconds.
+//! Gaussian mollifiers in 1D, and of order 4 in 2D, in single-word arithmetic, for sums over particles: tens of nanoseconds.
 //!
 //! 2D, with E = exp(-r^2/(2 delta^2)): psi = E (2E - 1/2) / (pi delta^2) and g = (1 - E)(1 + 2E) / (2 pi r^2), without cancellation.
 //! 1D: sums of two or three error functions and Gaussians with weights of sum 1.
@@ -18,8 +18,11 @@ pub(super) struct SingleWord<T> {
 }
 
 impl<T: Real> SingleWord<T> {
-    /// `None` where a square or the quotient of the two might leave the range. Callers then use the accurate functions.
+    /// `None` for other Gaussians, and where a square or the quotient of the two might leave the range. Callers then use the accurate functions.
     pub fn new(shape: Gaussian, dimension: usize, delta: T, x: &[T]) -> Option<Self> {
+        if !(dimension == 1 || (dimension == 2 && shape.order() == 4)) {
+            return None;
+        }
         let square = x.iter().fold(T::ZERO, |sum, &c| sum + c * c);
         let (area, least) = (delta * delta, T::MIN_POSITIVE / T::EPSILON);
         let normal = |value: T| value > least && value < T::ONE / least;

@@ -165,9 +165,10 @@ fn mollifiers_that_do_not_exist_are_refused() {
         (compact(10, 1), 2, Error::Order),
         (compact(2, 0), 2, Error::Exponent),
         (compact(2, 10), 2, Error::Exponent),
-        (Mollifier::Gaussian { order: 6 }, 2, Error::Order),
-        (Mollifier::Gaussian { order: 2 }, 1, Error::Order),
-        (Mollifier::Gaussian { order: 4 }, 3, Error::Order),
+        (Mollifier::Gaussian { order: 8 }, 2, Error::Order),
+        (Mollifier::Gaussian { order: 3 }, 1, Error::Order),
+        (Mollifier::Vatistas, 1, Error::Dimension),
+        (Mollifier::Vatistas, 3, Error::Dimension),
     ] {
         assert_eq!(mollifier.check(dimension), Err(error), "{mollifier:?} {dimension}");
     }

@@ -473,7 +473,7 @@ fn move_particles<T: Real>(
         let mut sum = |points: &[[T; 2]], slopes: &mut [[T; 2]]| {
             stop(run)?;
             fields += 1;
-            field::drift(*kernel, Sources { positions: points, masses: moving.masses }, slopes, buffers.field, run)
+            field::drift(*kernel, Sources::new(points, moving.masses), slopes, buffers.field, run)
         };
         let gradient = buffers.gradient.get_mut(..n).present()?;
         let made = n as u64 * motion::together(moving, &mut sum, close, generator, moved, gradient)?;
@@ -525,7 +525,7 @@ fn move_particles<T: Real>(
                     }
                     (Attraction::Sum(kernel, _), Some(plan)) => {
                         let outputs = Outputs { gradient: Some(slopes), ..Outputs::default() };
-                        let sources = Sources { positions: points, masses: moving.masses };
+                        let sources = Sources::new(points, moving.masses);
                         field::flow(plan, *kernel, sources, points, outputs, buffers.field, run)
                     }
                     _ => Err(Error::Unsupported),

@@ -72,7 +72,7 @@ fn sum<T: Real, const D: usize>(
             gradient: wanted.gradient.then_some(&mut out.gradient[..]),
             laplacian: wanted.laplacian.then_some(&mut out.laplacian[..]),
         };
-        let sources = Sources { positions: &positions, masses: &masses };
+        let sources = Sources::new(&positions, &masses);
         let mut run = Run { level, executor, should_stop: None, counters: Some(&mut out.counters) };
         field::evaluate(&plan, &kernel, sources, &targets, outputs, workspace, &mut run).unwrap();
     });
@@ -404,7 +404,7 @@ fn refused_calls_leave_outputs_alone() {
                 let outputs =
                     Outputs { potential: potential.then_some(&mut u[..]), gradient: Some(&mut g), laplacian: None };
                 let mut run = Run { level, ..Run::default() };
-                let sources = Sources { positions, masses };
+                let sources = Sources::new(positions, masses);
                 field::evaluate(&plan, &kernel, sources, targets, outputs, &mut workspace[..bytes], &mut run)
                     .unwrap_err()
             });

@@ -84,7 +84,7 @@ impl<const D: usize> Twin<D> {
                 laplacian: Some(&mut laplacian),
             };
             let mut run = Run { level, counters: Some(&mut statistics), ..Run::default() };
-            let sources = Sources { positions: &positions, masses: &masses };
+            let sources = Sources::new(&positions, &masses);
             field::evaluate(&plan, kernel, sources, &targets, outputs, workspace, &mut run).unwrap();
         });
         let massive = self.masses.iter().filter(|&&m| m != 0.0).count();

@@ -91,7 +91,7 @@ impl<T: Real, const D: usize> Cloud<T, D> {
         let mut memory = Memory::new(plan.workspace_bytes(1)?);
         let mut density = vec![T::ZERO; self.x.len()];
         let outputs = Outputs { laplacian: Some(&mut density[..]), ..Outputs::default() };
-        let sources = Sources { positions: &self.x, masses: &self.m };
+        let sources = Sources::new(&self.x, &self.m);
         field::evaluate(&plan, &kernel, sources, &self.x, outputs, memory.slice(), &mut Run::default())?;
         Ok(density)
     }

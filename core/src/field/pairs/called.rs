@@ -137,7 +137,7 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Called<'a> {
     fn left_out<I: Isa<T>, const NB: usize>(
         isa: I,
         (prepared, _): (&Self::Prepared, &I::V),
-        source: &[T; D],
+        (source, _): (&[T; D], Option<&T>),
         groups: &[Group<I::V, D>; NB],
         _laplacian: bool,
     ) -> [u32; NB] {
@@ -147,7 +147,7 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Called<'a> {
         })
     }
 
-    fn exact(&self, x: &[T; D], mass: T, want: Want) -> Contribution<T, D> {
+    fn exact(&self, x: &[T; D], mass: T, _radius: Option<T>, want: Want) -> Contribution<T, D> {
         pair(self.0, x, mass, want)
     }
 }

@@ -19,6 +19,7 @@ pub(super) fn add_pairs<T: Real, const D: usize, K: PairKernel<T, D>>(
     (lanes, each): (&[u32], usize),
 ) -> u64 {
     let (Some(y), Some(&mass)) = (sources.positions.get(source), sources.masses.get(source)) else { return 0 };
+    let radius = sources.radii.and_then(|radii| radii.get(source)).copied();
     let mut count = 0;
     for (i, target) in targets.iter().enumerate() {
         let each = each.max(1);
@@ -27,7 +28,7 @@ pub(super) fn add_pairs<T: Real, const D: usize, K: PairKernel<T, D>>(
         }
         let mut x = *target;
         x.iter_mut().zip(y).for_each(|(x, &y)| *x -= y);
-        results.add(i, &kernel.exact(&x, mass, want));
+        results.add(i, &kernel.exact(&x, mass, radius, want));
         count += 1;
     }
     count

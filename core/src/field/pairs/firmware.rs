@@ -16,9 +16,17 @@ pub(in crate::field) fn evaluate<T: Real, const D: usize, const FULL: bool>(
 ) -> Result<()> {
     let (coefficient, blob) = kernel.newtonian().ok_or(Error::Unsupported)?;
     let Options { accumulation, combination: (a, b), .. } = *call.options;
+    if call.sources.radii.is_some() {
+        return Err(Error::Unsupported);
+    }
     let turned = (a.to_bits(), b.to_bits()) != (1.0_f64.to_bits(), 0);
     if !FULL && (call.outputs.potential.is_some() || turned || accumulation != Accumulation::Blocked) {
         return Err(Error::Unsupported);
     }
-    single::sums::<T, D, FULL>(&Newtonian { blob, coefficient, table: None }, call, workspace, run)
+    single::sums::<T, D, FULL>(
+        &Newtonian { blob, coefficient, largest: blob.delta(), table: None },
+        call,
+        workspace,
+        run,
+    )
 }

@@ -3,8 +3,11 @@
 //! Generic code is compiled in the crate that uses it, which for the engine takes a minute. So the scalar and the dimension become values here, in a
 //! call of plain slices, and the functions that turn them into types again have none: they are compiled with this crate, once.
 
+use core::marker::PhantomData;
+
 use super::called::{Called, Radial};
 use super::newtonian::Newtonian;
+use super::smooth::{High, Plummer, Smooth, Vatistas};
 use super::tabulated::Tabulated;
 use super::{Call, sums};
 use crate::error::{Error, Result};
@@ -41,6 +44,7 @@ struct ErasedCall<'a, T> {
     options: &'a Options,
     positions: &'a [T],
     masses: &'a [T],
+    radii: Option<&'a [T]>,
     targets: &'a [T],
     potential: Option<&'a mut [T]>,
     gradient: Option<&'a mut [T]>,
@@ -82,6 +86,7 @@ pub(in crate::field) fn evaluate<T: Real, const D: usize, const FULL: bool>(
                     options,
                     positions,
                     masses,
+                    radii: sources.radii.and_then(T::$of),
                     targets,
                     potential: potential.and_then(T::$of_mut),
                     gradient: gradient.and_then(T::$of_mut),
@@ -117,13 +122,13 @@ fn by_dimension<T: Real>(call: ErasedCall<'_, T>, workspace: &mut [u8], run: &mu
 
 /// The sum, by what is known of the kernel.
 fn of_kernel<T: Real, const D: usize>(call: ErasedCall<'_, T>, workspace: &mut [u8], run: &mut Run<'_>) -> Result<()> {
-    let ErasedCall { potentials, newtonian, table, kernel, options, positions, masses, targets, .. } = call;
+    let ErasedCall { potentials, newtonian, table, kernel, options, positions, masses, radii, targets, .. } = call;
     let outputs = Outputs {
         potential: call.potential,
         gradient: call.gradient.map(|g| g.as_chunks_mut::<D>().0),
         laplacian: call.laplacian,
     };
-    let sources = Sources { positions: positions.as_chunks::<D>().0, masses };
+    let sources = Sources { positions: positions.as_chunks::<D>().0, masses, radii };
     let call = Call { options, sources, targets: targets.as_chunks::<D>().0, outputs };
     let table = table.and_then(|(numbers, head)| {
         let rows: &Rows<T> = numbers.as_chunks().0.try_into().ok()?;
@@ -131,8 +136,41 @@ fn of_kernel<T: Real, const D: usize>(call: ErasedCall<'_, T>, workspace: &mut [
     });
     match (newtonian, table) {
         (Some((coefficient, mollifier, delta)), table) => {
-            let blob = Blob::<T, D>::new(mollifier, delta)?;
-            sums(potentials, &Newtonian { blob: &blob, coefficient, table }, call, workspace, run)
+            let blob = &Blob::<T, D>::new(mollifier, delta)?;
+            match mollifier {
+                Mollifier::Plummer => {
+                    let form = PhantomData::<Plummer>;
+                    sums(potentials, &Smooth { blob, coefficient, radii, form }, call, workspace, run)
+                }
+                Mollifier::Algebraic => {
+                    let form = PhantomData::<High>;
+                    sums(potentials, &Smooth { blob, coefficient, radii, form }, call, workspace, run)
+                }
+                Mollifier::Vatistas if D == 2 => {
+                    let form = PhantomData::<Vatistas>;
+                    sums(potentials, &Smooth { blob, coefficient, radii, form }, call, workspace, run)
+                }
+                _ if radii.is_some() => {
+                    let largest = sources.largest_radius();
+                    sums(
+                        potentials,
+                        &Newtonian::<_, _, true> { blob, coefficient, largest, table },
+                        call,
+                        workspace,
+                        run,
+                    )
+                }
+                _ => {
+                    let largest = blob.delta();
+                    sums(
+                        potentials,
+                        &Newtonian::<_, _, false> { blob, coefficient, largest, table },
+                        call,
+                        workspace,
+                        run,
+                    )
+                }
+            }
         }
         (None, Some(table)) if cfg!(feature = "kernels") => sums(potentials, &table, call, workspace, run),
         (None, None) if cfg!(feature = "kernels") => sums(potentials, &Called(kernel), call, workspace, run),

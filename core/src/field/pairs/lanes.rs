@@ -10,8 +10,8 @@ pub(in crate::field) const WIDE: usize = 4;
 /// The least and the largest coordinates of some points.
 pub(in crate::field) type Bounds<T, const D: usize> = [[T; D]; 2];
 
-/// Sources one after the other: positions and masses of equal length.
-pub(in crate::field) type List<'a, T, const D: usize> = (&'a [[T; D]], &'a [T]);
+/// Sources one after the other: positions and masses of equal length, and what a kernel makes of the squares of their core radii, empty if they have none.
+pub(in crate::field) type List<'a, T, const D: usize> = (&'a [[T; D]], &'a [T], &'a [T]);
 
 /// What a pass computes beside the potential.
 #[derive(Clone, Copy, Debug, Default)]
@@ -116,6 +116,32 @@ impl Deferred {
     #[inline(always)]
     pub fn is_empty(&self) -> bool {
         self.n == 0
+    }
+
+    /// How many there are.
+    #[inline(always)]
+    pub fn len(&self) -> usize {
+        self.n
+    }
+
+    /// The one of this number.
+    #[inline(always)]
+    pub fn at(&self, k: usize) -> usize {
+        self.at.get(k).map_or(usize::MAX, |&at| usize::from(at))
+    }
+
+    /// Puts one that stays at this number, which is not above its own.
+    #[inline(always)]
+    pub fn keep(&mut self, k: usize, at: usize) {
+        if let Some(slot) = self.at.get_mut(k) {
+            *slot = at as u16;
+        }
+    }
+
+    /// Drops all but the first `n`.
+    #[inline(always)]
+    pub fn truncate(&mut self, n: usize) {
+        self.n = n;
     }
 
     /// Takes them all out.

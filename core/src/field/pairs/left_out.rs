@@ -58,7 +58,7 @@ impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, K: PairKernel<T, D>, c
                     }
                     left
                 } else {
-                    K::left_out::<I, NB>(isa, (shared.prepared, lanes), x, groups, laplacian)
+                    K::left_out::<I, NB>(isa, (shared.prepared, lanes), (x, sources.2.get(at)), groups, laplacian)
                 };
                 if left_out.iter().all(|&lanes| lanes == 0) {
                     continue;

@@ -14,7 +14,7 @@
 //!
 //! * [`packed`]: sources without the massless ones, in units in which nothing overflows, with the bounds of each block;
 //! * [`lanes`]: a register block of targets, its sums, and what is common to all kernels;
-//! * [`newtonian`], [`tabulated`], [`called`]: the kernels, each an implementation of [`PairKernel`];
+//! * [`newtonian`], [`smooth`], [`tabulated`], [`called`]: the kernels, each an implementation of [`PairKernel`];
 //! * [`left_out`], [`close`], [`exact`]: pairs outside the range of the fast path;
 //! * [`output`]: from sums in units to results.
 //!
@@ -54,6 +54,7 @@ mod output;
 mod packed;
 #[cfg(any(test, feature = "small"))]
 mod single;
+mod smooth;
 mod tabulated;
 
 #[cfg(feature = "small")]
@@ -112,8 +113,13 @@ pub(in crate::field) trait PairKernel<T: Real, const D: usize>: Sync {
     /// Whether the kernel is a scalar function called for each pair, so that vectors bring nothing.
     const SCALAR: bool = false;
 
-    /// A length of the kernel that the units must hold besides the coordinates: delta, or zero.
+    /// A length of the kernel that the units must hold besides the coordinates: delta, the largest core radius, or zero.
     fn length(&self) -> T;
+
+    /// What is kept of the square of a source's core radius, in units.
+    fn core(&self, square: T) -> T {
+        square
+    }
 
     /// The kernel in units.
     fn prepare(&self, units: Units<T>) -> Self::Prepared;
@@ -135,11 +141,11 @@ pub(in crate::field) trait PairKernel<T: Real, const D: usize>: Sync {
         counts: &mut Statistics,
     );
 
-    /// The lanes of a noted source that were left out, one word a vector; `laplacian`: by the second list.
+    /// The lanes of a noted source, with its core, that were left out, one word a vector; `laplacian`: by the second list.
     fn left_out<I: Isa<T>, const NB: usize>(
         isa: I,
         prepared: (&Self::Prepared, &Self::Lanes<I::V>),
-        source: &[T; D],
+        source: (&[T; D], Option<&T>),
         groups: &[Group<I::V, D>; NB],
         laplacian: bool,
     ) -> [u32; NB];
@@ -164,8 +170,8 @@ pub(in crate::field) trait PairKernel<T: Real, const D: usize>: Sync {
         [[0; NB]; 2]
     }
 
-    /// What a source of this mass gives to a target at x = target - source, in true units and at any distance.
-    fn exact(&self, x: &[T; D], mass: T, want: Want) -> Contribution<T, D>;
+    /// What a source of this mass and core radius gives to a target at x = target - source, in true units and at any distance.
+    fn exact(&self, x: &[T; D], mass: T, radius: Option<T>, want: Want) -> Contribution<T, D>;
 }
 
 /// A block of sources as a kernel sees it.
@@ -190,9 +196,9 @@ pub(in crate::field) struct Call<'a, T, const D: usize> {
     pub outputs: Outputs<'a, T, D>,
 }
 
-/// Bytes for the compacted sources.
-pub(in crate::field) fn workspace_bytes<T: Real, const D: usize>(n_sources: usize) -> Result<usize> {
-    Measure::of(|space| Packed::<T, D>::layout(space, n_sources).map(|_| ()))
+/// Bytes for the compacted sources, with core radii or without.
+pub(in crate::field) fn workspace_bytes<T: Real, const D: usize>(n_sources: usize, radii: bool) -> Result<usize> {
+    Measure::of(|space| Packed::<T, D>::layout(space, n_sources, radii).map(|_| ()))
 }
 
 /// Overwrites the outputs with the sums of a kernel; the potential only if `potentials`.
@@ -206,8 +212,9 @@ fn sums<T: Real, const D: usize, K: PairKernel<T, D>>(
     let Call { options, sources, targets, outputs } = call;
     let [coordinate, mass] = sources.largest(1);
     let units = Units::of([coordinate.max(kernel.length()), mass], targets);
-    let mut packed = Packed::<T, D>::layout(&mut Carve::reopen(workspace)?, sources.positions.len())?;
-    packed.fill(units, sources.positions, sources.masses);
+    let (n, radii) = (sources.positions.len(), sources.radii.is_some());
+    let mut packed = Packed::<T, D>::layout(&mut Carve::reopen(workspace)?, n, radii)?;
+    packed.fill(units, sources, |square| kernel.core(square));
     let wanted = outputs.wanted();
     let pieces = (
         outputs.potential.map(|p| Chunks::new(p, TASK)),
@@ -400,9 +407,10 @@ fn class_sums<T: Real, I: Isa<T>, const D: usize, const NB: usize, K: PairKernel
     let mut noted = [Deferred::new(), Deferred::new()];
     let mut close = None;
     let prepared = (shared.prepared, lanes);
-    for (start, source_bounds, (positions, masses)) in class.blocks() {
-        for (k, sources) in positions.chunks(each).zip(masses.chunks(each)).enumerate() {
+    for (start, source_bounds, (positions, masses, cores)) in class.blocks() {
+        for (k, (positions, masses)) in positions.chunks(each).zip(masses.chunks(each)).enumerate() {
             let Want { potential, laplacian, .. } = want;
+            let sources = (positions, masses, cores.get(k * each..).unwrap_or(&[]));
             let block =
                 Block { sources, bounds: [source_bounds, &in_units.bounds], potential, laplacian, valid: &valid };
             K::add_block::<I, NB, P>(isa, prepared, &block, &mut groups, &mut noted, counts);

@@ -11,6 +11,7 @@ use super::BLOCK;
 use super::lanes::{Bounds, List, WIDE};
 use crate::checked::Present;
 use crate::error::{Error, Result};
+use crate::field::Sources;
 use crate::memory::Space;
 use crate::real::Real;
 use crate::simd::{Isa, MAX_LANES};
@@ -129,6 +130,8 @@ pub(super) fn farthest<T: Real, const D: usize>(a: &Bounds<T, D>, b: &Bounds<T, 
 pub(super) struct Packed<'w, T, const D: usize> {
     pub(super) positions: &'w mut [[T; D]],
     pub(super) masses: &'w mut [T],
+    /// Of their core radii, if they have any ([`super::PairKernel::core`]).
+    cores: &'w mut [T],
     /// Which of the caller's sources each one is.
     origins: &'w mut [u32],
     /// The bounds of each block, class by class.
@@ -141,22 +144,24 @@ pub(super) struct Packed<'w, T, const D: usize> {
 pub(super) struct Class<'a, T, const D: usize> {
     pub positions: &'a [[T; D]],
     pub masses: &'a [T],
+    pub cores: &'a [T],
     pub origins: &'a [u32],
     boxes: &'a [Bounds<T, D>],
 }
 
 impl<'w, T: Real, const D: usize> Packed<'w, T, D> {
-    /// The layout: room for every source.
+    /// The layout: room for every source, and for its core radius if it has one.
     ///
     /// # Errors
     /// [`Error::TooLarge`]: more than 2^32 sources.
-    pub fn layout(space: &mut impl Space<'w>, n: usize) -> Result<Self> {
+    pub fn layout(space: &mut impl Space<'w>, n: usize, radii: bool) -> Result<Self> {
         if u32::try_from(n).is_err() {
             return Err(Error::TooLarge);
         }
         Ok(Self {
             positions: space.try_array(n)?,
             masses: space.try_array(n)?,
+            cores: space.try_array(if radii { n } else { 0 })?,
             origins: space.try_array(n)?,
             // Each class may end in a block that is not full.
             boxes: space.try_array(n / BLOCK + CLASSES)?,
@@ -164,8 +169,10 @@ impl<'w, T: Real, const D: usize> Packed<'w, T, D> {
         })
     }
 
-    /// Copies the sources with mass, scaled and grouped by class, and computes the bounds of blocks.
-    pub fn fill(&mut self, units: Units<T>, positions: &[[T; D]], masses: &[T]) {
+    /// Copies the sources with mass, scaled and grouped by class, and computes the bounds of blocks. `core` is applied to the squares of core radii
+    /// in units.
+    pub fn fill(&mut self, units: Units<T>, sources: Sources<'_, T, D>, core: impl Fn(T) -> T) {
+        let Sources { positions, masses, radii } = sources;
         let with_mass = || masses.iter().zip(positions).enumerate().filter(|(_, (m, _))| **m != T::ZERO);
         self.counts = [0; CLASSES];
         for (_, (&m, _)) in with_mass() {
@@ -179,6 +186,10 @@ impl<'w, T: Real, const D: usize> Packed<'w, T, D> {
             let slots = (self.positions.get_mut(*next), self.masses.get_mut(*next), self.origins.get_mut(*next));
             if let (Some(to_x), Some(to_m), Some(to)) = slots {
                 (*to_x, *to_m, *to) = (units.point(x), mass, origin as u32);
+            }
+            if let (Some(to), Some(&radius)) = (self.cores.get_mut(*next), radii.and_then(|radii| radii.get(origin))) {
+                let radius = radius.ldexp(units.position);
+                *to = core(radius * radius);
             }
             *next += 1;
         }
@@ -204,6 +215,7 @@ impl<'w, T: Real, const D: usize> Packed<'w, T, D> {
             let found = Class {
                 positions: self.positions.get(range.clone())?,
                 masses: self.masses.get(range.clone())?,
+                cores: if self.cores.is_empty() { &[] } else { self.cores.get(range.clone())? },
                 origins: self.origins.get(range)?,
                 boxes: self.boxes.get(boxes)?,
             };
@@ -217,7 +229,10 @@ impl<'a, T: Real, const D: usize> Class<'a, T, D> {
     pub fn blocks(&self) -> impl Iterator<Item = (usize, &'a Bounds<T, D>, List<'a, T, D>)> {
         let blocks = self.positions.chunks(BLOCK).zip(self.masses.chunks(BLOCK));
         let blocks = self.boxes.iter().zip(blocks).enumerate();
-        blocks.map(|(k, (bounds, (positions, masses)))| (k * BLOCK, bounds, (positions, masses)))
+        blocks.map(|(k, (bounds, (positions, masses)))| {
+            let cores = self.cores.get(k * BLOCK..).unwrap_or(&[]);
+            (k * BLOCK, bounds, (positions, masses, cores))
+        })
     }
 }
 

@@ -203,7 +203,7 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Tabulated<'a, T> {
     fn left_out<I: Isa<T>, const NB: usize>(
         isa: I,
         (prepared, numbers): (&Prepared<'a, T>, &Lanes<I::V>),
-        source: &[T; D],
+        (source, _): (&[T; D], Option<&T>),
         groups: &[Group<I::V, D>; NB],
         laplacian: bool,
     ) -> [u32; NB] {
@@ -218,7 +218,7 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Tabulated<'a, T> {
         all
     }
 
-    fn exact(&self, x: &[T; D], mass: T, want: Want) -> Contribution<T, D> {
+    fn exact(&self, x: &[T; D], mass: T, _radius: Option<T>, want: Want) -> Contribution<T, D> {
         called::pair(self.kernel, x, mass, want)
     }
 }
@@ -283,8 +283,8 @@ impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool> Part<T,
 }
 
 /// Adds what one source gives to the lanes below the edge, and to no other, from a table that serves all of these and from the differences, source
-/// minus target, and their squares; its potential and gradient
-/// factor are multiplied by `scales`. Returns one word of lanes a vector.
+/// minus target, and their squares; its potential and gradient factor are multiplied by `scales`. A source with a core radius of its own comes with what its squares are multiplied by,
+/// its mass for the gradient and for the potential, and what is added to the potential. Returns one word of lanes a vector.
 #[inline(always)]
 pub(super) fn add_below<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool>(
     isa: I,
@@ -292,20 +292,25 @@ pub(super) fn add_below<T: Real, I: Isa<T>, const D: usize, const NB: usize, con
     (prepared, numbers, [potential, gradient]): (&Prepared<'_, T>, &Lanes<I::V>, [I::V; 2]),
     laplacian: bool,
     (d, r2): (&[[I::V; D]; NB], &[I::V; NB]),
-    mass: T,
+    (mass, core): (T, Option<(T, [T; 2], T)>),
     groups: &mut [Group<I::V, D>; NB],
 ) -> [u32; NB] {
     let zero = isa.splat(T::ZERO);
-    let mass = isa.splat(mass);
-    let (potential, gradient) = (isa.mul(mass, potential), isa.mul(mass, gradient));
+    let (ratio_square, [of_gradient, of_potential], offset) = core.unwrap_or((T::ONE, [T::ONE; 2], T::ZERO));
+    let (of_gradient, of_potential) = (isa.splat(mass * of_gradient), isa.splat(mass * of_potential));
+    let (potential, gradient) = (isa.mul(of_potential, potential), isa.mul(of_gradient, gradient));
+    let (ratio_square, offset) = (isa.splat(ratio_square), isa.splat(offset));
     let mut lanes = [0; NB];
     for (((group, d), &r2), lanes) in groups.iter_mut().zip(d).zip(r2).zip(&mut lanes) {
         let below = isa.lt(r2, edge);
         *lanes = isa.bits(below);
-        let u = isa.select(below, numbers.u(isa, r2), numbers.held);
+        let u = isa.select(below, numbers.u(isa, isa.mul(r2, ratio_square)), numbers.held);
         let row = Row::of(isa, prepared.rows, u);
         if P {
             group.add_potential(isa, isa.select(below, potential, zero), row.potential(isa));
+            if D == 2 {
+                group.add_potential(isa, isa.select(below, of_potential, zero), offset);
+            }
         }
         if !P || D == 3 {
             let factor = isa.select(below, gradient, zero);

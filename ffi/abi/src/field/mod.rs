@@ -160,7 +160,7 @@ unsafe fn sum<T: Real, const D: usize>(
     // SAFETY: as above; outputs and workspace overlap nothing.
     let (sources, targets, outputs, memory) = unsafe {
         (
-            Sources { positions: positions.slice(), masses: masses.slice() },
+            Sources::new(positions.slice(), masses.slice()),
             targets.slice(),
             Outputs {
                 potential: potential.map(|p| p.slice()),

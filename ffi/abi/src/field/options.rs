@@ -69,6 +69,7 @@ impl mollis_field_options {
             },
             combination: (a, b),
             tolerance: self.tolerance,
+            radii: false,
             method: match self.method {
                 MOLLIS_METHOD_AUTO => None,
                 MOLLIS_METHOD_DIRECT => Some(Method::Direct),

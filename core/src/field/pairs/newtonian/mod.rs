@@ -37,15 +37,19 @@ use super::{Block, PairKernel, Passes};
 use crate::checked::Present;
 use crate::exec::Statistics;
 use crate::kernel::sphere;
-use crate::mollifier::{Blob, Mollifier};
+use crate::mollifier::{Blob, Mollifier, gaussian_weights};
 use crate::real::Real;
 use crate::simd::{Isa, Part, log, log_numerator};
 use inside::Inside;
 
-/// A Newtonian kernel: `coefficient` times the blob's potential.
-pub(in crate::field) struct Newtonian<'a, T: Real, const D: usize> {
+/// A Newtonian kernel: `coefficient` times the blob's potential; if `EACH`, every source has a core radius of its own in place of the blob's delta.
+///
+/// With core radii the functions inside are those of the blob's delta in units of its own, at distances times delta / radius.
+pub(in crate::field) struct Newtonian<'a, T: Real, const D: usize, const EACH: bool> {
     pub blob: &'a Blob<T, D>,
     pub coefficient: T,
+    /// The largest core radius: delta, if it is the only one.
+    pub largest: T,
     /// Where the mollifier is Gaussian: its field near the source, times the coefficient.
     pub table: Option<Tabulated<'a, T>>,
 }
@@ -59,6 +63,55 @@ pub(in crate::field) struct Prepared<'a, T: Real> {
     has_closer: bool,
     /// Whether the gradient's polynomial inside a compact mollifier has [`UNROLLED`] terms, and delta is not too small for [`Inside::shifted`].
     is_usual: bool,
+    each: Each<T>,
+}
+
+/// What leads from a core radius to its source's numbers.
+#[derive(Clone, Copy)]
+struct Each<T> {
+    /// delta^2 in its own units.
+    square: T,
+    /// The square of the support of a Gaussian mollifier of length 1, or 1.
+    support_square: T,
+    /// log delta in 2D.
+    log_delta: T,
+    /// A true length is one in units times 2 to minus this.
+    position: i32,
+}
+
+/// The numbers of a source with a core radius of its own.
+#[derive(Clone, Copy)]
+struct Core<T> {
+    /// (delta / radius)^2.
+    ratio_square: T,
+    /// What its mass is multiplied by for the gradient and the density, and for the potential.
+    factors: [T; 2],
+    /// Added to S_D K, twice that in 2D.
+    offset: T,
+}
+
+impl<T: Real> Each<T> {
+    /// Of a core as [`PairKernel::core`] keeps it; `None`: the radius is too small for lanes.
+    #[inline(never)]
+    fn core<const D: usize>(&self, core: T, has_table: bool) -> Option<Core<T>> {
+        if core <= power_of_two::<T>(-least_square_exponent::<T>()) {
+            return None;
+        }
+        let square = core / self.support_square;
+        let ratio_square = self.square / square;
+        let ratio = ratio_square.sqrt();
+        let (factors, offset) = match D {
+            1 => ([ratio, T::ONE / ratio], T::ZERO),
+            2 => {
+                let log = square.sqrt().ldexp(-self.position).log();
+                // The table's potential has log delta in it.
+                let offset = T::TWO * if has_table { log - self.log_delta } else { log };
+                ([ratio_square, T::ONE], offset)
+            }
+            _ => ([ratio_square * ratio, ratio], T::ZERO),
+        };
+        Some(Core { ratio_square, factors, offset })
+    }
 }
 
 /// Terms of the gradient's polynomial that is unrolled: those of M = 4, order 2, the paper's choice.
@@ -92,15 +145,11 @@ const TABLES: bool = cfg!(all(feature = "kernels", feature = "gaussian"));
 
 /// Beyond this many delta a Gaussian mollifier's field is Newtonian to rounding: e^{-(r / w delta)^2} < u / e, w delta being the width of its widest part.
 fn gaussian_support<T: Real>(dimension: usize, order: u32) -> T {
-    let width = match (dimension, order) {
-        (1, 6) => 4.0,
-        (1, _) => 2.0,
-        _ => core::f64::consts::SQRT_2,
-    };
-    T::from_f64(width) * (T::from_f64(f64::from(T::DIGITS) * core::f64::consts::LN_2 + 1.0)).sqrt()
+    let square = gaussian_weights(dimension, order).iter().fold(1.0, |most, &(_, square)| square.max(most));
+    T::from_f64(square).sqrt() * (T::from_f64(f64::from(T::DIGITS) * core::f64::consts::LN_2 + 1.0)).sqrt()
 }
 
-impl<'a, T: Real, const D: usize> PairKernel<T, D> for Newtonian<'a, T, D> {
+impl<'a, T: Real, const D: usize, const EACH: bool> PairKernel<T, D> for Newtonian<'a, T, D, EACH> {
     type Prepared = Prepared<'a, T>;
     type Lanes<V: Copy> = Softened<V>;
 
@@ -108,21 +157,34 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Newtonian<'a, T, D> {
     const PASSES: Passes = if D == 3 { Passes::Together } else { Passes::Apart };
 
     fn length(&self) -> T {
-        self.blob.delta()
+        self.largest
+    }
+
+    /// The square below which lanes are not plainly Newtonian.
+    fn core(&self, square: T) -> T {
+        let support = match self.blob.mollifier() {
+            Mollifier::Gaussian { order } => gaussian_support::<T>(D, order),
+            _ => T::ONE,
+        };
+        (square * (support * support)).max(power_of_two::<T>(-least_square_exponent::<T>()))
     }
 
     fn prepare(&self, units: Units<T>) -> Prepared<'a, T> {
         let blob = self.blob;
         let least = power_of_two::<T>(-least_square_exponent::<T>());
+        // With core radii delta is a unit of its own.
+        let true_units = units.position;
+        let units = if EACH { Units { position: -blob.delta().frexp().1, ..units } } else { units };
         let delta = blob.delta().ldexp(units.position);
         let square = delta * delta;
-        let (mut edge, mut inside, mut table) = (least, Inside::NONE, None);
+        let (mut edge, mut inside, mut table, mut support_square) = (least, Inside::NONE, None, T::ONE);
         if square >= least {
             match blob.mollifier() {
                 Mollifier::Compact { .. } => (edge, inside) = (square, Inside::new(blob, delta)),
                 Mollifier::Gaussian { order } => {
                     let support = gaussian_support::<T>(D, order);
-                    edge = square * (support * support);
+                    support_square = support * support;
+                    edge = square * support_square;
                     table = self.table.as_ref().map(|table| {
                         let prepared = PairKernel::<T, D>::prepare(table, units);
                         let sphere = T::from_f64(sphere(D));
@@ -141,10 +203,14 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Newtonian<'a, T, D> {
                         )
                     });
                 }
-                Mollifier::None => {}
+                Mollifier::None | Mollifier::Plummer | Mollifier::Algebraic | Mollifier::Vatistas => {}
             }
         }
-        let has_closer = square < least || blob.mollifier() == Mollifier::None;
+        if EACH {
+            // The sources have offsets of their own.
+            inside.offset = if D == 2 { T::ZERO } else { inside.offset };
+        }
+        let has_closer = !EACH && (square < least || blob.mollifier() == Mollifier::None);
         if let Mollifier::Gaussian { order } = blob.mollifier()
             && has_closer
         {
@@ -154,14 +220,20 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Newtonian<'a, T, D> {
         let softened = Softened {
             edge,
             inside,
-            log_exponent: T::from_i32(units.position.saturating_mul(-2)),
+            log_exponent: T::from_i32(true_units.saturating_mul(-2)),
             table: table.as_ref().map(|(table, _)| *table.numbers()),
             table_scales: table.as_ref().map_or([T::ZERO; 2], |(_, scales)| *scales),
         };
         // Its loop needs coefficients in powers of r2 - delta^2, the last of which is delta^-(D + 8) times a few hundred.
         let exponent = (1 - delta.frexp().1).saturating_mul(D as i32 + 2 * (UNROLLED as i32 - 1));
         let is_usual = inside.gradient.terms == UNROLLED && exponent < T::MAX_EXPONENT - 24;
-        Prepared { softened, table, has_closer, is_usual }
+        let each = Each {
+            square,
+            support_square,
+            log_delta: if D == 2 { blob.delta().log() } else { T::ZERO },
+            position: true_units,
+        };
+        Prepared { softened, table, has_closer, is_usual, each }
     }
 
     fn scales(&self, units: Units<T>, class: usize) -> Scales<T> {
@@ -217,23 +289,24 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Newtonian<'a, T, D> {
         let mut left = all;
         let mut near = 0;
         let [a, b] = block.bounds;
-        if prepared.0.is_usual
+        if !EACH
+            && prepared.0.is_usual
             && farthest(a, b) < prepared.0.softened.edge
             && let Some(inside) = kernel.inside()
         {
             // All pairs are near: nothing is tested.
             let (laplacian, sources) = (block.laplacian, left);
             near = isa.apart(NearRun::<_, _, D, NB, P, UNROLLED, false> { kernel, inside, laplacian, sources, groups });
-            left = (&[], &[]);
+            left = (&[], &[], &[]);
         }
         while !left.0.is_empty() {
             let start = all.0.len() - left.0.len();
-            let far = isa.apart(FarRun::<_, _, D, NB, P> { kernel, sources: left, start, noted, groups });
+            let far = isa.apart(FarRun::<_, _, D, NB, P, EACH> { kernel, sources: left, start, noted, groups });
             left = skip(left, far);
             if I::IN_ORDER && !noted.is_empty() {
-                isa.apart(AddNoted::<_, _, D, NB, P> { prepared, block, groups, noted, counts });
+                isa.apart(AddNoted::<_, _, D, NB, P, EACH> { prepared, block, groups, noted, counts });
             }
-            if let Some(inside) = kernel.inside() {
+            if !EACH && let Some(inside) = kernel.inside() {
                 let (laplacian, sources) = (block.laplacian, left);
                 let run = isa.apart(NearRun::<_, _, D, NB, P, 0, true> { kernel, inside, laplacian, sources, groups });
                 left = skip(left, run);
@@ -241,7 +314,7 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Newtonian<'a, T, D> {
             }
         }
         if !noted.is_empty() {
-            isa.apart(AddNoted::<_, _, D, NB, P> { prepared, block, groups, noted, counts });
+            isa.apart(AddNoted::<_, _, D, NB, P, EACH> { prepared, block, groups, noted, counts });
         }
         let valid: u32 = block.valid.iter().map(|valid| valid.count_ones()).sum();
         counts.all_near_blocks += near as u64;
@@ -253,14 +326,15 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Newtonian<'a, T, D> {
     fn left_out<I: Isa<T>, const NB: usize>(
         isa: I,
         (_, kernel): (&Prepared<'a, T>, &Softened<I::V>),
-        source: &[T; D],
+        (source, core): (&[T; D], Option<&T>),
         groups: &[Group<I::V, D>; NB],
         _laplacian: bool,
     ) -> [u32; NB] {
         let (_, r2) = distances(isa, source, groups);
         let mut left_out = [0; NB];
+        let edge = if EACH { isa.splat(core.copied().present_or(T::ZERO)) } else { kernel.edge };
         for (lanes, &r2) in left_out.iter_mut().zip(&r2) {
-            *lanes = isa.bits(isa.lt(r2, kernel.edge));
+            *lanes = isa.bits(isa.lt(r2, edge));
         }
         left_out
     }
@@ -279,6 +353,9 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Newtonian<'a, T, D> {
         mass: T,
         groups: &mut [Group<I::V, D>; NB],
     ) -> [[u32; NB]; 2] {
+        if EACH {
+            return [[0; NB]; 2];
+        }
         // A lane that takes no part has d = 0 and a square that is larger than any other: those are below the outer edge, which is 1 here
         // or the square of a Gaussian mollifier's support, of at most 25 times a delta below 1.
         let (zero, served) = (isa.splat(T::ZERO), isa.splat(power_of_two::<T>(12)));
@@ -320,30 +397,32 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Newtonian<'a, T, D> {
         if after.iter().any(|&lanes| lanes != 0) {
             let pairs = (&*d, &*r2);
             if let Some(inside) = inner.inside() {
-                inside_pairs::<T, I, D, NB, P>(isa, inner.edge, inside, laplacian, pairs, mass, groups);
+                inside_pairs::<T, I, D, NB, P, false>(isa, inner.edge, inside, laplacian, pairs, (mass, None), groups);
                 after = [0; NB];
             } else if TABLES && let Some(((table, _), numbers)) = prepared.table.as_ref().zip(inner.table.as_ref()) {
                 let sums = (table, numbers, inner.table_scales);
-                tabulated::add_below::<T, I, D, NB, P>(isa, inner.edge, sums, laplacian, pairs, mass, groups);
+                tabulated::add_below::<T, I, D, NB, P>(isa, inner.edge, sums, laplacian, pairs, (mass, None), groups);
                 after = [0; NB];
             }
         }
         [before, after]
     }
 
-    fn exact(&self, x: &[T; D], mass: T, want: Want) -> Contribution<T, D> {
+    fn exact(&self, x: &[T; D], mass: T, radius: Option<T>, want: Want) -> Contribution<T, D> {
         let mut sums = Contribution::ZERO;
         if self.blob.mollifier() == Mollifier::None && x.iter().all(|&x| x == T::ZERO) {
             return sums;
         }
         let which = [want.potential, want.gradient, want.laplacian];
-        (sums.potential, sums.gradient, sums.laplacian) = self.blob.field_of([mass, self.coefficient], x, which);
+        (sums.potential, sums.gradient, sums.laplacian) = radius
+            .map_or(*self.blob, |radius| self.blob.with_delta(radius))
+            .field_of([mass, self.coefficient], x, which);
         sums
     }
 }
 
 /// Adds what noted sources give to the lanes below the edge, where lanes can; else the sources stay noted.
-struct AddNoted<'a, 'k, T: Real, V, const D: usize, const NB: usize, const P: bool> {
+struct AddNoted<'a, 'k, T: Real, V, const D: usize, const NB: usize, const P: bool, const EACH: bool> {
     prepared: (&'a Prepared<'k, T>, &'a Softened<V>),
     block: &'a Block<'a, T, D>,
     groups: &'a mut [Group<V, D>; NB],
@@ -351,47 +430,54 @@ struct AddNoted<'a, 'k, T: Real, V, const D: usize, const NB: usize, const P: bo
     counts: &'a mut Statistics,
 }
 
-impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool> Part<T, I>
-    for AddNoted<'_, '_, T, I::V, D, NB, P>
+impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool, const EACH: bool> Part<T, I>
+    for AddNoted<'_, '_, T, I::V, D, NB, P, EACH>
 {
     type Out = ();
 
     #[inline(always)]
     fn run(self, isa: I) {
         let Self { prepared: (prepared, kernel), block, groups, noted, counts } = self;
-        let mut count = |lanes: [u32; NB]| {
+        let table = prepared.table.as_ref().zip(kernel.table.as_ref());
+        if kernel.inside().is_none() && !(TABLES && table.is_some()) {
+            return;
+        }
+        let (positions, masses, cores) = block.sources;
+        let mut kept = 0;
+        for k in 0..noted.len() {
+            let at = noted.at(k);
+            let (Some(x), Some(&m)) = (positions.get(at), masses.get(at)) else { continue };
+            let (mut edge, mut core) = (kernel.edge, None);
+            if EACH {
+                let square = cores.get(at).copied().present_or(T::ZERO);
+                (edge, core) = (isa.splat(square), prepared.each.core::<D>(square, kernel.inside().is_none()));
+                if core.is_none() {
+                    noted.keep(kept, at);
+                    kept += 1;
+                    continue;
+                }
+            }
+            let (d, r2) = distances(isa, x, groups);
+            let (pairs, source) = ((&d, &r2), (m, core.as_ref()));
+            let mut lanes = [0; NB];
+            if let Some(inside) = kernel.inside() {
+                lanes = inside_pairs::<T, I, D, NB, P, EACH>(isa, edge, inside, block.laplacian, pairs, source, groups);
+            } else if TABLES && let Some(((table, _), numbers)) = table {
+                let sums = (table, numbers, kernel.table_scales);
+                let source = (m, core.as_ref().map(|core| (core.ratio_square, core.factors, core.offset)));
+                lanes = tabulated::add_below::<T, I, D, NB, P>(isa, edge, sums, block.laplacian, pairs, source, groups);
+            }
             counts.polynomial_blocks += 1;
             for (lanes, valid) in lanes.iter().zip(block.valid) {
                 counts.near_pairs += u64::from((lanes & valid).count_ones());
             }
-        };
-        if let Some(inside) = kernel.inside() {
-            for at in noted.take() {
-                let (Some(x), Some(&m)) = (block.sources.0.get(at), block.sources.1.get(at)) else { continue };
-                count(inside_lanes::<T, I, D, NB, P>(isa, kernel.edge, inside, block.laplacian, x, m, groups));
-            }
-        } else if TABLES && let Some(((table, _), numbers)) = prepared.table.as_ref().zip(kernel.table.as_ref()) {
-            let sums = (table, numbers, kernel.table_scales);
-            for at in noted.take() {
-                let (Some(x), Some(&m)) = (block.sources.0.get(at), block.sources.1.get(at)) else { continue };
-                let (d, r2) = distances(isa, x, groups);
-                let pairs = (&d, &r2);
-                count(tabulated::add_below::<T, I, D, NB, P>(
-                    isa,
-                    kernel.edge,
-                    sums,
-                    block.laplacian,
-                    pairs,
-                    m,
-                    groups,
-                ));
-            }
         }
+        noted.truncate(kept);
     }
 }
 
 /// [`far_run`] as a function of its own.
-struct FarRun<'a, T, V, const D: usize, const NB: usize, const P: bool> {
+struct FarRun<'a, T, V, const D: usize, const NB: usize, const P: bool, const EACH: bool> {
     kernel: &'a Softened<V>,
     sources: List<'a, T, D>,
     start: usize,
@@ -399,13 +485,15 @@ struct FarRun<'a, T, V, const D: usize, const NB: usize, const P: bool> {
     groups: &'a mut [Group<V, D>; NB],
 }
 
-impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool> Part<T, I> for FarRun<'_, T, I::V, D, NB, P> {
+impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool, const EACH: bool> Part<T, I>
+    for FarRun<'_, T, I::V, D, NB, P, EACH>
+{
     type Out = usize;
 
     #[inline(always)]
     fn run(self, isa: I) -> usize {
         let Self { kernel, sources, start, noted, groups } = self;
-        far_run::<T, I, D, NB, P>(isa, kernel, sources, start, noted, groups)
+        far_run::<T, I, D, NB, P, EACH>(isa, kernel, sources, start, noted, groups)
     }
 }
 
@@ -432,8 +520,9 @@ impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool, const T
 
 /// The list without its first `n`.
 #[inline(always)]
-fn skip<T, const D: usize>((positions, masses): List<'_, T, D>, n: usize) -> List<'_, T, D> {
-    (positions.get(n..).present_or(&[]), masses.get(n..).present_or(&[]))
+fn skip<T, const D: usize>((positions, masses, cores): List<'_, T, D>, n: usize) -> List<'_, T, D> {
+    // Without core radii there is nothing to skip.
+    (positions.get(n..).present_or(&[]), masses.get(n..).present_or(&[]), cores.get(n..).unwrap_or(&[]))
 }
 
 /// Adds sources, but not where a lane is below the edge: such sources are noted, at their place after `start`. Stops where every lane
@@ -442,7 +531,7 @@ fn skip<T, const D: usize>((positions, masses): List<'_, T, D>, n: usize) -> Lis
 ///
 /// Targets and sums live in registers here: this loop is where a sum without near pairs spends its time.
 #[inline(always)]
-fn far_run<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool>(
+fn far_run<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool, const EACH: bool>(
     isa: I,
     kernel: &Softened<I::V>,
     sources: List<'_, T, D>,
@@ -453,12 +542,14 @@ fn far_run<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool>(
     let (zero, one) = (isa.splat(T::ZERO), isa.splat(T::ONE));
     let mut done = 0;
     let mut local = *groups;
+    let mut cores = sources.2.iter();
     for (x, &m) in sources.0.iter().zip(sources.1) {
         let (mut d, mut r2) = distances(isa, x, &local);
         let mass = isa.splat(m);
+        let edge = if EACH { isa.splat(cores.next().copied().present_or(T::ZERO)) } else { kernel.edge };
         let mut stop = false;
-        if isa.any_below(&r2, kernel.edge) {
-            if kernel.inside().is_some() && isa.all_below(&r2, kernel.edge) {
+        if isa.any_below(&r2, edge) {
+            if !EACH && kernel.inside().is_some() && isa.all_below(&r2, edge) {
                 break;
             }
             noted.push(start + done);
@@ -466,7 +557,7 @@ fn far_run<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool>(
             // Lanes below the edge add nothing: d = 0, and r2 = 1 is harmless. Only the potential, log or -1/r, has no zero there.
             let mut below = [isa.lt(one, zero); NB];
             for (below, (d, r2)) in below.iter_mut().zip(d.iter_mut().zip(&mut r2)) {
-                *below = isa.lt(*r2, kernel.edge);
+                *below = isa.lt(*r2, edge);
                 d.iter_mut().for_each(|d| *d = isa.select(*below, zero, *d));
                 *r2 = isa.select(*below, one, *r2);
             }
@@ -530,7 +621,7 @@ fn near_run<
 ) -> usize {
     let mut done = 0;
     let mut local = *groups;
-    let (mut positions, mut masses) = sources;
+    let (mut positions, mut masses, _) = sources;
     let gradient = !P || D == 3;
     if gradient && !(TEST || I::IN_ORDER) {
         // Four sources at a time, stage by stage: the polynomials' long chains of dependent operations then overlap beyond what the
@@ -600,33 +691,23 @@ fn near_run<
     done
 }
 
-/// Adds what one source gives to the lanes inside a compact support, and to no other; returns one word of lanes a vector.
+/// Adds what one source gives to the lanes inside a compact support, and to no other, from the differences, source minus target, and their squares; if `EACH`,
+/// with the numbers of its core radius. Returns one word of lanes a vector.
 #[inline(always)]
-fn inside_lanes<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool>(
-    isa: I,
-    edge: I::V,
-    inside: &Inside<I::V>,
-    laplacian: bool,
-    source: &[T; D],
-    mass: T,
-    groups: &mut [Group<I::V, D>; NB],
-) -> [u32; NB] {
-    let (d, r2) = distances(isa, source, groups);
-    inside_pairs::<T, I, D, NB, P>(isa, edge, inside, laplacian, (&d, &r2), mass, groups)
-}
-
-/// The same from the differences, source minus target, and their squares.
-#[inline(always)]
-fn inside_pairs<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool>(
+fn inside_pairs<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool, const EACH: bool>(
     isa: I,
     edge: I::V,
     inside: &Inside<I::V>,
     laplacian: bool,
     (d, r2): (&[[I::V; D]; NB], &[I::V; NB]),
-    mass: T,
+    (mass, core): (T, Option<&Core<T>>),
     groups: &mut [Group<I::V, D>; NB],
 ) -> [u32; NB] {
-    let (zero, mass) = (isa.splat(T::ZERO), isa.splat(mass));
+    let zero = isa.splat(T::ZERO);
+    let [of_gradient, of_potential] = match core {
+        Some(core) if EACH => core.factors.map(|factor| isa.splat(mass * factor)),
+        _ => [isa.splat(mass); 2],
+    };
     let (mut below, mut lanes) = ([isa.lt(zero, zero); NB], [0; NB]);
     // Beyond the support powers of t might overflow, which may be trapped.
     let mut within = *r2;
@@ -635,22 +716,33 @@ fn inside_pairs<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bo
         *lanes = isa.bits(*below);
         *r2 = isa.select(*below, *r2, edge);
     }
+    if EACH && let Some(core) = core {
+        let ratio_square = isa.splat(core.ratio_square);
+        within.iter_mut().for_each(|r2| *r2 = isa.mul(*r2, ratio_square));
+    }
     let t = inside.t(isa, &within);
     if P {
-        let k = inside.potential::<T, I, D, NB>(isa, &t, &within);
+        let mut k = inside.potential::<T, I, D, NB>(isa, &t, &within);
+        if EACH
+            && D == 2
+            && let Some(core) = core
+        {
+            let offset = isa.splat(core.offset);
+            k.iter_mut().for_each(|k| *k = isa.add(*k, offset));
+        }
         for ((group, k), &below) in groups.iter_mut().zip(k).zip(&below) {
-            group.add_potential(isa, mass, isa.select(below, k, zero));
+            group.add_potential(isa, of_potential, isa.select(below, k, zero));
         }
     }
     if !P || D == 3 {
         let g = inside.gradient.at::<T, I, NB, 0>(isa, &t);
         for (((group, d), g), &below) in groups.iter_mut().zip(d).zip(g).zip(&below) {
-            group.add_gradient(isa, isa.select(below, isa.mul(mass, g), zero), d);
+            group.add_gradient(isa, isa.select(below, isa.mul(of_gradient, g), zero), d);
         }
         if laplacian {
             let b = inside.density.at::<T, I, NB, 0>(isa, &t);
             for ((group, b), &below) in groups.iter_mut().zip(b).zip(&below) {
-                group.add_laplacian(isa, mass, isa.select(below, b, zero));
+                group.add_laplacian(isa, of_gradient, isa.select(below, b, zero));
             }
         }
     }
@@ -659,7 +751,7 @@ fn inside_pairs<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bo
 
 /// m S_D g of the bare kernel.
 #[inline(always)]
-fn outside_gradient<T: Real, I: Isa<T>, const D: usize, const NB: usize>(
+pub(super) fn outside_gradient<T: Real, I: Isa<T>, const D: usize, const NB: usize>(
     isa: I,
     mass: I::V,
     r2: &[I::V; NB],

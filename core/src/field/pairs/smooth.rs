@@ -1,0 +1,399 @@
+//! The Newtonian kernel under an algebraic mollifier: one formula for every pair, without a branch.
+//!
+//! With q = r2 + delta^2 and e = delta^2 / q in units, S_D = 2, 2 pi, 4 pi, and B(q) the bare kernel's gradient factor at the distance q^(1/2), that is
+//! q^(-D/2) ([`outside_gradient`]):
+//!
+//! | | Plummer | algebraic | Vatistas, w = r2^2 + delta^4 |
+//! |---|---|---|---|
+//! | S_D g | B(q) | B(q) (1 + D e / 2) | w^(-1/2) |
+//! | S_D K | bare at q | 1D, 3D: bare at q times (1 - e / 2), (1 + e / 2); 2D, twice: log q - e | twice: log((r2 + w^(1/2)) / 2) |
+//! | S_D psi | D e B(q) | D (D + 2) e^2 B(q) / 2 | 2 delta^4 / w times w^(-1/2) |
+//!
+//! Each source has its core radius, or all have the kernel's delta. Where delta is below 2^-60 (single precision 2^-28) of the largest coordinate, q may
+//! leave the range: lanes closer than that are left out, and computed one by one.
+//!
+//! # Rounding
+//! With u the unit roundoff: r2 has 5 u, q 6 u; B(q) has at most 1.5 times that and 8 u more, the factors in e at most 8 u, the products by d and m 4 u:
+//! c = 32. The scale is that of the bare kernel at the distance q^(1/2) (2D: |K| + 1 / (2 pi)), for the density psi at 0 beyond a factor of
+//! its own value (test `softenings`).
+
+use core::marker::PhantomData;
+
+use super::lanes::{Deferred, Group, List, Want, distances};
+use super::newtonian::{outside_gradient, outside_potential};
+use super::output::{Contribution, Scales};
+use super::packed::{Units, least_square_exponent, power_of_two};
+use super::{Block, PairKernel, Passes};
+use crate::checked::Present;
+use crate::exec::Statistics;
+use crate::kernel::sphere;
+use crate::mollifier::Blob;
+use crate::real::Real;
+use crate::simd::{Isa, Part, log, log_numerator};
+
+/// An algebraic mollifier in lanes, in units; `square` is delta^2.
+pub(in crate::field) trait Form<T: Real, const D: usize>: Sync {
+    /// The distance's square that the other functions take, q or w.
+    fn sum<I: Isa<T>>(isa: I, r2: I::V, square: I::V) -> I::V;
+    /// m S_D g.
+    fn gradient<I: Isa<T>, const NB: usize>(isa: I, mass: I::V, square: I::V, sums: &[I::V; NB]) -> [I::V; NB];
+    /// S_D K, twice that in 2D.
+    fn potential<I: Isa<T>, const NB: usize>(
+        isa: I,
+        log_exponent: I::V,
+        square: I::V,
+        r2: &[I::V; NB],
+        sums: &[I::V; NB],
+    ) -> [I::V; NB];
+    /// m S_D psi, from m S_D g.
+    fn density<I: Isa<T>, const NB: usize>(isa: I, mass: I::V, square: I::V, sums: &[I::V; NB]) -> [I::V; NB];
+}
+
+/// [`crate::mollifier::Mollifier::Plummer`].
+pub(in crate::field) struct Plummer;
+/// [`crate::mollifier::Mollifier::Algebraic`].
+pub(in crate::field) struct High;
+/// [`crate::mollifier::Mollifier::Vatistas`].
+pub(in crate::field) struct Vatistas;
+
+/// The bare kernel's potential at the distances q^(1/2).
+#[inline(always)]
+fn bare_potential<T: Real, I: Isa<T>, const D: usize, const NB: usize>(
+    isa: I,
+    log_exponent: I::V,
+    sums: &[I::V; NB],
+) -> [I::V; NB] {
+    if D == 1 {
+        let mut roots = *sums;
+        roots.iter_mut().for_each(|root| *root = isa.sqrt(*root));
+        return roots;
+    }
+    outside_potential::<T, I, D, NB>(isa, log_exponent, &[[isa.splat(T::ZERO); D]; NB], sums)
+}
+
+impl<T: Real, const D: usize> Form<T, D> for Plummer {
+    #[inline(always)]
+    fn sum<I: Isa<T>>(isa: I, r2: I::V, square: I::V) -> I::V {
+        isa.add(r2, square)
+    }
+
+    #[inline(always)]
+    fn gradient<I: Isa<T>, const NB: usize>(isa: I, mass: I::V, _: I::V, sums: &[I::V; NB]) -> [I::V; NB] {
+        outside_gradient::<T, I, D, NB>(isa, mass, sums)
+    }
+
+    #[inline(always)]
+    fn potential<I: Isa<T>, const NB: usize>(
+        isa: I,
+        log_exponent: I::V,
+        _: I::V,
+        _: &[I::V; NB],
+        sums: &[I::V; NB],
+    ) -> [I::V; NB] {
+        bare_potential::<T, I, D, NB>(isa, log_exponent, sums)
+    }
+
+    #[inline(always)]
+    fn density<I: Isa<T>, const NB: usize>(isa: I, mass: I::V, square: I::V, sums: &[I::V; NB]) -> [I::V; NB] {
+        let mut values = outside_gradient::<T, I, D, NB>(isa, mass, sums);
+        let times = isa.splat(T::from_usize(D));
+        for (value, &q) in values.iter_mut().zip(sums) {
+            *value = isa.mul(*value, isa.mul(times, isa.div(square, q)));
+        }
+        values
+    }
+}
+
+impl<T: Real, const D: usize> Form<T, D> for High {
+    #[inline(always)]
+    fn sum<I: Isa<T>>(isa: I, r2: I::V, square: I::V) -> I::V {
+        isa.add(r2, square)
+    }
+
+    #[inline(always)]
+    fn gradient<I: Isa<T>, const NB: usize>(isa: I, mass: I::V, square: I::V, sums: &[I::V; NB]) -> [I::V; NB] {
+        let mut values = outside_gradient::<T, I, D, NB>(isa, mass, sums);
+        let shares = isa.quotients(isa.mul(square, isa.splat(T::from_usize(D) * T::HALF)), *sums);
+        for (value, &share) in values.iter_mut().zip(&shares) {
+            *value = isa.mul_add(*value, share, *value);
+        }
+        values
+    }
+
+    #[inline(always)]
+    fn potential<I: Isa<T>, const NB: usize>(
+        isa: I,
+        log_exponent: I::V,
+        square: I::V,
+        _: &[I::V; NB],
+        sums: &[I::V; NB],
+    ) -> [I::V; NB] {
+        let mut values = bare_potential::<T, I, D, NB>(isa, log_exponent, sums);
+        for (value, &q) in values.iter_mut().zip(sums) {
+            let share = isa.div(square, q);
+            let half = isa.mul(share, isa.splat(T::HALF));
+            *value = match D {
+                1 => isa.neg_mul_add(*value, half, *value),
+                2 => isa.sub(*value, share),
+                _ => isa.mul_add(*value, half, *value),
+            };
+        }
+        values
+    }
+
+    #[inline(always)]
+    fn density<I: Isa<T>, const NB: usize>(isa: I, mass: I::V, square: I::V, sums: &[I::V; NB]) -> [I::V; NB] {
+        let mut values = outside_gradient::<T, I, D, NB>(isa, mass, sums);
+        let times = isa.splat(T::from_usize(D * (D + 2)) * T::HALF);
+        for (value, &q) in values.iter_mut().zip(sums) {
+            let share = isa.div(square, q);
+            *value = isa.mul(*value, isa.mul(times, isa.mul(share, share)));
+        }
+        values
+    }
+}
+
+impl<T: Real, const D: usize> Form<T, D> for Vatistas {
+    #[inline(always)]
+    fn sum<I: Isa<T>>(isa: I, r2: I::V, square: I::V) -> I::V {
+        isa.mul_add(r2, r2, isa.mul(square, square))
+    }
+
+    #[inline(always)]
+    fn gradient<I: Isa<T>, const NB: usize>(isa: I, mass: I::V, _: I::V, sums: &[I::V; NB]) -> [I::V; NB] {
+        let mut values = isa.inverse_roots(*sums);
+        values.iter_mut().for_each(|value| *value = isa.mul(mass, *value));
+        values
+    }
+
+    #[inline(always)]
+    fn potential<I: Isa<T>, const NB: usize>(
+        isa: I,
+        log_exponent: I::V,
+        _: I::V,
+        r2: &[I::V; NB],
+        sums: &[I::V; NB],
+    ) -> [I::V; NB] {
+        let (half, two) = (isa.splat(T::HALF), isa.splat(T::TWO));
+        let (mut values, mut e) = (*sums, *sums);
+        for ((z, e), &r2) in values.iter_mut().zip(&mut e).zip(r2) {
+            (*z, *e) = log_numerator(isa, isa.mul(half, isa.add(r2, isa.sqrt(*z))));
+            *e = isa.add(*e, log_exponent);
+        }
+        values.iter_mut().for_each(|z| *z = isa.div(*z, isa.add(two, *z)));
+        log(isa, e, values)
+    }
+
+    #[inline(always)]
+    fn density<I: Isa<T>, const NB: usize>(isa: I, mass: I::V, square: I::V, sums: &[I::V; NB]) -> [I::V; NB] {
+        let mut values = isa.inverse_roots(*sums);
+        let twice = isa.mul(isa.splat(T::TWO), isa.mul(square, square));
+        for (value, &w) in values.iter_mut().zip(sums) {
+            *value = isa.mul(isa.mul(mass, *value), isa.div(twice, w));
+        }
+        values
+    }
+}
+
+/// A Newtonian kernel under an algebraic mollifier.
+pub(in crate::field) struct Smooth<'a, T: Real, const D: usize, F> {
+    pub blob: &'a Blob<T, D>,
+    pub coefficient: T,
+    /// The core radii, if each source has its own.
+    pub radii: Option<&'a [T]>,
+    pub form: PhantomData<F>,
+}
+
+/// The kernel in units.
+#[derive(Clone, Copy)]
+pub(in crate::field) struct Prepared<T> {
+    /// delta^2; not used where every source has its own.
+    square: T,
+    log_exponent: T,
+    /// Whether some delta is so small that close lanes are left out.
+    has_tiny: bool,
+}
+
+/// The least r^2, in units, of lanes under a tiny delta.
+fn least<T: Real>() -> T {
+    power_of_two(-least_square_exponent::<T>())
+}
+
+impl<T: Real, const D: usize, F: Form<T, D>> PairKernel<T, D> for Smooth<'_, T, D, F> {
+    type Prepared = Prepared<T>;
+    type Lanes<V: Copy> = [V; 2];
+
+    const PASSES: Passes = if D == 3 { Passes::Together } else { Passes::Apart };
+
+    fn length(&self) -> T {
+        self.radii.map_or(self.blob.delta(), |radii| radii.iter().fold(T::ZERO, |most, &r| most.max(r)))
+    }
+
+    fn prepare(&self, units: Units<T>) -> Prepared<T> {
+        let square = |delta: T| {
+            let delta = delta.ldexp(units.position);
+            delta * delta
+        };
+        let own = if self.radii.is_some() { T::ONE } else { square(self.blob.delta()) };
+        let is_tiny = |square: T| square < least();
+        let has_tiny = self.radii.map_or(is_tiny(own), |radii| radii.iter().any(|&radius| is_tiny(square(radius))));
+        let log_exponent = T::from_i32(units.position.saturating_mul(-2));
+        Prepared { square: own, log_exponent, has_tiny }
+    }
+
+    fn scales(&self, units: Units<T>, class: usize) -> Scales<T> {
+        let factor = self.coefficient / T::from_f64(sphere(D));
+        let (mass, length) = (-units.class(class), units.position);
+        let d = D as i32;
+        Scales {
+            // In 2D the lanes added up twice the potential.
+            potential: match D {
+                2 => (T::HALF * factor, mass),
+                _ => (factor, mass + (d - 2) * length),
+            },
+            // d is source minus target.
+            gradient: (-factor, mass + (d - 1) * length),
+            laplacian: (factor, mass + d * length),
+        }
+    }
+
+    #[inline(always)]
+    fn lanes<I: Isa<T>>(prepared: &Prepared<T>, isa: I) -> [I::V; 2] {
+        [isa.splat(prepared.square), isa.splat(prepared.log_exponent)]
+    }
+
+    #[inline(always)]
+    fn add_block<I: Isa<T>, const NB: usize, const P: bool>(
+        isa: I,
+        (prepared, &[square, log_exponent]): (&Prepared<T>, &[I::V; 2]),
+        block: &Block<'_, T, D>,
+        groups: &mut [Group<I::V, D>; NB],
+        [noted, _]: &mut [Deferred; 2],
+        _counts: &mut Statistics,
+    ) {
+        let (sources, laplacian) = (block.sources, block.laplacian);
+        let form = PhantomData::<F>;
+        if prepared.has_tiny {
+            let noted = Some(noted);
+            isa.apart(Pairs::<_, _, _, D, NB, P, true> {
+                form,
+                square,
+                log_exponent,
+                laplacian,
+                sources,
+                noted,
+                groups,
+            });
+        } else {
+            let noted = None;
+            isa.apart(Pairs::<_, _, _, D, NB, P, false> {
+                form,
+                square,
+                log_exponent,
+                laplacian,
+                sources,
+                noted,
+                groups,
+            });
+        }
+    }
+
+    #[inline(always)]
+    fn left_out<I: Isa<T>, const NB: usize>(
+        isa: I,
+        (prepared, _): (&Prepared<T>, &[I::V; 2]),
+        (source, core): (&[T; D], Option<&T>),
+        groups: &[Group<I::V, D>; NB],
+        _laplacian: bool,
+    ) -> [u32; NB] {
+        let (_, r2) = distances(isa, source, groups);
+        let limit = isa.splat(limit(core.copied().unwrap_or(prepared.square)));
+        let mut left_out = [0; NB];
+        for (lanes, &r2) in left_out.iter_mut().zip(&r2) {
+            *lanes = isa.bits(isa.lt(r2, limit));
+        }
+        left_out
+    }
+
+    fn exact(&self, x: &[T; D], mass: T, radius: Option<T>, want: Want) -> Contribution<T, D> {
+        let blob = radius.map_or(*self.blob, |radius| self.blob.with_delta(radius));
+        let which = [want.potential, want.gradient, want.laplacian];
+        let mut sums = Contribution::ZERO;
+        (sums.potential, sums.gradient, sums.laplacian) = blob.field_of([mass, self.coefficient], x, which);
+        sums
+    }
+}
+
+/// Lanes of a source with this delta^2 are left out below this.
+#[inline(always)]
+fn limit<T: Real>(square: T) -> T {
+    if square < least() { least() } else { T::ZERO }
+}
+
+/// What a block of sources gives to a register block of targets, with the potential if `P`; a function of its own. If `TINY`, some sources may have a
+/// delta that is too small for close lanes.
+struct Pairs<'a, T, V, F, const D: usize, const NB: usize, const P: bool, const TINY: bool> {
+    form: PhantomData<F>,
+    square: V,
+    log_exponent: V,
+    laplacian: bool,
+    sources: List<'a, T, D>,
+    noted: Option<&'a mut Deferred>,
+    groups: &'a mut [Group<V, D>; NB],
+}
+
+impl<T: Real, I: Isa<T>, F: Form<T, D>, const D: usize, const NB: usize, const P: bool, const TINY: bool> Part<T, I>
+    for Pairs<'_, T, I::V, F, D, NB, P, TINY>
+{
+    type Out = ();
+
+    #[inline(always)]
+    fn run(self, isa: I) {
+        let Self { square, log_exponent, laplacian, sources: (positions, masses, cores), mut noted, groups, .. } = self;
+        let (zero, one) = (isa.splat(T::ZERO), isa.splat(T::ONE));
+        let each = !cores.is_empty();
+        let mut cores = cores.iter();
+        let mut local = *groups;
+        for (at, (x, &m)) in positions.iter().zip(masses).enumerate() {
+            let (mut d, mut r2) = distances(isa, x, &local);
+            let core = if each { cores.next().copied().present_or(T::ZERO) } else { T::ZERO };
+            let square = if each { isa.splat(core) } else { square };
+            let mass = isa.splat(m);
+            let mut outside = [isa.lt(zero, one); NB];
+            if TINY {
+                // Lanes below the limit add nothing.
+                let limit = if each { isa.splat(limit(core)) } else { isa.splat(least()) };
+                if isa.any_below(&r2, limit) {
+                    noted.iter_mut().for_each(|noted| noted.push(at));
+                }
+                for (outside, (d, r2)) in outside.iter_mut().zip(d.iter_mut().zip(&mut r2)) {
+                    *r2 = isa.select(isa.lt(*r2, limit), isa.sub(zero, one), *r2);
+                    *outside = isa.lt(isa.splat(-T::HALF), *r2);
+                    d.iter_mut().for_each(|d| *d = isa.select(*outside, *d, zero));
+                    *r2 = isa.select(*outside, *r2, one);
+                }
+            }
+            let mut sums = r2;
+            sums.iter_mut().for_each(|sum| *sum = F::sum(isa, *sum, square));
+            if P {
+                let values = F::potential::<I, NB>(isa, log_exponent, square, &r2, &sums);
+                for ((group, k), &outside) in local.iter_mut().zip(values).zip(&outside) {
+                    group.add_potential(isa, mass, if TINY { isa.select(outside, k, zero) } else { k });
+                }
+            }
+            if !P || D == 3 {
+                let factors = F::gradient::<I, NB>(isa, mass, square, &sums);
+                for ((group, d), g) in local.iter_mut().zip(&d).zip(factors) {
+                    group.add_gradient(isa, g, d);
+                }
+                if laplacian {
+                    let values = F::density::<I, NB>(isa, mass, square, &sums);
+                    for ((group, b), &outside) in local.iter_mut().zip(values).zip(&outside) {
+                        group.add_laplacian(isa, one, if TINY { isa.select(outside, b, zero) } else { b });
+                    }
+                }
+            }
+        }
+        *groups = local;
+    }
+}
