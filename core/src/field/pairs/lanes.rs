@@ -10,8 +10,8 @@ pub(in crate::field) const WIDE: usize = 4;
 /// The least and the largest coordinates of some points.
 pub(in crate::field) type Bounds<T, const D: usize> = [[T; D]; 2];
 
-/// Sources one after the other: positions and masses of equal length, and what a kernel makes of the squares of their core radii, empty if they have none.
-pub(in crate::field) type List<'a, T, const D: usize> = (&'a [[T; D]], &'a [T], &'a [T]);
+/// Sources one after the other: positions and masses of equal length.
+pub(in crate::field) type List<'a, T, const D: usize> = (&'a [[T; D]], &'a [T]);
 
 /// What a pass computes beside the potential.
 #[derive(Clone, Copy, Debug, Default)]

@@ -17,6 +17,7 @@ pub(super) struct LeftOut<'a, T: Real, V: Copy, const D: usize, const NB: usize,
     pub targets: (&'a [[T; D]], &'a mut Results<T, D>),
     /// The sources of the block, and their numbers among the caller's.
     pub sources: List<'a, T, D>,
+    pub cores: &'a [T],
     pub origins: &'a [u32],
     pub noted: &'a mut [Deferred; 2],
     /// Made when it is needed.
@@ -33,7 +34,7 @@ impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, K: PairKernel<T, D>, c
 
     #[inline(always)]
     fn run(self, isa: I) {
-        let Self { shared, lanes, want, targets, sources, origins, noted, close, groups, valid, counts } = self;
+        let Self { shared, lanes, want, targets, sources, cores, origins, noted, close, groups, valid, counts } = self;
         let (targets, results) = targets;
         let mut closer = [const { None }; close::RESCALINGS];
         if let ([Some(_), ..], [first, _]) = (shared.closer, &*noted)
@@ -58,7 +59,7 @@ impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, K: PairKernel<T, D>, c
                     }
                     left
                 } else {
-                    K::left_out::<I, NB>(isa, (shared.prepared, lanes), (x, sources.2.get(at)), groups, laplacian)
+                    K::left_out::<I, NB>(isa, (shared.prepared, lanes), (x, cores.get(at)), groups, laplacian)
                 };
                 if left_out.iter().all(|&lanes| lanes == 0) {
                     continue;

@@ -178,6 +178,8 @@ pub(in crate::field) trait PairKernel<T: Real, const D: usize>: Sync {
 pub(in crate::field) struct Block<'a, T, const D: usize> {
     /// Positions and masses, in units.
     pub sources: List<'a, T, D>,
+    /// What the kernel keeps of their core radii ([`PairKernel::core`]); empty without any.
+    pub cores: &'a [T],
     /// The bounds of the sources, and of the targets of the register block.
     pub bounds: [&'a Bounds<T, D>; 2],
     /// Whether the pass computes potentials.
@@ -407,12 +409,12 @@ fn class_sums<T: Real, I: Isa<T>, const D: usize, const NB: usize, K: PairKernel
     let mut noted = [Deferred::new(), Deferred::new()];
     let mut close = None;
     let prepared = (shared.prepared, lanes);
-    for (start, source_bounds, (positions, masses, cores)) in class.blocks() {
-        for (k, (positions, masses)) in positions.chunks(each).zip(masses.chunks(each)).enumerate() {
+    for (start, source_bounds, (positions, masses)) in class.blocks() {
+        for (k, sources) in positions.chunks(each).zip(masses.chunks(each)).enumerate() {
             let Want { potential, laplacian, .. } = want;
-            let sources = (positions, masses, cores.get(k * each..).unwrap_or(&[]));
-            let block =
-                Block { sources, bounds: [source_bounds, &in_units.bounds], potential, laplacian, valid: &valid };
+            let cores = if class.cores.is_empty() { &[] } else { class.cores.get(start + k * each..).present_or(&[]) };
+            let bounds = [source_bounds, &in_units.bounds];
+            let block = Block { sources, cores, bounds, potential, laplacian, valid: &valid };
             K::add_block::<I, NB, P>(isa, prepared, &block, &mut groups, &mut noted, counts);
             if noted.iter().any(|list| !list.is_empty()) {
                 isa.apart(LeftOut::<T, I::V, D, NB, K, P> {
@@ -421,6 +423,7 @@ fn class_sums<T: Real, I: Isa<T>, const D: usize, const NB: usize, K: PairKernel
                     want,
                     targets: (targets, &mut *results),
                     sources,
+                    cores,
                     origins: class.origins.get(start + k * each..).present_or(&[]),
                     noted: &mut noted,
                     close: &mut close,

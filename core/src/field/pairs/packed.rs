@@ -229,10 +229,7 @@ impl<'a, T: Real, const D: usize> Class<'a, T, D> {
     pub fn blocks(&self) -> impl Iterator<Item = (usize, &'a Bounds<T, D>, List<'a, T, D>)> {
         let blocks = self.positions.chunks(BLOCK).zip(self.masses.chunks(BLOCK));
         let blocks = self.boxes.iter().zip(blocks).enumerate();
-        blocks.map(|(k, (bounds, (positions, masses)))| {
-            let cores = self.cores.get(k * BLOCK..).unwrap_or(&[]);
-            (k * BLOCK, bounds, (positions, masses, cores))
-        })
+        blocks.map(|(k, (bounds, (positions, masses)))| (k * BLOCK, bounds, (positions, masses)))
     }
 }
 

@@ -19,7 +19,7 @@
 
 use core::marker::PhantomData;
 
-use super::lanes::{Deferred, Group, List, Want, distances};
+use super::lanes::{Deferred, Group, Want, distances};
 use super::newtonian::{outside_gradient, outside_potential};
 use super::output::{Contribution, Scales};
 use super::packed::{Units, least_square_exponent, power_of_two};
@@ -271,30 +271,13 @@ impl<T: Real, const D: usize, F: Form<T, D>> PairKernel<T, D> for Smooth<'_, T, 
         [noted, _]: &mut [Deferred; 2],
         _counts: &mut Statistics,
     ) {
-        let (sources, laplacian) = (block.sources, block.laplacian);
         let form = PhantomData::<F>;
         if prepared.has_tiny {
             let noted = Some(noted);
-            isa.apart(Pairs::<_, _, _, D, NB, P, true> {
-                form,
-                square,
-                log_exponent,
-                laplacian,
-                sources,
-                noted,
-                groups,
-            });
+            isa.apart(Pairs::<_, _, _, D, NB, P, true> { form, square, log_exponent, block, noted, groups });
         } else {
             let noted = None;
-            isa.apart(Pairs::<_, _, _, D, NB, P, false> {
-                form,
-                square,
-                log_exponent,
-                laplacian,
-                sources,
-                noted,
-                groups,
-            });
+            isa.apart(Pairs::<_, _, _, D, NB, P, false> { form, square, log_exponent, block, noted, groups });
         }
     }
 
@@ -336,8 +319,7 @@ struct Pairs<'a, T, V, F, const D: usize, const NB: usize, const P: bool, const 
     form: PhantomData<F>,
     square: V,
     log_exponent: V,
-    laplacian: bool,
-    sources: List<'a, T, D>,
+    block: &'a Block<'a, T, D>,
     noted: Option<&'a mut Deferred>,
     groups: &'a mut [Group<V, D>; NB],
 }
@@ -349,7 +331,8 @@ impl<T: Real, I: Isa<T>, F: Form<T, D>, const D: usize, const NB: usize, const P
 
     #[inline(always)]
     fn run(self, isa: I) {
-        let Self { square, log_exponent, laplacian, sources: (positions, masses, cores), mut noted, groups, .. } = self;
+        let Self { square, log_exponent, block, mut noted, groups, .. } = self;
+        let Block { sources: (positions, masses), cores, laplacian, .. } = *block;
         let (zero, one) = (isa.splat(T::ZERO), isa.splat(T::ONE));
         let each = !cores.is_empty();
         let mut cores = cores.iter();

@@ -286,7 +286,7 @@ impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool> Part<T,
 /// minus target, and their squares; its potential and gradient factor are multiplied by `scales`. A source with a core radius of its own comes with what its squares are multiplied by,
 /// its mass for the gradient and for the potential, and what is added to the potential. Returns one word of lanes a vector.
 #[inline(always)]
-pub(super) fn add_below<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool>(
+pub(super) fn add_below<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool, const EACH: bool>(
     isa: I,
     edge: I::V,
     (prepared, numbers, [potential, gradient]): (&Prepared<'_, T>, &Lanes<I::V>, [I::V; 2]),
@@ -304,11 +304,12 @@ pub(super) fn add_below<T: Real, I: Isa<T>, const D: usize, const NB: usize, con
     for (((group, d), &r2), lanes) in groups.iter_mut().zip(d).zip(r2).zip(&mut lanes) {
         let below = isa.lt(r2, edge);
         *lanes = isa.bits(below);
-        let u = isa.select(below, numbers.u(isa, isa.mul(r2, ratio_square)), numbers.held);
+        let r2 = if EACH { isa.mul(r2, ratio_square) } else { r2 };
+        let u = isa.select(below, numbers.u(isa, r2), numbers.held);
         let row = Row::of(isa, prepared.rows, u);
         if P {
             group.add_potential(isa, isa.select(below, potential, zero), row.potential(isa));
-            if D == 2 {
+            if EACH && D == 2 {
                 group.add_potential(isa, isa.select(below, of_potential, zero), offset);
             }
         }

@@ -285,9 +285,8 @@ impl<'a, T: Real, const D: usize, const EACH: bool> PairKernel<T, D> for Newtoni
         [noted, _]: &mut [Deferred; 2],
         counts: &mut Statistics,
     ) {
-        let (kernel, all) = (prepared.1, block.sources);
-        let mut left = all;
-        let mut near = 0;
+        let (kernel, n) = (prepared.1, block.sources.0.len());
+        let (mut start, mut near) = (0, 0);
         let [a, b] = block.bounds;
         if !EACH
             && prepared.0.is_usual
@@ -295,31 +294,32 @@ impl<'a, T: Real, const D: usize, const EACH: bool> PairKernel<T, D> for Newtoni
             && let Some(inside) = kernel.inside()
         {
             // All pairs are near: nothing is tested.
-            let (laplacian, sources) = (block.laplacian, left);
-            near = isa.apart(NearRun::<_, _, D, NB, P, UNROLLED, false> { kernel, inside, laplacian, sources, groups });
-            left = (&[], &[], &[]);
+            near = isa.apart(NearRun::<_, _, D, NB, P, UNROLLED, false> { kernel, inside, block, start, groups });
+            start = n;
         }
-        while !left.0.is_empty() {
-            let start = all.0.len() - left.0.len();
-            let far = isa.apart(FarRun::<_, _, D, NB, P, EACH> { kernel, sources: left, start, noted, groups });
-            left = skip(left, far);
+        while start < n {
+            start += isa.apart(FarRun::<_, _, D, NB, P, EACH> { kernel, block, start, noted, groups });
             if I::IN_ORDER && !noted.is_empty() {
-                isa.apart(AddNoted::<_, _, D, NB, P, EACH> { prepared, block, groups, noted, counts });
+                add_noted::<T, I, D, NB, P, EACH>(isa, prepared, block, groups, noted, counts);
             }
-            if !EACH && let Some(inside) = kernel.inside() {
-                let (laplacian, sources) = (block.laplacian, left);
-                let run = isa.apart(NearRun::<_, _, D, NB, P, 0, true> { kernel, inside, laplacian, sources, groups });
-                left = skip(left, run);
+            if !EACH
+                && start < n
+                && let Some(inside) = kernel.inside()
+            {
+                let run = isa.apart(NearRun::<_, _, D, NB, P, 0, true> { kernel, inside, block, start, groups });
+                start += run;
                 near += run;
             }
         }
         if !noted.is_empty() {
-            isa.apart(AddNoted::<_, _, D, NB, P, EACH> { prepared, block, groups, noted, counts });
+            add_noted::<T, I, D, NB, P, EACH>(isa, prepared, block, groups, noted, counts);
         }
-        let valid: u32 = block.valid.iter().map(|valid| valid.count_ones()).sum();
-        counts.all_near_blocks += near as u64;
-        counts.polynomial_blocks += near as u64;
-        counts.near_pairs += near as u64 * u64::from(valid);
+        if near > 0 {
+            let valid: u32 = block.valid.iter().map(|valid| valid.count_ones()).sum();
+            counts.all_near_blocks += near as u64;
+            counts.polynomial_blocks += near as u64;
+            counts.near_pairs += near as u64 * u64::from(valid);
+        }
     }
 
     #[inline(always)]
@@ -401,7 +401,15 @@ impl<'a, T: Real, const D: usize, const EACH: bool> PairKernel<T, D> for Newtoni
                 after = [0; NB];
             } else if TABLES && let Some(((table, _), numbers)) = prepared.table.as_ref().zip(inner.table.as_ref()) {
                 let sums = (table, numbers, inner.table_scales);
-                tabulated::add_below::<T, I, D, NB, P>(isa, inner.edge, sums, laplacian, pairs, (mass, None), groups);
+                tabulated::add_below::<T, I, D, NB, P, false>(
+                    isa,
+                    inner.edge,
+                    sums,
+                    laplacian,
+                    pairs,
+                    (mass, None),
+                    groups,
+                );
                 after = [0; NB];
             }
         }
@@ -421,8 +429,27 @@ impl<'a, T: Real, const D: usize, const EACH: bool> PairKernel<T, D> for Newtoni
     }
 }
 
-/// Adds what noted sources give to the lanes below the edge, where lanes can; else the sources stay noted.
-struct AddNoted<'a, 'k, T: Real, V, const D: usize, const NB: usize, const P: bool, const EACH: bool> {
+/// [`AddNoted`], where the kernel has lanes for close pairs; else the sources stay noted.
+#[inline(always)]
+fn add_noted<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool, const EACH: bool>(
+    isa: I,
+    prepared: (&Prepared<'_, T>, &Softened<I::V>),
+    block: &Block<'_, T, D>,
+    groups: &mut [Group<I::V, D>; NB],
+    noted: &mut Deferred,
+    counts: &mut Statistics,
+) {
+    if prepared.1.inside().is_some() {
+        isa.apart(AddNoted::<_, _, D, NB, P, EACH, false> { prepared, block, groups, noted, counts });
+    } else if TABLES && prepared.0.table.is_some() {
+        isa.apart(AddNoted::<_, _, D, NB, P, EACH, true> { prepared, block, groups, noted, counts });
+    }
+}
+
+/// Adds what noted sources give to the lanes below the edge: by the polynomials inside a compact mollifier or, if `TABLE`, from a Gaussian one's table. Sources with a
+/// core radius that is too small for lanes stay noted.
+struct AddNoted<'a, 'k, T: Real, V, const D: usize, const NB: usize, const P: bool, const EACH: bool, const TABLE: bool>
+{
     prepared: (&'a Prepared<'k, T>, &'a Softened<V>),
     block: &'a Block<'a, T, D>,
     groups: &'a mut [Group<V, D>; NB],
@@ -430,19 +457,16 @@ struct AddNoted<'a, 'k, T: Real, V, const D: usize, const NB: usize, const P: bo
     counts: &'a mut Statistics,
 }
 
-impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool, const EACH: bool> Part<T, I>
-    for AddNoted<'_, '_, T, I::V, D, NB, P, EACH>
+impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool, const EACH: bool, const TABLE: bool> Part<T, I>
+    for AddNoted<'_, '_, T, I::V, D, NB, P, EACH, TABLE>
 {
     type Out = ();
 
     #[inline(always)]
     fn run(self, isa: I) {
         let Self { prepared: (prepared, kernel), block, groups, noted, counts } = self;
-        let table = prepared.table.as_ref().zip(kernel.table.as_ref());
-        if kernel.inside().is_none() && !(TABLES && table.is_some()) {
-            return;
-        }
-        let (positions, masses, cores) = block.sources;
+        let (inside, table) = (&kernel.inside, prepared.table.as_ref().zip(kernel.table.as_ref()));
+        let ((positions, masses), cores) = (block.sources, block.cores);
         let mut kept = 0;
         for k in 0..noted.len() {
             let at = noted.at(k);
@@ -450,7 +474,7 @@ impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool, const E
             let (mut edge, mut core) = (kernel.edge, None);
             if EACH {
                 let square = cores.get(at).copied().present_or(T::ZERO);
-                (edge, core) = (isa.splat(square), prepared.each.core::<D>(square, kernel.inside().is_none()));
+                (edge, core) = (isa.splat(square), prepared.each.core::<D>(square, TABLE));
                 if core.is_none() {
                     noted.keep(kept, at);
                     kept += 1;
@@ -459,14 +483,14 @@ impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool, const E
             }
             let (d, r2) = distances(isa, x, groups);
             let (pairs, source) = ((&d, &r2), (m, core.as_ref()));
-            let mut lanes = [0; NB];
-            if let Some(inside) = kernel.inside() {
-                lanes = inside_pairs::<T, I, D, NB, P, EACH>(isa, edge, inside, block.laplacian, pairs, source, groups);
-            } else if TABLES && let Some(((table, _), numbers)) = table {
+            let lanes = if TABLE {
+                let Some(((table, _), numbers)) = table else { continue };
                 let sums = (table, numbers, kernel.table_scales);
                 let source = (m, core.as_ref().map(|core| (core.ratio_square, core.factors, core.offset)));
-                lanes = tabulated::add_below::<T, I, D, NB, P>(isa, edge, sums, block.laplacian, pairs, source, groups);
-            }
+                tabulated::add_below::<T, I, D, NB, P, EACH>(isa, edge, sums, block.laplacian, pairs, source, groups)
+            } else {
+                inside_pairs::<T, I, D, NB, P, EACH>(isa, edge, inside, block.laplacian, pairs, source, groups)
+            };
             counts.polynomial_blocks += 1;
             for (lanes, valid) in lanes.iter().zip(block.valid) {
                 counts.near_pairs += u64::from((lanes & valid).count_ones());
@@ -476,10 +500,10 @@ impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool, const E
     }
 }
 
-/// [`far_run`] as a function of its own.
+/// [`far_run`] as a function of its own, from `start` on.
 struct FarRun<'a, T, V, const D: usize, const NB: usize, const P: bool, const EACH: bool> {
     kernel: &'a Softened<V>,
-    sources: List<'a, T, D>,
+    block: &'a Block<'a, T, D>,
     start: usize,
     noted: &'a mut Deferred,
     groups: &'a mut [Group<V, D>; NB],
@@ -492,17 +516,19 @@ impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool, const E
 
     #[inline(always)]
     fn run(self, isa: I) -> usize {
-        let Self { kernel, sources, start, noted, groups } = self;
+        let Self { kernel, block, start, noted, groups } = self;
+        let cores = if EACH { block.cores.get(start..).present_or(&[]) } else { &[] };
+        let sources = (from(block.sources, start), cores);
         far_run::<T, I, D, NB, P, EACH>(isa, kernel, sources, start, noted, groups)
     }
 }
 
-/// [`near_run`] as a function of its own.
+/// [`near_run`] as a function of its own, from `start` on.
 struct NearRun<'a, T, V, const D: usize, const NB: usize, const P: bool, const TERMS: usize, const TEST: bool> {
     kernel: &'a Softened<V>,
     inside: &'a Inside<V>,
-    laplacian: bool,
-    sources: List<'a, T, D>,
+    block: &'a Block<'a, T, D>,
+    start: usize,
     groups: &'a mut [Group<V, D>; NB],
 }
 
@@ -513,16 +539,16 @@ impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool, const T
 
     #[inline(always)]
     fn run(self, isa: I) -> usize {
-        let Self { kernel, inside, laplacian, sources, groups } = self;
-        near_run::<T, I, D, NB, P, TERMS, TEST>(isa, kernel, inside, laplacian, sources, groups)
+        let Self { kernel, inside, block, start, groups } = self;
+        let sources = from(block.sources, start);
+        near_run::<T, I, D, NB, P, TERMS, TEST>(isa, kernel, inside, block.laplacian, sources, groups)
     }
 }
 
 /// The list without its first `n`.
 #[inline(always)]
-fn skip<T, const D: usize>((positions, masses, cores): List<'_, T, D>, n: usize) -> List<'_, T, D> {
-    // Without core radii there is nothing to skip.
-    (positions.get(n..).present_or(&[]), masses.get(n..).present_or(&[]), cores.get(n..).unwrap_or(&[]))
+fn from<T, const D: usize>((positions, masses): List<'_, T, D>, n: usize) -> List<'_, T, D> {
+    (positions.get(n..).present_or(&[]), masses.get(n..).present_or(&[]))
 }
 
 /// Adds sources, but not where a lane is below the edge: such sources are noted, at their place after `start`. Stops where every lane
@@ -534,7 +560,7 @@ fn skip<T, const D: usize>((positions, masses, cores): List<'_, T, D>, n: usize)
 fn far_run<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool, const EACH: bool>(
     isa: I,
     kernel: &Softened<I::V>,
-    sources: List<'_, T, D>,
+    (sources, cores): (List<'_, T, D>, &[T]),
     start: usize,
     noted: &mut Deferred,
     groups: &mut [Group<I::V, D>; NB],
@@ -542,7 +568,7 @@ fn far_run<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool, c
     let (zero, one) = (isa.splat(T::ZERO), isa.splat(T::ONE));
     let mut done = 0;
     let mut local = *groups;
-    let mut cores = sources.2.iter();
+    let mut cores = cores.iter();
     for (x, &m) in sources.0.iter().zip(sources.1) {
         let (mut d, mut r2) = distances(isa, x, &local);
         let mass = isa.splat(m);
@@ -621,7 +647,7 @@ fn near_run<
 ) -> usize {
     let mut done = 0;
     let mut local = *groups;
-    let (mut positions, mut masses, _) = sources;
+    let (mut positions, mut masses) = sources;
     let gradient = !P || D == 3;
     if gradient && !(TEST || I::IN_ORDER) {
         // Four sources at a time, stage by stage: the polynomials' long chains of dependent operations then overlap beyond what the
