@@ -7,7 +7,7 @@ use clap::{Args, ValueEnum};
 use mollis_core::exec::{Executor, Run, Serial, Statistics};
 use mollis_core::field::{self, Accumulation, Method, Options, Outputs, Sources, Wanted};
 use mollis_core::kernel::{Kernel, Law, RadialKernel, Supplied, Term};
-use mollis_core::mollifier::Mollifier;
+use mollis_core::mollifier::{Blob, Mollifier};
 use mollis_core::real::Real;
 use mollis_core::simd::Level;
 
@@ -24,6 +24,15 @@ enum MethodName {
 enum Precision {
     F32,
     F64,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
+enum MollifierName {
+    Compact,
+    Gaussian,
+    Plummer,
+    Algebraic,
+    Vatistas,
 }
 
 /// A kernel's name and parameter.
@@ -104,9 +113,12 @@ pub struct Field {
     /// newtonian, power=P, exponential=LENGTH, screened=K, or own: a function of the host (Plummer's potential, softened over 0.05).
     #[arg(long, default_value = "newtonian", value_parser = parse_kernel)]
     kernel: KernelName,
-    /// A Gaussian mollifier (with --delta or --near) instead of a compact one.
+    /// The mollifier, with --delta or --near.
+    #[arg(long, value_enum, default_value = "compact")]
+    mollifier: MollifierName,
+    /// A core radius for each source, from 3/4 to 5/4 of delta.
     #[arg(long)]
-    gaussian: bool,
+    radii: bool,
     /// The mollifier's order.
     #[arg(long, default_value_t = 2)]
     order: u32,
@@ -229,8 +241,13 @@ impl Field {
             }
         }
         let mollifier = match scene.delta {
-            Some(_) if self.gaussian => Mollifier::Gaussian { order: self.order },
-            Some(_) => Mollifier::Compact { order: self.order, exponent: self.exponent },
+            Some(_) => match self.mollifier {
+                MollifierName::Compact => Mollifier::Compact { order: self.order, exponent: self.exponent },
+                MollifierName::Gaussian => Mollifier::Gaussian { order: self.order },
+                MollifierName::Plummer => Mollifier::Plummer,
+                MollifierName::Algebraic => Mollifier::Algebraic,
+                MollifierName::Vatistas => Mollifier::Vatistas,
+            },
             None => Mollifier::None,
         };
         let delta = scene.delta.unwrap_or(0.0);
@@ -240,10 +257,13 @@ impl Field {
         let accurate = prepared::<f64, D>(accurate, self.kernel, mollifier, kernel.delta().to_f64())?;
         let positions: Vec<[T; D]> = scene.positions.iter().map(|x| x.map(T::from_f64)).collect();
         let masses: Vec<T> = scene.masses.iter().map(|&m| T::from_f64(m)).collect();
+        let radius = |k: usize| kernel.delta().to_f64() * (0.75 + 0.5 * (k % 64) as f64 / 64.0);
+        let radii: Vec<T> = (0..self.n).map(|k| T::from_f64(radius(k))).collect();
         let targets = &positions[..n_targets];
         let options = Options {
             accumulation: if self.compensated { Accumulation::Compensated } else { Accumulation::Blocked },
             method: (self.method == MethodName::Direct).then_some(Method::Direct),
+            radii: self.radii,
             ..Options::default()
         };
         let plan = field::plan(&kernel, self.n, n_targets, wanted, &options)?;
@@ -257,6 +277,7 @@ impl Field {
         let mut counters = Statistics::default();
         let mut once = |counters: Option<&mut Statistics>| {
             let sources = Sources::new(&positions, &masses);
+            let sources = if self.radii { sources.with_radii(&radii) } else { sources };
             let outputs = Outputs {
                 potential: wanted.potential.then_some(&mut potential[..]),
                 gradient: wanted.gradient.then_some(&mut gradient[..]),
@@ -266,7 +287,11 @@ impl Field {
             field::evaluate(&plan, &kernel, sources, targets, outputs, workspace, &mut run)
         };
         once(Some(&mut counters))?;
-        let mut peer = if self.no_peer || self.kernel != KernelName::Law(Law::Newtonian) {
+        let mut peer = if self.no_peer
+            || self.radii
+            || self.mollifier != MollifierName::Compact
+            || self.kernel != KernelName::Law(Law::Newtonian)
+        {
             None
         } else {
             Peer::new(&scene, n_targets, wanted.gradient, wanted.potential)
@@ -298,7 +323,8 @@ impl Field {
             let (least, median) = (seconds[0], seconds[seconds.len() / 2]);
             Times { seconds_min: least, seconds_median: median, pairs_per_second: pairs / least }
         };
-        let relative_error = error::<T, D>(&scene, &accurate, wanted, &potential, &gradient, &laplacian)?;
+        let each = self.radii.then_some(&radii[..]);
+        let relative_error = error::<T, D>(&scene, &accurate, each, wanted, &potential, &gradient, &laplacian)?;
         Ok(Report {
             dim: D,
             n: self.n,
@@ -333,22 +359,31 @@ pub(crate) fn minimum(seconds: &[f64]) -> f64 {
 fn error<T: Real, const D: usize>(
     scene: &Scene<D>,
     kernel: &Kernel<'_, f64, D>,
+    radii: Option<&[T]>,
     wanted: Wanted,
     potential: &[T],
     gradient: &[[T; D]],
     laplacian: &[T],
 ) -> Result<f64> {
+    let blobs: Vec<Blob<f64, D>> = radii
+        .unwrap_or_default()
+        .iter()
+        .map(|radius| Blob::new(kernel.mollifier(), radius.to_f64()))
+        .collect::<Result<_, _>>()?;
     // Squares of difference and size, for each of the three outputs.
     let mut norms = [[0.0_f64; 2]; 3];
     for i in (0..gradient.len()).step_by(gradient.len().div_ceil(32).max(1)) {
         let (mut u, mut du, mut ddu) = (0.0, [0.0; D], 0.0);
-        for (x, &m) in scene.positions.iter().zip(&scene.masses) {
+        for (j, (x, &m)) in scene.positions.iter().zip(&scene.masses).enumerate() {
             let d: [f64; D] = std::array::from_fn(|k| scene.positions[i][k] - x[k]);
             let r = d.iter().map(|d| d * d).sum::<f64>().sqrt();
             if r == 0.0 && kernel.is_singular() {
                 continue;
             }
-            let [value, factor, laplacian] = kernel.at(r);
+            let [value, factor, laplacian] = match blobs.get(j) {
+                Some(blob) => [blob.potential(r), blob.gradient_factor(r), blob.density(r)],
+                None => kernel.at(r),
+            };
             u += m * value;
             (0..D).for_each(|k| du[k] += m * factor * d[k]);
             ddu += m * laplacian;

@@ -91,14 +91,17 @@ struct Core<T> {
 }
 
 impl<T: Real> Each<T> {
-    /// Of a core as [`PairKernel::core`] keeps it; `None`: the radius is too small for lanes.
-    #[inline(never)]
-    fn core<const D: usize>(&self, core: T, has_table: bool) -> Option<Core<T>> {
+    /// Of a core as [`PairKernel::core`] keeps it, with the potential's offset if `P`; `None`: the radius is too small for lanes.
+    #[inline(always)]
+    fn core<const D: usize, const P: bool>(&self, core: T, has_table: bool) -> Option<Core<T>> {
         if core <= power_of_two::<T>(-least_square_exponent::<T>()) {
             return None;
         }
+        let ratio_square = self.square * self.support_square / core;
+        if D == 2 && !P {
+            return Some(Core { ratio_square, factors: [ratio_square, T::ONE], offset: T::ZERO });
+        }
         let square = core / self.support_square;
-        let ratio_square = self.square / square;
         let ratio = ratio_square.sqrt();
         let (factors, offset) = match D {
             1 => ([ratio, T::ONE / ratio], T::ZERO),
@@ -474,7 +477,7 @@ impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool, const E
             let (mut edge, mut core) = (kernel.edge, None);
             if EACH {
                 let square = cores.get(at).copied().present_or(T::ZERO);
-                (edge, core) = (isa.splat(square), prepared.each.core::<D>(square, TABLE));
+                (edge, core) = (isa.splat(square), prepared.each.core::<D, P>(square, TABLE));
                 if core.is_none() {
                     noted.keep(kept, at);
                     kept += 1;
