@@ -256,9 +256,26 @@
 #define MOLLIS_MOLLIFIER_COMPACT 1
 
 /**
- * Sum of Gaussians (Craig and Bertozzi): order 4 or 6 in 1D, 4 in 2D; delta is a width. The exponent is not looked at.
+ * Sum of Gaussians: exp(-r^2 / delta^2) alone for order 2 (Lamb and Oseen's vortex in 2D); of order 4 and 6 Craig and Bertozzi's and alike. The exponent is not
+ * looked at.
  */
 #define MOLLIS_MOLLIFIER_GAUSSIAN 2
+
+/**
+ * Plummer's softening: the Newtonian kernel at the distance (r^2 + delta^2)^(1/2); in vortex methods the low-order algebraic kernel of Rosenhead and Moore. Of
+ * Newtonian kernels only, as the next two. Order and exponent are not looked at.
+ */
+#define MOLLIS_MOLLIFIER_PLUMMER 3
+
+/**
+ * The high-order algebraic kernel of vortex methods (Winckelmans and Leonard): K'/r is (r^2 + (1 + D/2) delta^2) / (S_D (r^2 + delta^2)^(D/2 + 1)) in D dimensions.
+ */
+#define MOLLIS_MOLLIFIER_ALGEBRAIC 4
+
+/**
+ * Vatistas' vortex with n = 2, in the plane: K'/r is 1 / (2 pi (r^4 + delta^4)^(1/2)).
+ */
+#define MOLLIS_MOLLIFIER_VATISTAS 5
 
 /**
  * Collisions by the law of the hitting time of zero.

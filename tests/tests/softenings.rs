@@ -262,8 +262,8 @@ fn sums_agree<T: Real, const D: usize>() {
                         check(potential[i], want.potential, "potential");
                         // Components of a difference are rounded, so the scale of each is the vector's.
                         let size = want.gradient[1].iter().fold(0.0, |sum: f64, x| sum + x);
-                        for k in 0..D {
-                            check(gradient[i][k], [want.gradient[0][k], size], "gradient");
+                        for (&got, &want) in gradient[i].iter().zip(&want.gradient[0]) {
+                            check(got, [want, size], "gradient");
                         }
                         if !is_table {
                             check(laplacian[i], want.laplacian, "laplacian");

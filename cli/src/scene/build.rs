@@ -130,8 +130,7 @@ fn scene(name: &str, tree: &Node, probe: Probe<'_>, mistakes: &mut Vec<Mistake>)
         mistakes
             .push(Mistake { line: tree.line_of("study"), text: "study: needs sampling.kind = \"grid\"".to_owned() });
     }
-    let mollifier =
-        tree.get("mollifier").map(|node| softening(node, dimension, has_h || model == Model::Profile, mistakes));
+    let mollifier = tree.get("mollifier").map(|node| softening(node, has_h || model == Model::Profile, mistakes));
     let time = part("time");
     let (end, dt) = (number(time, "end").unwrap_or(0.0), number(time, "dt").unwrap_or(1.0));
     let moves = model != Model::Profile;
@@ -258,7 +257,7 @@ fn kernel(list: &Node, dimension: usize, mistakes: &mut Vec<Mistake>) -> Vec<Ter
     elements.iter().enumerate().map(term).collect()
 }
 
-fn softening(node: &Node, dimension: usize, has_h: bool, mistakes: &mut Vec<Mistake>) -> Softening {
+fn softening(node: &Node, has_h: bool, mistakes: &mut Vec<Mistake>) -> Softening {
     let compact = text(node, "kind").as_deref() == Some("compact");
     let order = number(node, "order").unwrap_or(4.0) as u32;
     let mut wrong = |text: &str| {
@@ -267,8 +266,8 @@ fn softening(node: &Node, dimension: usize, has_h: bool, mistakes: &mut Vec<Mist
     if compact && order % 2 == 1 {
         wrong("must be 2, 4, 6 or 8");
     }
-    if !compact && !matches!((dimension, order), (1, 4 | 6) | (2, 4)) {
-        wrong("a gaussian has order 4 or 6 in 1D, 4 in 2D");
+    if !compact && !matches!(order, 2 | 4 | 6) {
+        wrong("a gaussian has order 2, 4 or 6");
     }
     let delta = number(node, "delta");
     if delta.is_none() && !has_h {

@@ -229,7 +229,7 @@ const MOLLIFIER: &[Field] = &[
         Required,
         "compact: polynomial (1 - r^2)^M ... in the ball of radius delta; gaussian: sums of Gaussians of width delta",
     ),
-    field("order", Count(2, 8), "", Required, "2, 4, 6 or 8 (gaussian: 4 or 6 in 1D, 4 in 2D)"),
+    field("order", Count(2, 8), "", Required, "2, 4, 6 or 8 (gaussian: 2, 4 or 6)"),
     only(("kind", &["compact"]), field("exponent", Count(1, 9), "", Otherwise("4"), "M")),
     field(
         "delta",

@@ -97,14 +97,14 @@ impl Mollifier {
             return Err(Error::Dimension);
         }
         match self {
-            Self::None => Ok(()),
             Self::Compact { order: 2 | 4 | 6 | 8, exponent } if (1..=MAX_EXPONENT).contains(&exponent) => Ok(()),
             Self::Compact { order: 2 | 4 | 6 | 8, .. } => Err(Error::Exponent),
             Self::Gaussian { .. } if !cfg!(feature = "gaussian") => Err(Error::Unsupported),
-            Self::Gaussian { order: 2 | 4 | 6 } => Ok(()),
             Self::Plummer | Self::Algebraic | Self::Vatistas if !blob::ALGEBRAIC => Err(Error::Unsupported),
             Self::Vatistas if dimension != 2 => Err(Error::Dimension),
-            Self::Plummer | Self::Algebraic | Self::Vatistas => Ok(()),
+            Self::None | Self::Gaussian { order: 2 | 4 | 6 } | Self::Plummer | Self::Algebraic | Self::Vatistas => {
+                Ok(())
+            }
             Self::Compact { .. } | Self::Gaussian { .. } => Err(Error::Order),
         }
     }

@@ -250,6 +250,9 @@ fn mollifier_in_c(mollifier: Mollifier) -> c::mollis_mollifier {
         Mollifier::None => (c::MOLLIS_MOLLIFIER_NONE, 0, 0),
         Mollifier::Compact { order, exponent } => (c::MOLLIS_MOLLIFIER_COMPACT, order, exponent),
         Mollifier::Gaussian { order } => (c::MOLLIS_MOLLIFIER_GAUSSIAN, order, 0),
+        Mollifier::Plummer => (c::MOLLIS_MOLLIFIER_PLUMMER, 0, 0),
+        Mollifier::Algebraic => (c::MOLLIS_MOLLIFIER_ALGEBRAIC, 0, 0),
+        Mollifier::Vatistas => (c::MOLLIS_MOLLIFIER_VATISTAS, 0, 0),
     };
     c::mollis_mollifier { kind, order: order as i32, exponent: exponent as i32 }
 }

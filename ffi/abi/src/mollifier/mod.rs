@@ -15,8 +15,16 @@ use mollis_core::{Error, Result};
 pub const MOLLIS_MOLLIFIER_NONE: i32 = 0;
 /// Compact polynomial (Anderson): order 2, 4, 6 or 8, exponent 1 to 9; delta is the radius of the support.
 pub const MOLLIS_MOLLIFIER_COMPACT: i32 = 1;
-/// Sum of Gaussians (Craig and Bertozzi): order 4 or 6 in 1D, 4 in 2D; delta is a width. The exponent is not looked at.
+/// Sum of Gaussians: exp(-r^2 / delta^2) alone for order 2 (Lamb and Oseen's vortex in 2D); of order 4 and 6 Craig and Bertozzi's and alike. The exponent is not
+/// looked at.
 pub const MOLLIS_MOLLIFIER_GAUSSIAN: i32 = 2;
+/// Plummer's softening: the Newtonian kernel at the distance (r^2 + delta^2)^(1/2); in vortex methods the low-order algebraic kernel of Rosenhead and Moore. Of
+/// Newtonian kernels only, as the next two. Order and exponent are not looked at.
+pub const MOLLIS_MOLLIFIER_PLUMMER: i32 = 3;
+/// The high-order algebraic kernel of vortex methods (Winckelmans and Leonard): K'/r is (r^2 + (1 + D/2) delta^2) / (S_D (r^2 + delta^2)^(D/2 + 1)) in D dimensions.
+pub const MOLLIS_MOLLIFIER_ALGEBRAIC: i32 = 4;
+/// Vatistas' vortex with n = 2, in the plane: K'/r is 1 / (2 pi (r^4 + delta^4)^(1/2)).
+pub const MOLLIS_MOLLIFIER_VATISTAS: i32 = 5;
 
 /// A mollifier without its length delta. A plain value without invariants: fill it and pass it.
 #[derive(Clone, Copy, Debug)]
@@ -41,6 +49,9 @@ impl mollis_mollifier {
                 Ok(Mollifier::Compact { order: order?, exponent: exponent? })
             }
             MOLLIS_MOLLIFIER_GAUSSIAN => Ok(Mollifier::Gaussian { order: order? }),
+            MOLLIS_MOLLIFIER_PLUMMER => Ok(Mollifier::Plummer),
+            MOLLIS_MOLLIFIER_ALGEBRAIC => Ok(Mollifier::Algebraic),
+            MOLLIS_MOLLIFIER_VATISTAS => Ok(Mollifier::Vatistas),
             _ => Err(Error::UnknownValue),
         }
     }

@@ -233,7 +233,7 @@ impl<'a, T: Real, const D: usize, const EACH: bool> PairKernel<T, D> for Newtoni
         let each = Each {
             square,
             support_square,
-            log_delta: if D == 2 { blob.delta().log() } else { T::ZERO },
+            log_delta: if EACH && D == 2 { blob.delta().log() } else { T::ZERO },
             position: true_units,
         };
         Prepared { softened, table, has_closer, is_usual, each }
