@@ -88,7 +88,7 @@ fn refusals_leave_outputs_as_they_were() {
         ("negative delta", GOOD, -1.0, N, good, Error::Delta),
         ("NaN delta", GOOD, f64::NAN, N, good, Error::Delta),
         ("infinite delta", GOOD, f64::INFINITY, N, good, Error::Delta),
-        ("kind", with(3, 4, 3), 1.0, N, good, Error::UnknownValue),
+        ("kind", with(6, 4, 3), 1.0, N, good, Error::UnknownValue),
         ("negative kind", with(-1, 4, 3), 1.0, N, good, Error::UnknownValue),
         ("odd order", compact(3, 3), 1.0, N, good, Error::Order),
         ("negative order", compact(-2, 3), 1.0, N, good, Error::Order),
