@@ -61,7 +61,10 @@ int main(void)
     TRY(mollis_kernel2_prepare(kernel, kernel_bytes, &term, 1, NULL, mollifier, 0.1));
 
     char text[512];
-    TRY(mollis_field2_text(kernel, kernel_bytes, N, N, MOLLIS_WANT_GRADIENT, NULL, text, sizeof text, NULL));
+    /* The gradient, at the sources themselves. */
+    const mollis_sources2 sources = {.n = N, .positions = {&x[0][0]}, .masses = mass};
+    mollis_outputs2 outputs = {.gradient = {&gradient[0][0][0]}};
+    TRY(mollis_field2_text(kernel, kernel_bytes, &sources, NULL, &outputs, NULL, text, sizeof text, NULL));
     puts(text);
 
     int threads = 1;
@@ -73,11 +76,11 @@ int main(void)
     for (int k = 0; k < 2; k++) {
         threads = k + 1;
         executor.workers = (size_t)threads;
-        TRY(mollis_field2_workspace_bytes(kernel, kernel_bytes, N, N, MOLLIS_WANT_GRADIENT, NULL, &run, &bytes));
-        void *base, *workspace = aligned(bytes, &base);
-        TRY(mollis_field2_eval(kernel, kernel_bytes, N, (const double (*)[2])x, mass, N, (const double (*)[2])x, NULL,
-                               gradient[k], NULL, NULL, workspace, bytes, &run, &counters));
-        free(base);
+        outputs.gradient[0] = &gradient[k][0][0];
+        TRY(mollis_field2_workspace_bytes(kernel, kernel_bytes, &sources, NULL, &outputs, NULL, &run, &bytes));
+        void *workspace = malloc(bytes);
+        TRY(mollis_field2_eval(kernel, kernel_bytes, &sources, NULL, &outputs, NULL, &run, workspace, bytes, &counters));
+        free(workspace);
     }
     free(kernel_base);
 

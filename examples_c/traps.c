@@ -71,7 +71,12 @@ static double place(int k, int axis) {
 }
 
 static const int32_t levels[] = {MOLLIS_LEVEL_PORTABLE, MOLLIS_LEVEL_NEON, MOLLIS_LEVEL_AVX2, MOLLIS_LEVEL_AVX512};
-static const uint32_t everything = MOLLIS_WANT_POTENTIAL | MOLLIS_WANT_GRADIENT | MOLLIS_WANT_LAPLACIAN;
+
+/* The arguments of a sum over arrays without gaps, with every output. */
+#define ARGUMENTS(D, _F32, COUNT, X, MASS, TO)                                                                              \
+    const mollis_sources##D##_F32 sources = {.n = (COUNT), .positions = {&(X)[0][0]}, .masses = (MASS)};                    \
+    const mollis_targets##D##_F32 targets = {.n = (COUNT), .positions = {&(TO)[0][0]}};                                     \
+    const mollis_outputs##D##_F32 outputs = {.potential = out[0], .gradient = {&gradient[0][0]}, .laplacian = out[1]}
 
 /* Sums and steps with the kernel, on every level of instructions that the machine has. */
 #define SUMS(D, REAL, _F32)                                                                                                 \
@@ -81,13 +86,15 @@ static const uint32_t everything = MOLLIS_WANT_POTENTIAL | MOLLIS_WANT_GRADIENT 
         run.level = levels[level];                                                                                          \
         size_t needed;                                                                                                      \
         now = "mollis_field" #D "_workspace_bytes" #_F32;                                                                   \
-        if (mollis_field##D##_workspace_bytes##_F32(kernel, bytes, N, N, everything, NULL, &run, &needed) != 0) {           \
+        ARGUMENTS(D, _F32, N, at, masses[0], at);                                                                           \
+        if (mollis_field##D##_workspace_bytes##_F32(kernel, bytes, &sources, NULL, &outputs, NULL, &run, &needed) != 0) {   \
             continue; /* not on this machine */                                                                             \
         }                                                                                                                   \
         void *memory = memory_of(needed);                                                                                   \
         for (int i = 0; i < 3; ++i) {                                                                                       \
-            CALL(mollis_field##D##_eval##_F32, kernel, bytes, N, at, masses[i], N, at, out[0], gradient, out[1], NULL,      \
-                 memory, needed, &run, NULL);                                                                               \
+            mollis_sources##D##_F32 these = sources;                                                                        \
+            these.masses = masses[i];                                                                                       \
+            CALL(mollis_field##D##_eval##_F32, kernel, bytes, &these, &targets, &outputs, NULL, &run, memory, needed, NULL);\
         }                                                                                                                   \
         free(memory);                                                                                                       \
         if (psi.kind != MOLLIS_MOLLIFIER_NONE && psi.order == 4) {                                                          \
@@ -242,12 +249,13 @@ MESHES(meshes_f32, float, _f32)
                 CALL(mollis_run_init, &run, sizeof run);                                                                    \
                 run.level = levels[level];                                                                                  \
                 for (size_t n = 0; n <= N; ++n) {                                                                           \
-                    if (mollis_field##D##_workspace_bytes##_F32(kernel, bytes, n, n, everything, NULL, &run, &needed)) {    \
+                    ARGUMENTS(D, _F32, n, at, mass, at);                                                                    \
+                    if (mollis_field##D##_workspace_bytes##_F32(kernel, bytes, &sources, NULL, &outputs, NULL, &run, &needed)) {\
                         continue; /* not on this machine */                                                                 \
                     }                                                                                                       \
                     void *memory = memory_of(needed);                                                                       \
-                    CALL(mollis_field##D##_eval##_F32, kernel, bytes, n, at, mass, n, at, out[0], gradient, out[1], NULL,   \
-                         memory, needed, &run, NULL);                                                                       \
+                    CALL(mollis_field##D##_eval##_F32, kernel, bytes, &sources, &targets, &outputs, NULL, &run, memory,     \
+                         needed, NULL);                                                                                     \
                     free(memory);                                                                                           \
                 }                                                                                                           \
             }                                                                                                               \
@@ -280,13 +288,14 @@ NEWTONIAN(newtonian_space_f32, 3, float, _f32)
         CALL(mollis_kernel1_workspace_bytes##_F32, &newtonian, 1, NULL, shape, &bytes);                                     \
         void *kernel = memory_of(bytes);                                                                                    \
         CALL(mollis_kernel1_prepare##_F32, kernel, bytes, &newtonian, 1, NULL, shape, (REAL)0.1);                           \
-        CALL(mollis_field1_workspace_bytes##_F32, kernel, bytes, N, N, everything, &options, NULL, &needed);                \
-        void *memory = memory_of(needed);                                                                                   \
+        void *memory = NULL;                                                                                                \
         for (int i = 0; i < 4; ++i) {                                                                                       \
             const REAL(*from)[1] = (const REAL(*)[1])(i % 2 == 0 ? x : apart);                                              \
             const REAL(*to)[1] = (const REAL(*)[1])(i / 2 == 0 ? x : apart);                                                \
-            CALL(mollis_field1_eval##_F32, kernel, bytes, N, from, mass, N, to, out[0], gradient, out[1], &options, memory, \
-                 needed, NULL, NULL);                                                                                       \
+            ARGUMENTS(1, _F32, N, from, mass, to);                                                                          \
+            CALL(mollis_field1_workspace_bytes##_F32, kernel, bytes, &sources, &targets, &outputs, &options, NULL, &needed);\
+            memory = memory ? memory : memory_of(needed);                                                                   \
+            CALL(mollis_field1_eval##_F32, kernel, bytes, &sources, &targets, &outputs, &options, NULL, memory, needed, NULL);\
         }                                                                                                                   \
         free(memory);                                                                                                       \
         free(kernel);                                                                                                       \
@@ -331,7 +340,7 @@ SORTED(sorted_f32, float, _f32)
                 mollis_pks_counters counters = {0, 0, n, 0};                                                                \
                 CALL(mollis_pks_workspace_bytes##_F32, n, &options, &attraction, NULL, &needed);                            \
                 void *memory = memory_of(needed);                                                                           \
-                CALL(mollis_pks_step##_F32, &options, &attraction, n, x, mass, labels, NULL, &counters, NULL, 7, (REAL)1e-3, \
+                CALL(mollis_pks_step##_F32, &options, &attraction, n, x, mass, labels, NULL, &counters, NULL, 7, (REAL)1e-3,\
                      3, &events, NULL, memory, needed, NULL);                                                               \
                 free(memory);                                                                                               \
             }                                                                                                               \

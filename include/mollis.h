@@ -184,21 +184,6 @@
 #define MOLLIS_ACCUMULATION_COMPENSATED 1
 
 /**
- * The potential is wanted: a bit of `wanted`.
- */
-#define MOLLIS_WANT_POTENTIAL 1
-
-/**
- * The gradient is wanted.
- */
-#define MOLLIS_WANT_GRADIENT 2
-
-/**
- * The Laplacian is wanted.
- */
-#define MOLLIS_WANT_LAPLACIAN 4
-
-/**
  * No element is bad.
  */
 #define MOLLIS_NONE_BAD UINT64_MAX
@@ -471,6 +456,104 @@ typedef struct mollis_blob_report {
 } mollis_blob_report;
 
 /**
+ * The sources of a sum in the plane, and their core radii.
+ *
+ * Coordinates: `positions[k]` points to coordinate k of the first source, and `stride` is the number of doubles from one source to the next. With `positions[1]` (and [2]) null
+ * the coordinates of a source follow one another. A stride of 0 is that of arrays without gaps. So `{x}` is an array `double x[n][2]`; `{&p->x}` with the stride
+ * `sizeof *p / sizeof(double)` is an array of structures; and `{x, y}` are arrays of their own.
+ */
+typedef struct mollis_sources2 {
+  /**
+   * How many.
+   */
+  size_t n;
+  /**
+   * Their coordinates.
+   */
+  const double *positions[2];
+  /**
+   * From one to the next.
+   */
+  size_t stride;
+  /**
+   * Masses of any sign; sources of mass 0 are dropped.
+   */
+  const double *masses;
+  /**
+   * From one to the next; 0: 1.
+   */
+  size_t mass_stride;
+  /**
+   * Core radii, positive, in place of the kernel's delta: for Newtonian kernels with a mollifier. Null: the kernel's delta.
+   */
+  const double *radii;
+  /**
+   * From one to the next; 0: 1.
+   */
+  size_t radius_stride;
+} mollis_sources2;
+
+/**
+ * Where a sum is evaluated, in the plane: coordinates as in mollis_sources2.
+ */
+typedef struct mollis_targets2 {
+  /**
+   * How many.
+   */
+  size_t n;
+  /**
+   * Their coordinates.
+   */
+  const double *positions[2];
+  /**
+   * From one to the next.
+   */
+  size_t stride;
+} mollis_targets2;
+
+/**
+ * Where the results of a sum in the plane go: arrays as in mollis_sources2; null is not computed. All zero but the pointers: overwritten.
+ */
+typedef struct mollis_outputs2 {
+  /**
+   * u.
+   */
+  double *potential;
+  /**
+   * From one to the next; 0: 1.
+   */
+  size_t potential_stride;
+  /**
+   * grad u, or what `combination` makes of it.
+   */
+  double *gradient[2];
+  /**
+   * From one to the next.
+   */
+  size_t gradient_stride;
+  /**
+   * The Laplacian of u: the density of a Newtonian kernel's blobs.
+   */
+  double *laplacian;
+  /**
+   * From one to the next; 0: 1.
+   */
+  size_t laplacian_stride;
+  /**
+   * What all results are multiplied by; 0 is 1.
+   */
+  double factor;
+  /**
+   * 1: results are added to what is there; 0: overwritten.
+   */
+  int32_t add;
+  /**
+   * 0.
+   */
+  int32_t reserved;
+} mollis_outputs2;
+
+/**
  * How a sum is computed. Fill it with `mollis_field_options_init`, then change what you want; null means the defaults.
  */
 typedef struct mollis_field_options {
@@ -531,6 +614,496 @@ typedef struct mollis_counters {
    */
   uint64_t massless_sources;
 } mollis_counters;
+
+/**
+ * The sources of a sum in the plane, and their core radii.
+ *
+ * Coordinates: `positions[k]` points to coordinate k of the first source, and `stride` is the number of floats from one source to the next. With `positions[1]` (and [2]) null
+ * the coordinates of a source follow one another. A stride of 0 is that of arrays without gaps. So `{x}` is an array `float x[n][2]`; `{&p->x}` with the stride
+ * `sizeof *p / sizeof(float)` is an array of structures; and `{x, y}` are arrays of their own.
+ */
+typedef struct mollis_sources2_f32 {
+  /**
+   * How many.
+   */
+  size_t n;
+  /**
+   * Their coordinates.
+   */
+  const float *positions[2];
+  /**
+   * From one to the next.
+   */
+  size_t stride;
+  /**
+   * Masses of any sign; sources of mass 0 are dropped.
+   */
+  const float *masses;
+  /**
+   * From one to the next; 0: 1.
+   */
+  size_t mass_stride;
+  /**
+   * Core radii, positive, in place of the kernel's delta: for Newtonian kernels with a mollifier. Null: the kernel's delta.
+   */
+  const float *radii;
+  /**
+   * From one to the next; 0: 1.
+   */
+  size_t radius_stride;
+} mollis_sources2_f32;
+
+/**
+ * Where a sum is evaluated, in the plane: coordinates as in mollis_sources2_f32.
+ */
+typedef struct mollis_targets2_f32 {
+  /**
+   * How many.
+   */
+  size_t n;
+  /**
+   * Their coordinates.
+   */
+  const float *positions[2];
+  /**
+   * From one to the next.
+   */
+  size_t stride;
+} mollis_targets2_f32;
+
+/**
+ * Where the results of a sum in the plane go: arrays as in mollis_sources2_f32; null is not computed. All zero but the pointers: overwritten.
+ */
+typedef struct mollis_outputs2_f32 {
+  /**
+   * u.
+   */
+  float *potential;
+  /**
+   * From one to the next; 0: 1.
+   */
+  size_t potential_stride;
+  /**
+   * grad u, or what `combination` makes of it.
+   */
+  float *gradient[2];
+  /**
+   * From one to the next.
+   */
+  size_t gradient_stride;
+  /**
+   * The Laplacian of u: the density of a Newtonian kernel's blobs.
+   */
+  float *laplacian;
+  /**
+   * From one to the next; 0: 1.
+   */
+  size_t laplacian_stride;
+  /**
+   * What all results are multiplied by; 0 is 1.
+   */
+  double factor;
+  /**
+   * 1: results are added to what is there; 0: overwritten.
+   */
+  int32_t add;
+  /**
+   * 0.
+   */
+  int32_t reserved;
+} mollis_outputs2_f32;
+
+/**
+ * The sources of a sum in one dimension, and their core radii.
+ *
+ * Coordinates: `positions[k]` points to coordinate k of the first source, and `stride` is the number of doubles from one source to the next. With `positions[1]` (and [2]) null
+ * the coordinates of a source follow one another. A stride of 0 is that of arrays without gaps. So `{x}` is an array `double x[n][1]`; `{&p->x}` with the stride
+ * `sizeof *p / sizeof(double)` is an array of structures; and `{x, y}` are arrays of their own.
+ */
+typedef struct mollis_sources1 {
+  /**
+   * How many.
+   */
+  size_t n;
+  /**
+   * Their coordinates.
+   */
+  const double *positions[1];
+  /**
+   * From one to the next.
+   */
+  size_t stride;
+  /**
+   * Masses of any sign; sources of mass 0 are dropped.
+   */
+  const double *masses;
+  /**
+   * From one to the next; 0: 1.
+   */
+  size_t mass_stride;
+  /**
+   * Core radii, positive, in place of the kernel's delta: for Newtonian kernels with a mollifier. Null: the kernel's delta.
+   */
+  const double *radii;
+  /**
+   * From one to the next; 0: 1.
+   */
+  size_t radius_stride;
+} mollis_sources1;
+
+/**
+ * Where a sum is evaluated, in one dimension: coordinates as in mollis_sources1.
+ */
+typedef struct mollis_targets1 {
+  /**
+   * How many.
+   */
+  size_t n;
+  /**
+   * Their coordinates.
+   */
+  const double *positions[1];
+  /**
+   * From one to the next.
+   */
+  size_t stride;
+} mollis_targets1;
+
+/**
+ * Where the results of a sum in one dimension go: arrays as in mollis_sources1; null is not computed. All zero but the pointers: overwritten.
+ */
+typedef struct mollis_outputs1 {
+  /**
+   * u.
+   */
+  double *potential;
+  /**
+   * From one to the next; 0: 1.
+   */
+  size_t potential_stride;
+  /**
+   * grad u, or what `combination` makes of it.
+   */
+  double *gradient[1];
+  /**
+   * From one to the next.
+   */
+  size_t gradient_stride;
+  /**
+   * The Laplacian of u: the density of a Newtonian kernel's blobs.
+   */
+  double *laplacian;
+  /**
+   * From one to the next; 0: 1.
+   */
+  size_t laplacian_stride;
+  /**
+   * What all results are multiplied by; 0 is 1.
+   */
+  double factor;
+  /**
+   * 1: results are added to what is there; 0: overwritten.
+   */
+  int32_t add;
+  /**
+   * 0.
+   */
+  int32_t reserved;
+} mollis_outputs1;
+
+/**
+ * The sources of a sum in one dimension, and their core radii.
+ *
+ * Coordinates: `positions[k]` points to coordinate k of the first source, and `stride` is the number of floats from one source to the next. With `positions[1]` (and [2]) null
+ * the coordinates of a source follow one another. A stride of 0 is that of arrays without gaps. So `{x}` is an array `float x[n][1]`; `{&p->x}` with the stride
+ * `sizeof *p / sizeof(float)` is an array of structures; and `{x, y}` are arrays of their own.
+ */
+typedef struct mollis_sources1_f32 {
+  /**
+   * How many.
+   */
+  size_t n;
+  /**
+   * Their coordinates.
+   */
+  const float *positions[1];
+  /**
+   * From one to the next.
+   */
+  size_t stride;
+  /**
+   * Masses of any sign; sources of mass 0 are dropped.
+   */
+  const float *masses;
+  /**
+   * From one to the next; 0: 1.
+   */
+  size_t mass_stride;
+  /**
+   * Core radii, positive, in place of the kernel's delta: for Newtonian kernels with a mollifier. Null: the kernel's delta.
+   */
+  const float *radii;
+  /**
+   * From one to the next; 0: 1.
+   */
+  size_t radius_stride;
+} mollis_sources1_f32;
+
+/**
+ * Where a sum is evaluated, in one dimension: coordinates as in mollis_sources1_f32.
+ */
+typedef struct mollis_targets1_f32 {
+  /**
+   * How many.
+   */
+  size_t n;
+  /**
+   * Their coordinates.
+   */
+  const float *positions[1];
+  /**
+   * From one to the next.
+   */
+  size_t stride;
+} mollis_targets1_f32;
+
+/**
+ * Where the results of a sum in one dimension go: arrays as in mollis_sources1_f32; null is not computed. All zero but the pointers: overwritten.
+ */
+typedef struct mollis_outputs1_f32 {
+  /**
+   * u.
+   */
+  float *potential;
+  /**
+   * From one to the next; 0: 1.
+   */
+  size_t potential_stride;
+  /**
+   * grad u, or what `combination` makes of it.
+   */
+  float *gradient[1];
+  /**
+   * From one to the next.
+   */
+  size_t gradient_stride;
+  /**
+   * The Laplacian of u: the density of a Newtonian kernel's blobs.
+   */
+  float *laplacian;
+  /**
+   * From one to the next; 0: 1.
+   */
+  size_t laplacian_stride;
+  /**
+   * What all results are multiplied by; 0 is 1.
+   */
+  double factor;
+  /**
+   * 1: results are added to what is there; 0: overwritten.
+   */
+  int32_t add;
+  /**
+   * 0.
+   */
+  int32_t reserved;
+} mollis_outputs1_f32;
+
+/**
+ * The sources of a sum in space, and their core radii.
+ *
+ * Coordinates: `positions[k]` points to coordinate k of the first source, and `stride` is the number of doubles from one source to the next. With `positions[1]` (and [2]) null
+ * the coordinates of a source follow one another. A stride of 0 is that of arrays without gaps. So `{x}` is an array `double x[n][3]`; `{&p->x}` with the stride
+ * `sizeof *p / sizeof(double)` is an array of structures; and `{x, y}` are arrays of their own.
+ */
+typedef struct mollis_sources3 {
+  /**
+   * How many.
+   */
+  size_t n;
+  /**
+   * Their coordinates.
+   */
+  const double *positions[3];
+  /**
+   * From one to the next.
+   */
+  size_t stride;
+  /**
+   * Masses of any sign; sources of mass 0 are dropped.
+   */
+  const double *masses;
+  /**
+   * From one to the next; 0: 1.
+   */
+  size_t mass_stride;
+  /**
+   * Core radii, positive, in place of the kernel's delta: for Newtonian kernels with a mollifier. Null: the kernel's delta.
+   */
+  const double *radii;
+  /**
+   * From one to the next; 0: 1.
+   */
+  size_t radius_stride;
+} mollis_sources3;
+
+/**
+ * Where a sum is evaluated, in space: coordinates as in mollis_sources3.
+ */
+typedef struct mollis_targets3 {
+  /**
+   * How many.
+   */
+  size_t n;
+  /**
+   * Their coordinates.
+   */
+  const double *positions[3];
+  /**
+   * From one to the next.
+   */
+  size_t stride;
+} mollis_targets3;
+
+/**
+ * Where the results of a sum in space go: arrays as in mollis_sources3; null is not computed. All zero but the pointers: overwritten.
+ */
+typedef struct mollis_outputs3 {
+  /**
+   * u.
+   */
+  double *potential;
+  /**
+   * From one to the next; 0: 1.
+   */
+  size_t potential_stride;
+  /**
+   * grad u, or what `combination` makes of it.
+   */
+  double *gradient[3];
+  /**
+   * From one to the next.
+   */
+  size_t gradient_stride;
+  /**
+   * The Laplacian of u: the density of a Newtonian kernel's blobs.
+   */
+  double *laplacian;
+  /**
+   * From one to the next; 0: 1.
+   */
+  size_t laplacian_stride;
+  /**
+   * What all results are multiplied by; 0 is 1.
+   */
+  double factor;
+  /**
+   * 1: results are added to what is there; 0: overwritten.
+   */
+  int32_t add;
+  /**
+   * 0.
+   */
+  int32_t reserved;
+} mollis_outputs3;
+
+/**
+ * The sources of a sum in space, and their core radii.
+ *
+ * Coordinates: `positions[k]` points to coordinate k of the first source, and `stride` is the number of floats from one source to the next. With `positions[1]` (and [2]) null
+ * the coordinates of a source follow one another. A stride of 0 is that of arrays without gaps. So `{x}` is an array `float x[n][3]`; `{&p->x}` with the stride
+ * `sizeof *p / sizeof(float)` is an array of structures; and `{x, y}` are arrays of their own.
+ */
+typedef struct mollis_sources3_f32 {
+  /**
+   * How many.
+   */
+  size_t n;
+  /**
+   * Their coordinates.
+   */
+  const float *positions[3];
+  /**
+   * From one to the next.
+   */
+  size_t stride;
+  /**
+   * Masses of any sign; sources of mass 0 are dropped.
+   */
+  const float *masses;
+  /**
+   * From one to the next; 0: 1.
+   */
+  size_t mass_stride;
+  /**
+   * Core radii, positive, in place of the kernel's delta: for Newtonian kernels with a mollifier. Null: the kernel's delta.
+   */
+  const float *radii;
+  /**
+   * From one to the next; 0: 1.
+   */
+  size_t radius_stride;
+} mollis_sources3_f32;
+
+/**
+ * Where a sum is evaluated, in space: coordinates as in mollis_sources3_f32.
+ */
+typedef struct mollis_targets3_f32 {
+  /**
+   * How many.
+   */
+  size_t n;
+  /**
+   * Their coordinates.
+   */
+  const float *positions[3];
+  /**
+   * From one to the next.
+   */
+  size_t stride;
+} mollis_targets3_f32;
+
+/**
+ * Where the results of a sum in space go: arrays as in mollis_sources3_f32; null is not computed. All zero but the pointers: overwritten.
+ */
+typedef struct mollis_outputs3_f32 {
+  /**
+   * u.
+   */
+  float *potential;
+  /**
+   * From one to the next; 0: 1.
+   */
+  size_t potential_stride;
+  /**
+   * grad u, or what `combination` makes of it.
+   */
+  float *gradient[3];
+  /**
+   * From one to the next.
+   */
+  size_t gradient_stride;
+  /**
+   * The Laplacian of u: the density of a Newtonian kernel's blobs.
+   */
+  float *laplacian;
+  /**
+   * From one to the next; 0: 1.
+   */
+  size_t laplacian_stride;
+  /**
+   * What all results are multiplied by; 0 is 1.
+   */
+  double factor;
+  /**
+   * 1: results are added to what is there; 0: overwritten.
+   */
+  int32_t add;
+  /**
+   * 0.
+   */
+  int32_t reserved;
+} mollis_outputs3_f32;
 
 /**
  * Which field a grid solves for. Fill it with `mollis_grid2_options_init`; null means the defaults.
@@ -1546,33 +2119,27 @@ mollis_status mollis_overlap3_eval_f32(size_t n,
                                        float *smallest);
 
 /**
- * The exact number of workspace bytes that `mollis_field1_eval` needs for these sizes, outputs (`wanted`: bits
- * `MOLLIS_WANT_...`), options and number of workers.
- *
- * # Safety
- * The contract of this header.
+ * Bytes of workspace that mollis_field2_eval needs for the same arguments, wherever the workspace begins. Only counts, strides and which pointers are null are looked
+ * at.
  */
-mollis_status mollis_field1_workspace_bytes(const void *kernel,
+mollis_status mollis_field2_workspace_bytes(const void *kernel,
                                             size_t kernel_bytes,
-                                            size_t n_sources,
-                                            size_t n_targets,
-                                            uint32_t wanted,
+                                            const struct mollis_sources2 *sources,
+                                            const struct mollis_targets2 *targets,
+                                            const struct mollis_outputs2 *outputs,
                                             const struct mollis_field_options *options,
                                             const struct mollis_run *run,
                                             size_t *bytes);
 
 /**
- * Writes a sentence that says which method will run, why, and what is skipped: at most `text_bytes` with the zero at its end.
- * `length` (may be null): the whole sentence's length, without the zero.
- *
- * # Safety
- * The contract of this header.
+ * Writes a sentence that says which method will run, why, and what is skipped: at most `text_bytes` with the zero at its end. `length` (may be null): the whole
+ * sentence's length, without the zero.
  */
-mollis_status mollis_field1_text(const void *kernel,
+mollis_status mollis_field2_text(const void *kernel,
                                  size_t kernel_bytes,
-                                 size_t n_sources,
-                                 size_t n_targets,
-                                 uint32_t wanted,
+                                 const struct mollis_sources2 *sources,
+                                 const struct mollis_targets2 *targets,
+                                 const struct mollis_outputs2 *outputs,
                                  const struct mollis_field_options *options,
                                  char *text,
                                  size_t text_bytes,
@@ -1581,13 +2148,15 @@ mollis_status mollis_field1_text(const void *kernel,
 /**
  * Sums over sources: u(x_i) = sum_j m_j K_delta(x_i - x_j) at every target, its gradient and its Laplacian.
  *
- * `kernel`: a block that `mollis_kernel1_prepare` filled. `positions` [n_sources][1], `masses` [n_sources] of any sign (those that are
- * 0 are dropped), `targets` [n_targets][1], which may be `positions`. `potential` and `laplacian` [n_targets], `gradient` [n_targets][1]:
- * overwritten; null is not computed. A mollified kernel counts every pair, a target on a source included; without a
- * mollifier coincident pairs contribute nothing. `workspace` is garbage afterwards. `options`, `run`, `counters` may be null.
+ * `kernel`: a block that mollis_kernel2_prepare filled. Null `targets`: at the sources. A mollified kernel counts every pair, a target on a source included; without a
+ * mollifier coincident pairs contribute nothing. `workspace` is garbage afterwards. `options`, `run`, `counters` may be null. With core radii psi and K_delta are those of
+ * each source's radius; the kernel has to be Newtonian with a mollifier (MOLLIS_ERR_UNSUPPORTED), and the sum is over all pairs.
+ *
+ * Arrays may lie within each other like the members of structures. Where they are no arrays without gaps, or results are added or multiplied, the workspace holds a copy of
+ * each: some nanoseconds a particle.
  *
  * The error is at most (c + 256 + n/256) u S, u the unit roundoff; with MOLLIS_ACCUMULATION_COMPENSATED (c + 12) u S + (n/4) u^2 S. S is the
- * sum of |m_j| s_j, componentwise for gradients. With K the kernel that `mollis_kernel1_eval` returns, r = |x_i - x_j|:
+ * sum of |m_j| s_j, componentwise for gradients. With K the kernel that mollis_kernel2_eval returns, r = |x_i - x_j|:
  *
  * * Newtonian, mollifier compact or none: s = |K| (in 2D plus 1/(2 pi)), |grad K|, and the mollifier's largest value for a Laplacian; c = 16,
  *   and up to 112 with mollifiers of order 6 or 8, whose coefficients have both signs; for Laplacians 250 at order 6 and 2000 at order 8.
@@ -1602,291 +2171,227 @@ mollis_status mollis_field1_text(const void *kernel,
  * All of this where neither a result nor K itself is below the normal range. Coordinates below 2^-126 (in double 2^-1022) of the largest
  * one count as zero; by MOLLIS_METHOD_SORTED what is below 2^-120 (2^-1000) of the powers of the largest coordinate may be lost.
  *
+ * * Algebraic mollifiers (Plummer's and the like): c = 32, and s is the bare kernel's at the distance (r^2 + delta^2)^(1/2), for Laplacians |Laplacian|.
+ *
  * Results do not depend on the number of threads, bit for bit. A refused call writes nothing (but `run->first_bad`, with
- * `MOLLIS_ERR_NOT_FINITE`: sources, then targets); a stopped one has written some outputs.
- *
- * # Safety
- * The contract of this header.
- */
-mollis_status mollis_field1_eval(const void *kernel,
-                                 size_t kernel_bytes,
-                                 size_t n_sources,
-                                 const double (*positions)[1],
-                                 const double *masses,
-                                 size_t n_targets,
-                                 const double (*targets)[1],
-                                 double *potential,
-                                 double (*gradient)[1],
-                                 double *laplacian,
-                                 const struct mollis_field_options *options,
-                                 void *workspace,
-                                 size_t workspace_bytes,
-                                 const struct mollis_run *run,
-                                 struct mollis_counters *counters);
-
-/**
- * As `mollis_field1_workspace_bytes`.
- *
- * # Safety
- * The contract of this header.
- */
-mollis_status mollis_field1_workspace_bytes_f32(const void *kernel,
-                                                size_t kernel_bytes,
-                                                size_t n_sources,
-                                                size_t n_targets,
-                                                uint32_t wanted,
-                                                const struct mollis_field_options *options,
-                                                const struct mollis_run *run,
-                                                size_t *bytes);
-
-/**
- * As `mollis_field1_text`.
- *
- * # Safety
- * The contract of this header.
- */
-mollis_status mollis_field1_text_f32(const void *kernel,
-                                     size_t kernel_bytes,
-                                     size_t n_sources,
-                                     size_t n_targets,
-                                     uint32_t wanted,
-                                     const struct mollis_field_options *options,
-                                     char *text,
-                                     size_t text_bytes,
-                                     size_t *length);
-
-/**
- * As `mollis_field1_eval`.
- *
- * # Safety
- * The contract of this header.
- */
-mollis_status mollis_field1_eval_f32(const void *kernel,
-                                     size_t kernel_bytes,
-                                     size_t n_sources,
-                                     const float (*positions)[1],
-                                     const float *masses,
-                                     size_t n_targets,
-                                     const float (*targets)[1],
-                                     float *potential,
-                                     float (*gradient)[1],
-                                     float *laplacian,
-                                     const struct mollis_field_options *options,
-                                     void *workspace,
-                                     size_t workspace_bytes,
-                                     const struct mollis_run *run,
-                                     struct mollis_counters *counters);
-
-/**
- * As `mollis_field1_workspace_bytes`.
- *
- * # Safety
- * The contract of this header.
- */
-mollis_status mollis_field2_workspace_bytes(const void *kernel,
-                                            size_t kernel_bytes,
-                                            size_t n_sources,
-                                            size_t n_targets,
-                                            uint32_t wanted,
-                                            const struct mollis_field_options *options,
-                                            const struct mollis_run *run,
-                                            size_t *bytes);
-
-/**
- * As `mollis_field1_text`.
- *
- * # Safety
- * The contract of this header.
- */
-mollis_status mollis_field2_text(const void *kernel,
-                                 size_t kernel_bytes,
-                                 size_t n_sources,
-                                 size_t n_targets,
-                                 uint32_t wanted,
-                                 const struct mollis_field_options *options,
-                                 char *text,
-                                 size_t text_bytes,
-                                 size_t *length);
-
-/**
- * As `mollis_field1_eval`.
- *
- * # Safety
- * The contract of this header.
+ * MOLLIS_ERR_NOT_FINITE: sources, then targets); a stopped one has written some outputs, if these are arrays without gaps that are overwritten. Refused:
+ * MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_OVERLAP, MOLLIS_ERR_NOT_FINITE, MOLLIS_ERR_DELTA (a core radius that is not positive),
+ * MOLLIS_ERR_UNSUPPORTED, MOLLIS_ERR_UNKNOWN_VALUE, MOLLIS_ERR_WORKSPACE_TOO_SMALL, MOLLIS_ERR_NOT_PREPARED and those of an unprepared kernel.
  */
 mollis_status mollis_field2_eval(const void *kernel,
                                  size_t kernel_bytes,
-                                 size_t n_sources,
-                                 const double (*positions)[2],
-                                 const double *masses,
-                                 size_t n_targets,
-                                 const double (*targets)[2],
-                                 double *potential,
-                                 double (*gradient)[2],
-                                 double *laplacian,
+                                 const struct mollis_sources2 *sources,
+                                 const struct mollis_targets2 *targets,
+                                 const struct mollis_outputs2 *outputs,
                                  const struct mollis_field_options *options,
+                                 const struct mollis_run *run,
                                  void *workspace,
                                  size_t workspace_bytes,
-                                 const struct mollis_run *run,
                                  struct mollis_counters *counters);
 
 /**
- * As `mollis_field1_workspace_bytes`.
- *
- * # Safety
- * The contract of this header.
+ * Bytes of workspace that mollis_field2_eval_f32 needs for the same arguments, wherever the workspace begins. Only counts, strides and which pointers are null are looked
+ * at.
  */
 mollis_status mollis_field2_workspace_bytes_f32(const void *kernel,
                                                 size_t kernel_bytes,
-                                                size_t n_sources,
-                                                size_t n_targets,
-                                                uint32_t wanted,
+                                                const struct mollis_sources2_f32 *sources,
+                                                const struct mollis_targets2_f32 *targets,
+                                                const struct mollis_outputs2_f32 *outputs,
                                                 const struct mollis_field_options *options,
                                                 const struct mollis_run *run,
                                                 size_t *bytes);
 
 /**
- * As `mollis_field1_text`.
- *
- * # Safety
- * The contract of this header.
+ * Writes a sentence that says which method will run, why, and what is skipped: at most `text_bytes` with the zero at its end. `length` (may be null): the whole
+ * sentence's length, without the zero.
  */
 mollis_status mollis_field2_text_f32(const void *kernel,
                                      size_t kernel_bytes,
-                                     size_t n_sources,
-                                     size_t n_targets,
-                                     uint32_t wanted,
+                                     const struct mollis_sources2_f32 *sources,
+                                     const struct mollis_targets2_f32 *targets,
+                                     const struct mollis_outputs2_f32 *outputs,
                                      const struct mollis_field_options *options,
                                      char *text,
                                      size_t text_bytes,
                                      size_t *length);
 
 /**
- * As `mollis_field1_eval`.
- *
- * # Safety
- * The contract of this header.
+ * As mollis_field2_eval, in the plane, single precision.
  */
 mollis_status mollis_field2_eval_f32(const void *kernel,
                                      size_t kernel_bytes,
-                                     size_t n_sources,
-                                     const float (*positions)[2],
-                                     const float *masses,
-                                     size_t n_targets,
-                                     const float (*targets)[2],
-                                     float *potential,
-                                     float (*gradient)[2],
-                                     float *laplacian,
+                                     const struct mollis_sources2_f32 *sources,
+                                     const struct mollis_targets2_f32 *targets,
+                                     const struct mollis_outputs2_f32 *outputs,
                                      const struct mollis_field_options *options,
+                                     const struct mollis_run *run,
                                      void *workspace,
                                      size_t workspace_bytes,
-                                     const struct mollis_run *run,
                                      struct mollis_counters *counters);
 
 /**
- * As `mollis_field1_workspace_bytes`.
- *
- * # Safety
- * The contract of this header.
+ * Bytes of workspace that mollis_field1_eval needs for the same arguments, wherever the workspace begins. Only counts, strides and which pointers are null are looked
+ * at.
  */
-mollis_status mollis_field3_workspace_bytes(const void *kernel,
+mollis_status mollis_field1_workspace_bytes(const void *kernel,
                                             size_t kernel_bytes,
-                                            size_t n_sources,
-                                            size_t n_targets,
-                                            uint32_t wanted,
+                                            const struct mollis_sources1 *sources,
+                                            const struct mollis_targets1 *targets,
+                                            const struct mollis_outputs1 *outputs,
                                             const struct mollis_field_options *options,
                                             const struct mollis_run *run,
                                             size_t *bytes);
 
 /**
- * As `mollis_field1_text`.
- *
- * # Safety
- * The contract of this header.
+ * Writes a sentence that says which method will run, why, and what is skipped: at most `text_bytes` with the zero at its end. `length` (may be null): the whole
+ * sentence's length, without the zero.
  */
-mollis_status mollis_field3_text(const void *kernel,
+mollis_status mollis_field1_text(const void *kernel,
                                  size_t kernel_bytes,
-                                 size_t n_sources,
-                                 size_t n_targets,
-                                 uint32_t wanted,
+                                 const struct mollis_sources1 *sources,
+                                 const struct mollis_targets1 *targets,
+                                 const struct mollis_outputs1 *outputs,
                                  const struct mollis_field_options *options,
                                  char *text,
                                  size_t text_bytes,
                                  size_t *length);
 
 /**
- * As `mollis_field1_eval`.
- *
- * # Safety
- * The contract of this header.
+ * As mollis_field2_eval, in one dimension.
  */
-mollis_status mollis_field3_eval(const void *kernel,
+mollis_status mollis_field1_eval(const void *kernel,
                                  size_t kernel_bytes,
-                                 size_t n_sources,
-                                 const double (*positions)[3],
-                                 const double *masses,
-                                 size_t n_targets,
-                                 const double (*targets)[3],
-                                 double *potential,
-                                 double (*gradient)[3],
-                                 double *laplacian,
+                                 const struct mollis_sources1 *sources,
+                                 const struct mollis_targets1 *targets,
+                                 const struct mollis_outputs1 *outputs,
                                  const struct mollis_field_options *options,
+                                 const struct mollis_run *run,
                                  void *workspace,
                                  size_t workspace_bytes,
-                                 const struct mollis_run *run,
                                  struct mollis_counters *counters);
 
 /**
- * As `mollis_field1_workspace_bytes`.
- *
- * # Safety
- * The contract of this header.
+ * Bytes of workspace that mollis_field1_eval_f32 needs for the same arguments, wherever the workspace begins. Only counts, strides and which pointers are null are looked
+ * at.
  */
-mollis_status mollis_field3_workspace_bytes_f32(const void *kernel,
+mollis_status mollis_field1_workspace_bytes_f32(const void *kernel,
                                                 size_t kernel_bytes,
-                                                size_t n_sources,
-                                                size_t n_targets,
-                                                uint32_t wanted,
+                                                const struct mollis_sources1_f32 *sources,
+                                                const struct mollis_targets1_f32 *targets,
+                                                const struct mollis_outputs1_f32 *outputs,
                                                 const struct mollis_field_options *options,
                                                 const struct mollis_run *run,
                                                 size_t *bytes);
 
 /**
- * As `mollis_field1_text`.
- *
- * # Safety
- * The contract of this header.
+ * Writes a sentence that says which method will run, why, and what is skipped: at most `text_bytes` with the zero at its end. `length` (may be null): the whole
+ * sentence's length, without the zero.
  */
-mollis_status mollis_field3_text_f32(const void *kernel,
+mollis_status mollis_field1_text_f32(const void *kernel,
                                      size_t kernel_bytes,
-                                     size_t n_sources,
-                                     size_t n_targets,
-                                     uint32_t wanted,
+                                     const struct mollis_sources1_f32 *sources,
+                                     const struct mollis_targets1_f32 *targets,
+                                     const struct mollis_outputs1_f32 *outputs,
                                      const struct mollis_field_options *options,
                                      char *text,
                                      size_t text_bytes,
                                      size_t *length);
 
 /**
- * As `mollis_field1_eval`.
- *
- * # Safety
- * The contract of this header.
+ * As mollis_field2_eval, in one dimension, single precision.
+ */
+mollis_status mollis_field1_eval_f32(const void *kernel,
+                                     size_t kernel_bytes,
+                                     const struct mollis_sources1_f32 *sources,
+                                     const struct mollis_targets1_f32 *targets,
+                                     const struct mollis_outputs1_f32 *outputs,
+                                     const struct mollis_field_options *options,
+                                     const struct mollis_run *run,
+                                     void *workspace,
+                                     size_t workspace_bytes,
+                                     struct mollis_counters *counters);
+
+/**
+ * Bytes of workspace that mollis_field3_eval needs for the same arguments, wherever the workspace begins. Only counts, strides and which pointers are null are looked
+ * at.
+ */
+mollis_status mollis_field3_workspace_bytes(const void *kernel,
+                                            size_t kernel_bytes,
+                                            const struct mollis_sources3 *sources,
+                                            const struct mollis_targets3 *targets,
+                                            const struct mollis_outputs3 *outputs,
+                                            const struct mollis_field_options *options,
+                                            const struct mollis_run *run,
+                                            size_t *bytes);
+
+/**
+ * Writes a sentence that says which method will run, why, and what is skipped: at most `text_bytes` with the zero at its end. `length` (may be null): the whole
+ * sentence's length, without the zero.
+ */
+mollis_status mollis_field3_text(const void *kernel,
+                                 size_t kernel_bytes,
+                                 const struct mollis_sources3 *sources,
+                                 const struct mollis_targets3 *targets,
+                                 const struct mollis_outputs3 *outputs,
+                                 const struct mollis_field_options *options,
+                                 char *text,
+                                 size_t text_bytes,
+                                 size_t *length);
+
+/**
+ * As mollis_field2_eval, in space.
+ */
+mollis_status mollis_field3_eval(const void *kernel,
+                                 size_t kernel_bytes,
+                                 const struct mollis_sources3 *sources,
+                                 const struct mollis_targets3 *targets,
+                                 const struct mollis_outputs3 *outputs,
+                                 const struct mollis_field_options *options,
+                                 const struct mollis_run *run,
+                                 void *workspace,
+                                 size_t workspace_bytes,
+                                 struct mollis_counters *counters);
+
+/**
+ * Bytes of workspace that mollis_field3_eval_f32 needs for the same arguments, wherever the workspace begins. Only counts, strides and which pointers are null are looked
+ * at.
+ */
+mollis_status mollis_field3_workspace_bytes_f32(const void *kernel,
+                                                size_t kernel_bytes,
+                                                const struct mollis_sources3_f32 *sources,
+                                                const struct mollis_targets3_f32 *targets,
+                                                const struct mollis_outputs3_f32 *outputs,
+                                                const struct mollis_field_options *options,
+                                                const struct mollis_run *run,
+                                                size_t *bytes);
+
+/**
+ * Writes a sentence that says which method will run, why, and what is skipped: at most `text_bytes` with the zero at its end. `length` (may be null): the whole
+ * sentence's length, without the zero.
+ */
+mollis_status mollis_field3_text_f32(const void *kernel,
+                                     size_t kernel_bytes,
+                                     const struct mollis_sources3_f32 *sources,
+                                     const struct mollis_targets3_f32 *targets,
+                                     const struct mollis_outputs3_f32 *outputs,
+                                     const struct mollis_field_options *options,
+                                     char *text,
+                                     size_t text_bytes,
+                                     size_t *length);
+
+/**
+ * As mollis_field2_eval, in space, single precision.
  */
 mollis_status mollis_field3_eval_f32(const void *kernel,
                                      size_t kernel_bytes,
-                                     size_t n_sources,
-                                     const float (*positions)[3],
-                                     const float *masses,
-                                     size_t n_targets,
-                                     const float (*targets)[3],
-                                     float *potential,
-                                     float (*gradient)[3],
-                                     float *laplacian,
+                                     const struct mollis_sources3_f32 *sources,
+                                     const struct mollis_targets3_f32 *targets,
+                                     const struct mollis_outputs3_f32 *outputs,
                                      const struct mollis_field_options *options,
+                                     const struct mollis_run *run,
                                      void *workspace,
                                      size_t workspace_bytes,
-                                     const struct mollis_run *run,
                                      struct mollis_counters *counters);
 
 /**

@@ -1,6 +1,7 @@
 //! Helpers for several tests.
 
 pub mod exceptions;
+pub mod sums;
 
 use std::ffi::c_void;
 use std::sync::atomic::{AtomicUsize, Ordering};

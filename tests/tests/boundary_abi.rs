@@ -12,6 +12,7 @@ use std::ptr::{null, null_mut};
 
 use mollis_abi::*;
 use mollis_core::Error;
+use mollis_tests::sums::Sum;
 use mollis_tests::{Aligned, Split};
 
 const OK: i32 = 0;
@@ -82,11 +83,14 @@ fn takes_ends_of_members<X: Copy>(
 fn options_end_where_a_member_ends() {
     let mut block = newtonian();
     let (kernel, length) = (block.pointer().cast_const(), block.bytes().len());
+    let (x, m, mut gradient) = ([[0.0; 2]; 3], [1.0; 3], [[0.0; 2]; 3]);
+    let to = (null_mut(), gradient.as_mut_ptr(), null_mut());
+    let sum = Sum::<f64, 2>::new((3, x.as_ptr(), m.as_ptr()), (3, x.as_ptr()), to);
     takes_ends_of_members(&[4, 8, 16, 24, 32, 40], mollis_run_init, |run| unsafe {
-        mollis_field2_workspace_bytes(kernel, length, 3, 3, MOLLIS_WANT_GRADIENT, null(), run, &mut 0)
+        mollis_field2_workspace_bytes(kernel, length, sum.sources(), null(), sum.outputs(), null(), run, &mut 0)
     });
     takes_ends_of_members(&[4, 8, 12, 16, 32, 40], mollis_field_options_init, |options| unsafe {
-        mollis_field2_workspace_bytes(kernel, length, 3, 3, MOLLIS_WANT_GRADIENT, options, null(), &mut 0)
+        mollis_field2_workspace_bytes(kernel, length, sum.sources(), null(), sum.outputs(), options, null(), &mut 0)
     });
     takes_ends_of_members(&[4, 8, 16, 24, 32], mollis_blob_options_init, |options| unsafe {
         mollis_blob2_workspace_bytes(kernel, length, 3, 0, 0, options, null(), &mut 0)
@@ -166,14 +170,14 @@ impl Calls {
             match function {
                 "field" => {
                     let options = &raw const self.field;
-                    let wanted = MOLLIS_WANT_GRADIENT;
-                    let sized = mollis_field2_workspace_bytes(block, length, N, N, wanted, null(), run, &raw mut bytes);
+                    let sum = Sum::new((N, sources.cast_const(), m.as_ptr()), (N, targets), (none, to, none));
+                    let (sources, at, to) = (sum.sources(), sum.targets(), sum.outputs());
+                    let sized =
+                        mollis_field2_workspace_bytes(block, length, sources, at, to, null(), run, &raw mut bytes);
                     assert_eq!(sized, OK);
                     (space, size) = space_of(bytes);
-                    #[rustfmt::skip]
-                    let code = mollis_field2_eval(block, length, N, sources, m.as_ptr(), N, targets, none, to, none, options,
-                        space.pointer(), size, run, null_mut());
-                    (code, 0, x)
+                    let (pointer, none) = (space.pointer(), null_mut());
+                    (mollis_field2_eval(block, length, sources, at, to, options, run, pointer, size, none), 0, x)
                 }
                 "grid" => {
                     assert_eq!(mollis_grid2_workspace_bytes(&raw const MESH, null(), run, &raw mut bytes), OK);
@@ -424,13 +428,14 @@ fn the_first_bad_element_has_a_place_of_its_own() {
     let (mut x, m, mut bytes) = ([[0.0; 2], [1.0, 0.5]], [1.0, 2.0], 0);
     let run = mollis_run { first_bad: x.as_mut_ptr().cast(), ..filled(mollis_run_init) };
     unsafe {
-        let want = MOLLIS_WANT_GRADIENT;
-        assert_eq!(mollis_field2_workspace_bytes(kernel, length, 2, 2, want, null(), null(), &raw mut bytes), OK);
-        let mut space = Aligned::new(bytes);
         let (p, none, mut gradient) = (x.as_ptr(), null_mut(), [[0.0; 2]; 2]);
-        #[rustfmt::skip]
-        let code = mollis_field2_eval(kernel, length, 2, p, m.as_ptr(), 2, p, none, gradient.as_mut_ptr(), none, null(),
-            space.pointer(), bytes, &raw const run, null_mut());
+        let sum = Sum::new((2, p, m.as_ptr()), (2, p), (none, gradient.as_mut_ptr(), none));
+        let (sources, at, to) = (sum.sources(), sum.targets(), sum.outputs());
+        let sized = mollis_field2_workspace_bytes(kernel, length, sources, at, to, null(), null(), &raw mut bytes);
+        assert_eq!(sized, OK);
+        let mut space = Aligned::new(bytes);
+        let (run_at, space) = (&raw const run, space.pointer());
+        let code = mollis_field2_eval(kernel, length, sources, at, to, null(), run_at, space, bytes, null_mut());
         assert_eq!(code, Error::Overlap as i32);
         assert_eq!(mollis_grid2_workspace_bytes(&raw const MESH, null(), null(), &raw mut bytes), OK);
         let mut space = Aligned::new(bytes);
@@ -473,7 +478,13 @@ impl Calls {
         let mut bytes = 77;
         let code = unsafe {
             match function {
-                "field" => mollis_field2_workspace_bytes(block, length, N, N, 2, null(), run, &raw mut bytes),
+                "field" => {
+                    let (x, mut gradient) = (self.x.as_ptr(), vec![[0.0; 2]; N]);
+                    let to = (null_mut(), gradient.as_mut_ptr(), null_mut());
+                    let sum = Sum::new((N, x, self.m.as_ptr()), (N, x), to);
+                    let (sources, at, to) = (sum.sources(), sum.targets(), sum.outputs());
+                    mollis_field2_workspace_bytes(block, length, sources, at, to, null(), run, &raw mut bytes)
+                }
                 "grid" => mollis_grid2_workspace_bytes(&raw const MESH, null(), run, &raw mut bytes),
                 "blob" => mollis_blob2_workspace_bytes(block, length, N, N, 0, null(), run, &raw mut bytes),
                 _ => mollis_pks_workspace_bytes(N, &raw const self.pks, &NOTHING, run, &raw mut bytes),

@@ -29,4 +29,5 @@ mod random;
 mod ranges;
 mod softenings;
 mod stable_steps;
+mod sum_layouts;
 mod traps;

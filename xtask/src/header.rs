@@ -7,12 +7,13 @@ use mollis_core::Error;
 use mollis_core::kernel::{Kernel, Law, Term};
 use mollis_core::mollifier::Mollifier;
 
-use crate::{shell, text};
+use crate::{shell, templates, text};
 
 const HEADER: &str = "include/mollis.h";
 
 /// Writes the header, or checks that the file is up to date.
 pub fn run(check: bool) -> Result<()> {
+    templates::run(check)?;
     let fresh = generate()?;
     complete(&fresh)?;
     let path = shell::root().join(HEADER);

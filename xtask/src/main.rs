@@ -17,6 +17,7 @@ mod neon;
 mod shell;
 mod suites;
 mod symbols;
+mod templates;
 mod text;
 mod tools;
 

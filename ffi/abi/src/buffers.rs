@@ -14,6 +14,11 @@ pub(crate) struct Range {
 }
 
 impl Range {
+    /// The address and the number of bytes.
+    pub(crate) fn parts(self) -> (usize, usize) {
+        (self.start.addr().get(), self.bytes)
+    }
+
     fn overlaps(self, other: Self) -> bool {
         let (start, other_start) = (self.start.addr().get(), other.start.addr().get());
         self.bytes > 0 && other.bytes > 0 && start < other_start + other.bytes && other_start < start + self.bytes
@@ -97,6 +102,10 @@ impl<T: Plain> Output<T> {
     pub(crate) fn new(pointer: *mut T, n: usize) -> Result<Self> {
         const { assert!(align_of::<T>() <= align_of::<Line>()) }
         Ok(Self { start: check(pointer.cast(), size_of::<T>(), align_of::<T>(), n)?.cast(), n })
+    }
+
+    pub(crate) fn start(self) -> NonNull<T> {
+        self.start
     }
 
     /// As [`Output::new`]; null means "not wanted".

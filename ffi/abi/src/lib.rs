@@ -19,6 +19,7 @@
 #![allow(clippy::missing_safety_doc, reason = "one contract, stated above")]
 #![allow(non_camel_case_types, reason = "names in C")]
 
+mod arrays;
 mod blob;
 mod buffers;
 mod diagnostics;

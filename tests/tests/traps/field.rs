@@ -6,6 +6,7 @@ use std::ptr::{null, null_mut};
 use mollis_core::simd::Level;
 use mollis_tests::Aligned;
 use mollis_tests::exceptions::Rows;
+use mollis_tests::sums::Sum;
 
 use super::*;
 
@@ -90,12 +91,6 @@ macro_rules! check {
                         let run = mollis_run { level: level as i32, ..run };
                         let run = &raw const run;
                         for wanted in 1..8 {
-                            if method != MOLLIS_METHOD_AUTO
-                                && unsafe { $size(kernel, bytes, N, N, wanted, options, run, &raw mut needed) } != 0
-                            {
-                                // It serves other sums.
-                                continue;
-                            }
                             for (kind, targets, masses) in [
                                 ("targets are the sources", &x[..], &all),
                                 ("massless ones", &x[..], &some),
@@ -106,28 +101,32 @@ macro_rules! check {
                                     "{kind}, method {method}, wanted {wanted}, accumulation {accumulation}, {}",
                                     level.name()
                                 );
-                                rows.row(what(stringify!($size), &kind), || unsafe {
-                                    $size(kernel, bytes, N, m, wanted, options, run, &raw mut needed)
-                                });
-                                rows.row(what(stringify!($text), &kind), || unsafe {
-                                    let mut length = 0;
-                                    let (text, length) = (null_mut(), &raw mut length);
-                                    $text(kernel, bytes, N, m, wanted, options, text, 0, length)
-                                });
-                                let mut memory = Aligned::new(needed);
-                                let workspace = memory.pointer();
                                 let (mut u, mut g, mut l) =
                                     (vec![0.0 as $t; m], vec![[0.0 as $t; $d]; m], vec![0.0 as $t; m]);
                                 let u = if wanted & 1 == 0 { null_mut() } else { u.as_mut_ptr() };
                                 let g = if wanted & 2 == 0 { null_mut() } else { g.as_mut_ptr() };
                                 let l = if wanted & 4 == 0 { null_mut() } else { l.as_mut_ptr() };
+                                let sum = Sum::new((N, x.as_ptr(), masses.as_ptr()), (m, targets.as_ptr()), (u, g, l));
+                                let (sources, at, to) = (sum.sources(), sum.targets(), sum.outputs());
+                                if method != MOLLIS_METHOD_AUTO
+                                    && unsafe { $size(kernel, bytes, sources, at, to, options, run, &raw mut needed) }
+                                        != 0
+                                {
+                                    // It serves other sums.
+                                    continue;
+                                }
+                                rows.row(what(stringify!($size), &kind), || unsafe {
+                                    $size(kernel, bytes, sources, at, to, options, run, &raw mut needed)
+                                });
+                                rows.row(what(stringify!($text), &kind), || unsafe {
+                                    let mut length = 0;
+                                    let (text, length) = (null_mut(), &raw mut length);
+                                    $text(kernel, bytes, sources, at, to, options, text, 0, length)
+                                });
+                                let mut memory = Aligned::new(needed);
+                                let workspace = memory.pointer();
                                 rows.row(what(stringify!($field), &kind), || unsafe {
-                                    let (x, masses, to) = (x.as_ptr(), masses.as_ptr(), targets.as_ptr());
-                                    let none = null_mut();
-                                    $field(
-                                        kernel, bytes, N, x, masses, m, to, u, g, l, options, workspace, needed, run,
-                                        none,
-                                    )
+                                    $field(kernel, bytes, sources, at, to, options, run, workspace, needed, null_mut())
                                 });
                             }
                         }

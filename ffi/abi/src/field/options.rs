@@ -1,6 +1,6 @@
 //! Options and counters of a field sum.
 
-use mollis_core::field::{self, Accumulation, Method, Wanted};
+use mollis_core::field::{self, Accumulation, Method};
 use mollis_core::memory::Plain;
 use mollis_core::{Error, Result};
 
@@ -24,13 +24,6 @@ pub const MOLLIS_METHOD_SPLIT: i32 = 5;
 pub const MOLLIS_ACCUMULATION_BLOCKED: i32 = 0;
 /// Each addition's error is carried along: for diagnostics.
 pub const MOLLIS_ACCUMULATION_COMPENSATED: i32 = 1;
-
-/// The potential is wanted: a bit of `wanted`.
-pub const MOLLIS_WANT_POTENTIAL: u32 = 1;
-/// The gradient is wanted.
-pub const MOLLIS_WANT_GRADIENT: u32 = 2;
-/// The Laplacian is wanted.
-pub const MOLLIS_WANT_LAPLACIAN: u32 = 4;
 
 /// How a sum is computed. Fill it with `mollis_field_options_init`, then change what you want; null means the defaults.
 #[repr(C)]
@@ -114,16 +107,4 @@ unsafe impl Plain for mollis_counters {}
 pub unsafe extern "C" fn mollis_field_options_init(options: *mut mollis_field_options, size: usize) -> mollis_status {
     // SAFETY: this function's own contract.
     status(unsafe { options::init(options, size) })
-}
-
-/// The bits of `wanted`.
-pub(super) fn wanted(bits: u32) -> Result<Wanted> {
-    if bits & !(MOLLIS_WANT_POTENTIAL | MOLLIS_WANT_GRADIENT | MOLLIS_WANT_LAPLACIAN) != 0 {
-        return Err(Error::UnknownValue);
-    }
-    Ok(Wanted {
-        potential: bits & MOLLIS_WANT_POTENTIAL != 0,
-        gradient: bits & MOLLIS_WANT_GRADIENT != 0,
-        laplacian: bits & MOLLIS_WANT_LAPLACIAN != 0,
-    })
 }

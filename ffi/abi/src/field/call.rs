@@ -1,0 +1,401 @@
+//! The arguments of a sum: checked, then answered.
+
+use core::ffi::{c_char, c_void};
+
+use mollis_core::exec::{Run, Statistics};
+use mollis_core::field::{self, Outputs, Plan, Sources, Wanted};
+use mollis_core::kernel::Kernel;
+use mollis_core::memory::{ALIGN, Carve, Measure, Plain, Space};
+use mollis_core::{Error, Real, Result};
+
+use super::options::{mollis_counters, mollis_field_options};
+use crate::arrays::{Column, Extents, Points, Way, apart, fetch, of_structure};
+use crate::buffers::{Input, Output};
+use crate::first_bad::first_bad;
+use crate::kernel::open;
+use crate::options::read;
+use crate::run::{CallReport, HostRun, mollis_run, with_run};
+use crate::status::mollis_status;
+
+/// The layout of `mollis_sources1` and the like, which say what the members are.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+#[expect(missing_docs, reason = "they stand where C programs read them")]
+pub struct SourcesOf<T, const D: usize> {
+    pub n: usize,
+    pub positions: [*const T; D],
+    pub stride: usize,
+    pub masses: *const T,
+    pub mass_stride: usize,
+    pub radii: *const T,
+    pub radius_stride: usize,
+}
+
+/// The layout of `mollis_targets1` and the like.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+#[expect(missing_docs, reason = "they stand where C programs read them")]
+pub struct TargetsOf<T, const D: usize> {
+    pub n: usize,
+    pub positions: [*const T; D],
+    pub stride: usize,
+}
+
+/// The layout of `mollis_outputs1` and the like.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+#[expect(missing_docs, reason = "they stand where C programs read them")]
+pub struct OutputsOf<T, const D: usize> {
+    pub potential: *mut T,
+    pub potential_stride: usize,
+    pub gradient: [*mut T; D],
+    pub gradient_stride: usize,
+    pub laplacian: *mut T,
+    pub laplacian_stride: usize,
+    pub factor: f64,
+    pub add: i32,
+    pub reserved: i32,
+}
+
+/// What every function of a sum is given, in this order.
+#[derive(Clone, Copy)]
+pub(super) struct Ask<T, const D: usize> {
+    pub kernel: *const c_void,
+    pub kernel_bytes: usize,
+    pub sources: *const SourcesOf<T, D>,
+    pub targets: *const TargetsOf<T, D>,
+    pub outputs: *const OutputsOf<T, D>,
+    pub options: *const mollis_field_options,
+}
+
+/// The arrays of a sum, checked.
+struct Arrays<T, const D: usize> {
+    n: usize,
+    positions: Points<T, D>,
+    masses: Column<T>,
+    radii: Option<Column<T>>,
+    /// None: the sources.
+    targets: Option<Points<T, D>>,
+    n_targets: usize,
+    potential: Option<Column<T>>,
+    gradient: Option<Points<T, D>>,
+    laplacian: Option<Column<T>>,
+    way: Way,
+}
+
+/// The workspace: arrays in which inputs are gathered and from which results are brought to the caller, where theirs have other strides, and the sum's own.
+struct Scratch<'w, T, const D: usize> {
+    positions: &'w mut [[T; D]],
+    masses: &'w mut [T],
+    radii: &'w mut [T],
+    targets: &'w mut [[T; D]],
+    potential: &'w mut [T],
+    gradient: &'w mut [[T; D]],
+    laplacian: &'w mut [T],
+    sum: &'w mut [u8],
+}
+
+impl<T: Real, const D: usize> Arrays<T, D>
+where
+    [T; D]: Plain,
+{
+    /// # Safety
+    /// The crate's contract for the structures.
+    unsafe fn read(ask: &Ask<T, D>) -> Result<Self> {
+        // SAFETY: passed on.
+        let (sources, outputs) = unsafe { (fetch(ask.sources)?, fetch(ask.outputs)?) };
+        let n = sources.n;
+        let of_sources = sources.positions.map(<*const T>::cast_mut);
+        let (targets, n_targets) = if ask.targets.is_null() {
+            (None, n)
+        } else {
+            // SAFETY: passed on.
+            let targets = unsafe { fetch(ask.targets)? };
+            let positions = targets.positions.map(<*const T>::cast_mut);
+            (Some(Points::new(positions, targets.stride, targets.n)?), targets.n)
+        };
+        // 0 is a structure's member that was left alone.
+        let factor = if outputs.factor.to_bits() << 1 == 0 { 1.0 } else { outputs.factor };
+        if !mollis_core::Scalar::is_finite(factor) {
+            return Err(Error::NotFinite);
+        }
+        let add = match outputs.add {
+            0 => false,
+            1 => true,
+            _ => return Err(Error::UnknownValue),
+        };
+        Ok(Self {
+            n,
+            positions: Points::new(of_sources, sources.stride, n)?,
+            masses: Column::new(sources.masses.cast_mut(), sources.mass_stride, n)?,
+            radii: Column::optional(sources.radii.cast_mut(), sources.radius_stride, n)?,
+            targets,
+            n_targets,
+            potential: Column::optional(outputs.potential, outputs.potential_stride, n_targets)?,
+            gradient: Points::optional(outputs.gradient, outputs.gradient_stride, n_targets)?,
+            laplacian: Column::optional(outputs.laplacian, outputs.laplacian_stride, n_targets)?,
+            way: Way { factor, add },
+        })
+    }
+
+    fn wanted(&self) -> Wanted {
+        Wanted {
+            potential: self.potential.is_some(),
+            gradient: self.gradient.is_some(),
+            laplacian: self.laplacian.is_some(),
+        }
+    }
+
+    /// # Safety
+    /// The crate's contract for the kernel and the options.
+    unsafe fn plan<'k>(&self, ask: &Ask<T, D>) -> Result<(Plan, Kernel<'k, T, D>)> {
+        // SAFETY: passed on.
+        let (kernel, options) = unsafe { (open::<T, D>(ask.kernel, ask.kernel_bytes)?, read(ask.options)?) };
+        let options = field::Options { radii: self.radii.is_some(), ..options.to_core()? };
+        Ok((field::plan(&kernel, self.n, self.n_targets, self.wanted(), &options)?, kernel))
+    }
+
+    /// The only statement of the layout.
+    fn layout<'w>(&self, space: &mut impl Space<'w>, bytes: usize) -> Result<Scratch<'w, T, D>> {
+        let unless = |dense: bool, n: usize| if dense { 0 } else { n };
+        let plain = self.way.is_plain();
+        let of = |column: Option<Column<T>>| unless(column.is_none_or(|c| plain && c.is_dense()), self.n_targets);
+        Ok(Scratch {
+            positions: space.try_array(unless(self.positions.is_dense(), self.n))?,
+            masses: space.try_array(unless(self.masses.is_dense(), self.n))?,
+            radii: space.try_array(unless(self.radii.is_none_or(|radii| radii.is_dense()), self.n))?,
+            targets: space.try_array(unless(self.targets.is_none_or(|targets| targets.is_dense()), self.n_targets))?,
+            potential: space.try_array(of(self.potential))?,
+            gradient: space.try_array(unless(self.gradient.is_none_or(|g| plain && g.is_dense()), self.n_targets))?,
+            laplacian: space.try_array(of(self.laplacian))?,
+            sum: space.try_array(bytes)?,
+        })
+    }
+
+    /// Bytes of the workspace, wherever it begins.
+    fn bytes(&self, plan: &Plan, workers: usize) -> Result<usize> {
+        let own = plan.workspace_bytes(workers)?;
+        let bytes = Measure::of(|space| self.layout(space, own).map(|_| ()))?;
+        if bytes == 0 { Ok(0) } else { bytes.checked_add(ALIGN - 1).ok_or(Error::TooLarge) }
+    }
+
+    /// All arrays of the caller's.
+    fn extents(&self, ask: &Ask<T, D>) -> Result<(Extents, Extents)> {
+        let (mut outputs, mut inputs) = (Extents::new(), Extents::new());
+        outputs.add(self.potential.map(|c| c.extent())).add(self.laplacian.map(|c| c.extent()));
+        outputs.add(self.gradient.iter().flat_map(Points::extents));
+        inputs.add(self.positions.extents()).add([self.masses.extent()]).add(self.radii.map(|c| c.extent()));
+        inputs.add(self.targets.iter().flat_map(Points::extents));
+        inputs.add([Input::new(ask.kernel.cast::<u8>(), ask.kernel_bytes)?.range().into()]);
+        inputs.add([of_structure(ask.sources)?, of_structure(ask.outputs)?]);
+        if !ask.targets.is_null() {
+            inputs.add([of_structure(ask.targets)?]);
+        }
+        Ok((outputs, inputs))
+    }
+}
+
+impl<T: Real, const D: usize> Ask<T, D>
+where
+    [T; D]: Plain,
+{
+    /// # Safety
+    /// The crate's contract.
+    pub(super) unsafe fn bytes(self, run: *const mollis_run, bytes: *mut usize) -> Result<()> {
+        let output = Output::new(bytes, 1)?;
+        apart(&[output.range().into()], &[Input::new(self.kernel.cast::<u8>(), self.kernel_bytes)?.range().into()])?;
+        // SAFETY: passed on.
+        let (run, arrays) = unsafe { (HostRun::read(run)?, Arrays::read(&self)?) };
+        // SAFETY: passed on.
+        let (plan, _) = unsafe { arrays.plan(&self)? };
+        let needed = arrays.bytes(&plan, run.workers())?;
+        // SAFETY: passed on.
+        unsafe { output.slice() }.fill(needed);
+        Ok(())
+    }
+
+    /// # Safety
+    /// The crate's contract.
+    pub(super) unsafe fn text(self, text: *mut c_char, size: usize, length: *mut usize) -> Result<()> {
+        let (buffer, count) = (Output::new(text.cast::<u8>(), size)?, Output::optional(length, 1)?);
+        let kernel = Input::new(self.kernel.cast::<u8>(), self.kernel_bytes)?;
+        let mut outputs = Extents::new();
+        outputs.add([buffer.range().into()]).add(count.map(|count| count.range().into()));
+        apart(outputs.as_slice(), &[kernel.range().into()])?;
+        // SAFETY: passed on.
+        let (plan, _) = unsafe { Arrays::read(&self)?.plan(&self)? };
+        // SAFETY: passed on.
+        let mut writer = Text { left: unsafe { buffer.slice() }, written: 0 };
+        plan.describe(|text| writer.add(text));
+        let written = writer.written;
+        writer.end();
+        if let Some(count) = count {
+            // SAFETY: passed on.
+            unsafe { count.slice() }.fill(written);
+        }
+        Ok(())
+    }
+
+    /// # Safety
+    /// The crate's contract.
+    pub(super) unsafe fn evaluate(
+        self,
+        run: *const mollis_run,
+        workspace: (*mut c_void, usize),
+        counters: *mut mollis_counters,
+    ) -> mollis_status {
+        // SAFETY: passed on.
+        unsafe { with_run(run, |host, told| self.sum(host, workspace, counters, told)) }
+    }
+
+    /// # Safety
+    /// The crate's contract.
+    unsafe fn sum(
+        &self,
+        host: &HostRun,
+        (workspace, workspace_bytes): (*mut c_void, usize),
+        counters: *mut mollis_counters,
+        told: &mut CallReport,
+    ) -> Result<()> {
+        // SAFETY: passed on.
+        let arrays = unsafe { Arrays::read(self)? };
+        let (memory, counts) = (Output::new(workspace.cast::<u8>(), workspace_bytes)?, Output::optional(counters, 1)?);
+        let (mut outputs, inputs) = arrays.extents(self)?;
+        outputs.add([memory.range().into()]).add(counts.map(|counts| counts.range().into()));
+        outputs.add(host.first_bad().map(Into::into));
+        apart(outputs.as_slice(), inputs.as_slice())?;
+        // SAFETY: passed on.
+        let (plan, kernel) = unsafe { arrays.plan(self)? };
+        if workspace_bytes < arrays.bytes(&plan, host.workers())? {
+            return Err(Error::WorkspaceTooSmall);
+        }
+        // SAFETY: passed on; the workspace overlaps nothing.
+        let memory = unsafe { memory.slice() };
+        let ahead = memory.as_ptr().addr().wrapping_neg() & (ALIGN - 1);
+        let memory = memory.get_mut(ahead..).unwrap_or(&mut []);
+        let own = plan.workspace_bytes(host.workers())?;
+        let space = arrays.layout(&mut Carve::reopen(memory)?, own)?;
+        // SAFETY: passed on; outputs and workspace overlap nothing.
+        let (positions, masses, radii, targets) = unsafe {
+            (
+                gathered(arrays.positions, space.positions),
+                gathered_column(arrays.masses, space.masses),
+                arrays.radii.map(|radii| gathered_column(radii, space.radii)),
+                arrays.targets.map(|targets| gathered(targets, space.targets)),
+            )
+        };
+        let sources = Sources { positions, masses, radii };
+        let targets = targets.unwrap_or(positions);
+        let (plain, n) = (arrays.way.is_plain(), arrays.n_targets);
+        let mut done = Statistics::default();
+        {
+            // SAFETY: as above.
+            let results = unsafe {
+                Outputs {
+                    potential: arrays.potential.map(|c| here(plain && c.is_dense(), || c.dense(), space.potential)),
+                    gradient: arrays.gradient.map(|g| here(plain && g.is_dense(), || g.dense(), space.gradient)),
+                    laplacian: arrays.laplacian.map(|c| here(plain && c.is_dense(), || c.dense(), space.laplacian)),
+                }
+            };
+            let result = host.enter(|run| {
+                let (level, executor, should_stop) = (run.level, run.executor, run.should_stop);
+                let mut run = Run { level, executor, should_stop, counters: Some(&mut done) };
+                field::evaluate(&plan, &kernel, sources, targets, results, space.sum, &mut run)
+            });
+            if result == Err(Error::NotFinite) {
+                let of_sources =
+                    first_bad(positions, masses).into_iter().chain(first_bad::<T, D>(&[], radii.unwrap_or(&[])));
+                let of_targets = || first_bad::<T, D>(targets, &[]).map(|index| arrays.n.saturating_add(index));
+                told.first_bad = of_sources.min().or_else(of_targets);
+            }
+            result?;
+        }
+        // SAFETY: as above; the results above are no longer used.
+        unsafe {
+            if let Some(column) = arrays.potential.filter(|c| !(plain && c.is_dense())) {
+                column.scatter(space.potential.iter().copied().take(n), arrays.way);
+            }
+            if let Some(points) = arrays.gradient.filter(|g| !(plain && g.is_dense())) {
+                points.scatter(space.gradient, arrays.way);
+            }
+            if let Some(column) = arrays.laplacian.filter(|c| !(plain && c.is_dense())) {
+                column.scatter(space.laplacian.iter().copied().take(n), arrays.way);
+            }
+        }
+        if let Some(counts) = counts {
+            // SAFETY: as above.
+            for to in unsafe { counts.slice() } {
+                to.pairs = to.pairs.saturating_add(done.pairs);
+                to.near_pairs = to.near_pairs.saturating_add(done.near_pairs);
+                to.polynomial_blocks = to.polynomial_blocks.saturating_add(done.polynomial_blocks);
+                to.all_near_blocks = to.all_near_blocks.saturating_add(done.all_near_blocks);
+                to.scaled_pairs = to.scaled_pairs.saturating_add(done.scaled_pairs);
+                to.massless_sources = to.massless_sources.saturating_add(done.massless_sources);
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The caller's points where they are an array, else a copy.
+///
+/// # Safety
+/// The crate's contract for the points.
+unsafe fn gathered<'a, T: Real, const D: usize>(points: Points<T, D>, to: &'a mut [[T; D]]) -> &'a [[T; D]]
+where
+    [T; D]: Plain,
+{
+    // SAFETY: passed on.
+    unsafe {
+        if points.is_dense() {
+            return points.dense();
+        }
+        points.gather(to);
+    }
+    to
+}
+
+/// As [`gathered`].
+///
+/// # Safety
+/// The crate's contract for the column.
+unsafe fn gathered_column<'a, T: Real>(column: Column<T>, to: &'a mut [T]) -> &'a [T] {
+    // SAFETY: passed on.
+    unsafe {
+        if column.is_dense() {
+            return column.dense();
+        }
+        column.gather(to);
+    }
+    to
+}
+
+/// The caller's array, or one of the workspace.
+fn here<'a, X>(direct: bool, own: impl FnOnce() -> &'a mut [X], space: &'a mut [X]) -> &'a mut [X] {
+    if direct { own() } else { space }
+}
+
+/// Text into a caller's buffer: what does not fit is counted and dropped; always ended by a zero.
+struct Text<'a> {
+    left: &'a mut [u8],
+    written: usize,
+}
+
+impl Text<'_> {
+    fn add(&mut self, s: &str) {
+        self.written = self.written.saturating_add(s.len());
+        // One byte stays for the end.
+        let room = self.left.len().saturating_sub(1).min(s.len());
+        let left = core::mem::take(&mut self.left);
+        if let Some((here, rest)) = left.split_at_mut_checked(room) {
+            here.iter_mut().zip(s.as_bytes()).for_each(|(to, &from)| *to = from);
+            self.left = rest;
+        }
+    }
+
+    fn end(self) {
+        if let Some(last) = self.left.first_mut() {
+            *last = 0;
+        }
+    }
+}
