@@ -616,492 +616,187 @@ typedef struct mollis_counters {
 } mollis_counters;
 
 /**
- * The sources of a sum in the plane, and their core radii.
- *
- * Coordinates: `positions[k]` points to coordinate k of the first source, and `stride` is the number of floats from one source to the next. With `positions[1]` (and [2]) null
- * the coordinates of a source follow one another. A stride of 0 is that of arrays without gaps. So `{x}` is an array `float x[n][2]`; `{&p->x}` with the stride
- * `sizeof *p / sizeof(float)` is an array of structures; and `{x, y}` are arrays of their own.
+ * As mollis_sources2, in the plane, single precision.
  */
 typedef struct mollis_sources2_f32 {
-  /**
-   * How many.
-   */
   size_t n;
-  /**
-   * Their coordinates.
-   */
   const float *positions[2];
-  /**
-   * From one to the next.
-   */
   size_t stride;
-  /**
-   * Masses of any sign; sources of mass 0 are dropped.
-   */
   const float *masses;
-  /**
-   * From one to the next; 0: 1.
-   */
   size_t mass_stride;
-  /**
-   * Core radii, positive, in place of the kernel's delta: for Newtonian kernels with a mollifier. Null: the kernel's delta.
-   */
   const float *radii;
-  /**
-   * From one to the next; 0: 1.
-   */
   size_t radius_stride;
 } mollis_sources2_f32;
 
 /**
- * Where a sum is evaluated, in the plane: coordinates as in mollis_sources2_f32.
+ * As mollis_targets2, in the plane, single precision.
  */
 typedef struct mollis_targets2_f32 {
-  /**
-   * How many.
-   */
   size_t n;
-  /**
-   * Their coordinates.
-   */
   const float *positions[2];
-  /**
-   * From one to the next.
-   */
   size_t stride;
 } mollis_targets2_f32;
 
 /**
- * Where the results of a sum in the plane go: arrays as in mollis_sources2_f32; null is not computed. All zero but the pointers: overwritten.
+ * As mollis_outputs2, in the plane, single precision.
  */
 typedef struct mollis_outputs2_f32 {
-  /**
-   * u.
-   */
   float *potential;
-  /**
-   * From one to the next; 0: 1.
-   */
   size_t potential_stride;
-  /**
-   * grad u, or what `combination` makes of it.
-   */
   float *gradient[2];
-  /**
-   * From one to the next.
-   */
   size_t gradient_stride;
-  /**
-   * The Laplacian of u: the density of a Newtonian kernel's blobs.
-   */
   float *laplacian;
-  /**
-   * From one to the next; 0: 1.
-   */
   size_t laplacian_stride;
-  /**
-   * What all results are multiplied by; 0 is 1.
-   */
   double factor;
-  /**
-   * 1: results are added to what is there; 0: overwritten.
-   */
   int32_t add;
-  /**
-   * 0.
-   */
   int32_t reserved;
 } mollis_outputs2_f32;
 
 /**
- * The sources of a sum in one dimension, and their core radii.
- *
- * Coordinates: `positions[k]` points to coordinate k of the first source, and `stride` is the number of doubles from one source to the next. With `positions[1]` (and [2]) null
- * the coordinates of a source follow one another. A stride of 0 is that of arrays without gaps. So `{x}` is an array `double x[n][1]`; `{&p->x}` with the stride
- * `sizeof *p / sizeof(double)` is an array of structures; and `{x, y}` are arrays of their own.
+ * As mollis_sources2, in one dimension.
  */
 typedef struct mollis_sources1 {
-  /**
-   * How many.
-   */
   size_t n;
-  /**
-   * Their coordinates.
-   */
   const double *positions[1];
-  /**
-   * From one to the next.
-   */
   size_t stride;
-  /**
-   * Masses of any sign; sources of mass 0 are dropped.
-   */
   const double *masses;
-  /**
-   * From one to the next; 0: 1.
-   */
   size_t mass_stride;
-  /**
-   * Core radii, positive, in place of the kernel's delta: for Newtonian kernels with a mollifier. Null: the kernel's delta.
-   */
   const double *radii;
-  /**
-   * From one to the next; 0: 1.
-   */
   size_t radius_stride;
 } mollis_sources1;
 
 /**
- * Where a sum is evaluated, in one dimension: coordinates as in mollis_sources1.
+ * As mollis_targets2, in one dimension.
  */
 typedef struct mollis_targets1 {
-  /**
-   * How many.
-   */
   size_t n;
-  /**
-   * Their coordinates.
-   */
   const double *positions[1];
-  /**
-   * From one to the next.
-   */
   size_t stride;
 } mollis_targets1;
 
 /**
- * Where the results of a sum in one dimension go: arrays as in mollis_sources1; null is not computed. All zero but the pointers: overwritten.
+ * As mollis_outputs2, in one dimension.
  */
 typedef struct mollis_outputs1 {
-  /**
-   * u.
-   */
   double *potential;
-  /**
-   * From one to the next; 0: 1.
-   */
   size_t potential_stride;
-  /**
-   * grad u, or what `combination` makes of it.
-   */
   double *gradient[1];
-  /**
-   * From one to the next.
-   */
   size_t gradient_stride;
-  /**
-   * The Laplacian of u: the density of a Newtonian kernel's blobs.
-   */
   double *laplacian;
-  /**
-   * From one to the next; 0: 1.
-   */
   size_t laplacian_stride;
-  /**
-   * What all results are multiplied by; 0 is 1.
-   */
   double factor;
-  /**
-   * 1: results are added to what is there; 0: overwritten.
-   */
   int32_t add;
-  /**
-   * 0.
-   */
   int32_t reserved;
 } mollis_outputs1;
 
 /**
- * The sources of a sum in one dimension, and their core radii.
- *
- * Coordinates: `positions[k]` points to coordinate k of the first source, and `stride` is the number of floats from one source to the next. With `positions[1]` (and [2]) null
- * the coordinates of a source follow one another. A stride of 0 is that of arrays without gaps. So `{x}` is an array `float x[n][1]`; `{&p->x}` with the stride
- * `sizeof *p / sizeof(float)` is an array of structures; and `{x, y}` are arrays of their own.
+ * As mollis_sources2, in one dimension, single precision.
  */
 typedef struct mollis_sources1_f32 {
-  /**
-   * How many.
-   */
   size_t n;
-  /**
-   * Their coordinates.
-   */
   const float *positions[1];
-  /**
-   * From one to the next.
-   */
   size_t stride;
-  /**
-   * Masses of any sign; sources of mass 0 are dropped.
-   */
   const float *masses;
-  /**
-   * From one to the next; 0: 1.
-   */
   size_t mass_stride;
-  /**
-   * Core radii, positive, in place of the kernel's delta: for Newtonian kernels with a mollifier. Null: the kernel's delta.
-   */
   const float *radii;
-  /**
-   * From one to the next; 0: 1.
-   */
   size_t radius_stride;
 } mollis_sources1_f32;
 
 /**
- * Where a sum is evaluated, in one dimension: coordinates as in mollis_sources1_f32.
+ * As mollis_targets2, in one dimension, single precision.
  */
 typedef struct mollis_targets1_f32 {
-  /**
-   * How many.
-   */
   size_t n;
-  /**
-   * Their coordinates.
-   */
   const float *positions[1];
-  /**
-   * From one to the next.
-   */
   size_t stride;
 } mollis_targets1_f32;
 
 /**
- * Where the results of a sum in one dimension go: arrays as in mollis_sources1_f32; null is not computed. All zero but the pointers: overwritten.
+ * As mollis_outputs2, in one dimension, single precision.
  */
 typedef struct mollis_outputs1_f32 {
-  /**
-   * u.
-   */
   float *potential;
-  /**
-   * From one to the next; 0: 1.
-   */
   size_t potential_stride;
-  /**
-   * grad u, or what `combination` makes of it.
-   */
   float *gradient[1];
-  /**
-   * From one to the next.
-   */
   size_t gradient_stride;
-  /**
-   * The Laplacian of u: the density of a Newtonian kernel's blobs.
-   */
   float *laplacian;
-  /**
-   * From one to the next; 0: 1.
-   */
   size_t laplacian_stride;
-  /**
-   * What all results are multiplied by; 0 is 1.
-   */
   double factor;
-  /**
-   * 1: results are added to what is there; 0: overwritten.
-   */
   int32_t add;
-  /**
-   * 0.
-   */
   int32_t reserved;
 } mollis_outputs1_f32;
 
 /**
- * The sources of a sum in space, and their core radii.
- *
- * Coordinates: `positions[k]` points to coordinate k of the first source, and `stride` is the number of doubles from one source to the next. With `positions[1]` (and [2]) null
- * the coordinates of a source follow one another. A stride of 0 is that of arrays without gaps. So `{x}` is an array `double x[n][3]`; `{&p->x}` with the stride
- * `sizeof *p / sizeof(double)` is an array of structures; and `{x, y}` are arrays of their own.
+ * As mollis_sources2, in space.
  */
 typedef struct mollis_sources3 {
-  /**
-   * How many.
-   */
   size_t n;
-  /**
-   * Their coordinates.
-   */
   const double *positions[3];
-  /**
-   * From one to the next.
-   */
   size_t stride;
-  /**
-   * Masses of any sign; sources of mass 0 are dropped.
-   */
   const double *masses;
-  /**
-   * From one to the next; 0: 1.
-   */
   size_t mass_stride;
-  /**
-   * Core radii, positive, in place of the kernel's delta: for Newtonian kernels with a mollifier. Null: the kernel's delta.
-   */
   const double *radii;
-  /**
-   * From one to the next; 0: 1.
-   */
   size_t radius_stride;
 } mollis_sources3;
 
 /**
- * Where a sum is evaluated, in space: coordinates as in mollis_sources3.
+ * As mollis_targets2, in space.
  */
 typedef struct mollis_targets3 {
-  /**
-   * How many.
-   */
   size_t n;
-  /**
-   * Their coordinates.
-   */
   const double *positions[3];
-  /**
-   * From one to the next.
-   */
   size_t stride;
 } mollis_targets3;
 
 /**
- * Where the results of a sum in space go: arrays as in mollis_sources3; null is not computed. All zero but the pointers: overwritten.
+ * As mollis_outputs2, in space.
  */
 typedef struct mollis_outputs3 {
-  /**
-   * u.
-   */
   double *potential;
-  /**
-   * From one to the next; 0: 1.
-   */
   size_t potential_stride;
-  /**
-   * grad u, or what `combination` makes of it.
-   */
   double *gradient[3];
-  /**
-   * From one to the next.
-   */
   size_t gradient_stride;
-  /**
-   * The Laplacian of u: the density of a Newtonian kernel's blobs.
-   */
   double *laplacian;
-  /**
-   * From one to the next; 0: 1.
-   */
   size_t laplacian_stride;
-  /**
-   * What all results are multiplied by; 0 is 1.
-   */
   double factor;
-  /**
-   * 1: results are added to what is there; 0: overwritten.
-   */
   int32_t add;
-  /**
-   * 0.
-   */
   int32_t reserved;
 } mollis_outputs3;
 
 /**
- * The sources of a sum in space, and their core radii.
- *
- * Coordinates: `positions[k]` points to coordinate k of the first source, and `stride` is the number of floats from one source to the next. With `positions[1]` (and [2]) null
- * the coordinates of a source follow one another. A stride of 0 is that of arrays without gaps. So `{x}` is an array `float x[n][3]`; `{&p->x}` with the stride
- * `sizeof *p / sizeof(float)` is an array of structures; and `{x, y}` are arrays of their own.
+ * As mollis_sources2, in space, single precision.
  */
 typedef struct mollis_sources3_f32 {
-  /**
-   * How many.
-   */
   size_t n;
-  /**
-   * Their coordinates.
-   */
   const float *positions[3];
-  /**
-   * From one to the next.
-   */
   size_t stride;
-  /**
-   * Masses of any sign; sources of mass 0 are dropped.
-   */
   const float *masses;
-  /**
-   * From one to the next; 0: 1.
-   */
   size_t mass_stride;
-  /**
-   * Core radii, positive, in place of the kernel's delta: for Newtonian kernels with a mollifier. Null: the kernel's delta.
-   */
   const float *radii;
-  /**
-   * From one to the next; 0: 1.
-   */
   size_t radius_stride;
 } mollis_sources3_f32;
 
 /**
- * Where a sum is evaluated, in space: coordinates as in mollis_sources3_f32.
+ * As mollis_targets2, in space, single precision.
  */
 typedef struct mollis_targets3_f32 {
-  /**
-   * How many.
-   */
   size_t n;
-  /**
-   * Their coordinates.
-   */
   const float *positions[3];
-  /**
-   * From one to the next.
-   */
   size_t stride;
 } mollis_targets3_f32;
 
 /**
- * Where the results of a sum in space go: arrays as in mollis_sources3_f32; null is not computed. All zero but the pointers: overwritten.
+ * As mollis_outputs2, in space, single precision.
  */
 typedef struct mollis_outputs3_f32 {
-  /**
-   * u.
-   */
   float *potential;
-  /**
-   * From one to the next; 0: 1.
-   */
   size_t potential_stride;
-  /**
-   * grad u, or what `combination` makes of it.
-   */
   float *gradient[3];
-  /**
-   * From one to the next.
-   */
   size_t gradient_stride;
-  /**
-   * The Laplacian of u: the density of a Newtonian kernel's blobs.
-   */
   float *laplacian;
-  /**
-   * From one to the next; 0: 1.
-   */
   size_t laplacian_stride;
-  /**
-   * What all results are multiplied by; 0 is 1.
-   */
   double factor;
-  /**
-   * 1: results are added to what is there; 0: overwritten.
-   */
   int32_t add;
-  /**
-   * 0.
-   */
   int32_t reserved;
 } mollis_outputs3_f32;
 
@@ -2190,8 +1885,7 @@ mollis_status mollis_field2_eval(const void *kernel,
                                  struct mollis_counters *counters);
 
 /**
- * Bytes of workspace that mollis_field2_eval_f32 needs for the same arguments, wherever the workspace begins. Only counts, strides and which pointers are null are looked
- * at.
+ * As mollis_field2_workspace_bytes, in the plane, single precision.
  */
 mollis_status mollis_field2_workspace_bytes_f32(const void *kernel,
                                                 size_t kernel_bytes,
@@ -2203,8 +1897,7 @@ mollis_status mollis_field2_workspace_bytes_f32(const void *kernel,
                                                 size_t *bytes);
 
 /**
- * Writes a sentence that says which method will run, why, and what is skipped: at most `text_bytes` with the zero at its end. `length` (may be null): the whole
- * sentence's length, without the zero.
+ * As mollis_field2_text, in the plane, single precision.
  */
 mollis_status mollis_field2_text_f32(const void *kernel,
                                      size_t kernel_bytes,
@@ -2231,8 +1924,7 @@ mollis_status mollis_field2_eval_f32(const void *kernel,
                                      struct mollis_counters *counters);
 
 /**
- * Bytes of workspace that mollis_field1_eval needs for the same arguments, wherever the workspace begins. Only counts, strides and which pointers are null are looked
- * at.
+ * As mollis_field2_workspace_bytes, in one dimension.
  */
 mollis_status mollis_field1_workspace_bytes(const void *kernel,
                                             size_t kernel_bytes,
@@ -2244,8 +1936,7 @@ mollis_status mollis_field1_workspace_bytes(const void *kernel,
                                             size_t *bytes);
 
 /**
- * Writes a sentence that says which method will run, why, and what is skipped: at most `text_bytes` with the zero at its end. `length` (may be null): the whole
- * sentence's length, without the zero.
+ * As mollis_field2_text, in one dimension.
  */
 mollis_status mollis_field1_text(const void *kernel,
                                  size_t kernel_bytes,
@@ -2272,8 +1963,7 @@ mollis_status mollis_field1_eval(const void *kernel,
                                  struct mollis_counters *counters);
 
 /**
- * Bytes of workspace that mollis_field1_eval_f32 needs for the same arguments, wherever the workspace begins. Only counts, strides and which pointers are null are looked
- * at.
+ * As mollis_field2_workspace_bytes, in one dimension, single precision.
  */
 mollis_status mollis_field1_workspace_bytes_f32(const void *kernel,
                                                 size_t kernel_bytes,
@@ -2285,8 +1975,7 @@ mollis_status mollis_field1_workspace_bytes_f32(const void *kernel,
                                                 size_t *bytes);
 
 /**
- * Writes a sentence that says which method will run, why, and what is skipped: at most `text_bytes` with the zero at its end. `length` (may be null): the whole
- * sentence's length, without the zero.
+ * As mollis_field2_text, in one dimension, single precision.
  */
 mollis_status mollis_field1_text_f32(const void *kernel,
                                      size_t kernel_bytes,
@@ -2313,8 +2002,7 @@ mollis_status mollis_field1_eval_f32(const void *kernel,
                                      struct mollis_counters *counters);
 
 /**
- * Bytes of workspace that mollis_field3_eval needs for the same arguments, wherever the workspace begins. Only counts, strides and which pointers are null are looked
- * at.
+ * As mollis_field2_workspace_bytes, in space.
  */
 mollis_status mollis_field3_workspace_bytes(const void *kernel,
                                             size_t kernel_bytes,
@@ -2326,8 +2014,7 @@ mollis_status mollis_field3_workspace_bytes(const void *kernel,
                                             size_t *bytes);
 
 /**
- * Writes a sentence that says which method will run, why, and what is skipped: at most `text_bytes` with the zero at its end. `length` (may be null): the whole
- * sentence's length, without the zero.
+ * As mollis_field2_text, in space.
  */
 mollis_status mollis_field3_text(const void *kernel,
                                  size_t kernel_bytes,
@@ -2354,8 +2041,7 @@ mollis_status mollis_field3_eval(const void *kernel,
                                  struct mollis_counters *counters);
 
 /**
- * Bytes of workspace that mollis_field3_eval_f32 needs for the same arguments, wherever the workspace begins. Only counts, strides and which pointers are null are looked
- * at.
+ * As mollis_field2_workspace_bytes, in space, single precision.
  */
 mollis_status mollis_field3_workspace_bytes_f32(const void *kernel,
                                                 size_t kernel_bytes,
@@ -2367,8 +2053,7 @@ mollis_status mollis_field3_workspace_bytes_f32(const void *kernel,
                                                 size_t *bytes);
 
 /**
- * Writes a sentence that says which method will run, why, and what is skipped: at most `text_bytes` with the zero at its end. `length` (may be null): the whole
- * sentence's length, without the zero.
+ * As mollis_field2_text, in space, single precision.
  */
 mollis_status mollis_field3_text_f32(const void *kernel,
                                      size_t kernel_bytes,

@@ -1,5 +1,7 @@
 //! Expands `ffi/abi/templates`: what is stated once for every dimension and scalar, in functions that cbindgen can read.
 
+use std::fmt::Write as _;
+
 use anyhow::{Result, bail};
 
 use crate::shell;
@@ -26,19 +28,17 @@ pub fn run(check: bool) -> Result<()> {
     for (dimension, name) in [(2, "the plane"), (1, "one dimension"), (3, "space")] {
         for (scalar, suffix, c) in [("f64", "", "double"), ("f32", "_f32", "float")] {
             let of_plane = dimension == 2 && suffix.is_empty();
-            let short = format!(
-                "/// As mollis_field2_eval, in {name}{}.",
-                if suffix.is_empty() { "" } else { ", single precision" }
-            );
             let features = match (dimension, suffix) {
                 (2, "") => "#[cfg(feature = \"double\")]\n",
                 (2, _) => "",
                 (_, "") => "#[cfg(all(feature = \"dimensions\", feature = \"double\"))]\n",
                 _ => "#[cfg(feature = \"dimensions\")]\n",
             };
+            let place = format!("in {name}{}", if suffix.is_empty() { "" } else { ", single precision" });
+            let template = if of_plane { template.clone() } else { shortened(&template, &place) };
             let expanded = template
                 .replace("#[cfg({features})]\n", features)
-                .replace("{evaluation}", if of_plane { evaluation.trim_end() } else { &short })
+                .replace("/// {evaluation}", evaluation.trim_end())
                 .replace("{d}", &dimension.to_string())
                 .replace("{f}", suffix)
                 .replace("{T}", scalar)
@@ -65,4 +65,31 @@ pub fn run(check: bool) -> Result<()> {
     std::fs::write(&path, fresh)?;
     println!("{to} written");
     Ok(())
+}
+
+/// The template with the documentation of every item shortened to that it is as the plane's, and without that of members.
+fn shortened(template: &str, place: &str) -> String {
+    let (mut out, mut at, mut documented) = (String::new(), 0, false);
+    for line in template.split_inclusive('\n') {
+        let rest = &template[at..];
+        at += line.len();
+        if line.trim_start().starts_with("///") {
+            documented |= line.starts_with("///");
+            continue;
+        }
+        if std::mem::take(&mut documented)
+            && let Some(item) = item_of(rest)
+        {
+            let _ = writeln!(out, "/// As {}, {place}.", item.replace("{d}", "2").replace("{f}", ""));
+        }
+        out.push_str(line);
+    }
+    out
+}
+
+/// The name of the first item.
+fn item_of(rest: &str) -> Option<&str> {
+    let start = rest.find("mollis_")?;
+    let name = &rest[start..];
+    name.find(|c: char| !(c.is_alphanumeric() || "_{}".contains(c))).map(|end| &name[..end])
 }

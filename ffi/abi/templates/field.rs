@@ -99,7 +99,7 @@ pub unsafe extern "C" fn mollis_field{d}_text{f}(
     status(unsafe { ask.text(text, text_bytes, length) })
 }
 
-{evaluation}
+/// {evaluation}
 #[cfg({features})]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_field{d}_eval{f}(

@@ -341,7 +341,7 @@ where
 ///
 /// # Safety
 /// The crate's contract for the points.
-unsafe fn gathered<'a, T: Real, const D: usize>(points: Points<T, D>, to: &'a mut [[T; D]]) -> &'a [[T; D]]
+unsafe fn gathered<T: Real, const D: usize>(points: Points<T, D>, to: &mut [[T; D]]) -> &[[T; D]]
 where
     [T; D]: Plain,
 {
@@ -359,7 +359,7 @@ where
 ///
 /// # Safety
 /// The crate's contract for the column.
-unsafe fn gathered_column<'a, T: Real>(column: Column<T>, to: &'a mut [T]) -> &'a [T] {
+unsafe fn gathered_column<T: Real>(column: Column<T>, to: &mut [T]) -> &[T] {
     // SAFETY: passed on.
     unsafe {
         if column.is_dense() {

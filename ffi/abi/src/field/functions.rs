@@ -159,68 +159,44 @@ pub unsafe extern "C" fn mollis_field2_eval(
     unsafe { ask.evaluate(run, (workspace, workspace_bytes), counters) }
 }
 
-/// The sources of a sum in the plane, and their core radii.
-///
-/// Coordinates: `positions[k]` points to coordinate k of the first source, and `stride` is the number of floats from one source to the next. With `positions[1]` (and [2]) null
-/// the coordinates of a source follow one another. A stride of 0 is that of arrays without gaps. So `{x}` is an array `float x[n][2]`; `{&p->x}` with the stride
-/// `sizeof *p / sizeof(float)` is an array of structures; and `{x, y}` are arrays of their own.
+/// As mollis_sources2, in the plane, single precision.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct mollis_sources2_f32 {
-    /// How many.
     pub n: usize,
-    /// Their coordinates.
     pub positions: [*const f32; 2],
-    /// From one to the next.
     pub stride: usize,
-    /// Masses of any sign; sources of mass 0 are dropped.
     pub masses: *const f32,
-    /// From one to the next; 0: 1.
     pub mass_stride: usize,
-    /// Core radii, positive, in place of the kernel's delta: for Newtonian kernels with a mollifier. Null: the kernel's delta.
     pub radii: *const f32,
-    /// From one to the next; 0: 1.
     pub radius_stride: usize,
 }
 
-/// Where a sum is evaluated, in the plane: coordinates as in mollis_sources2_f32.
+/// As mollis_targets2, in the plane, single precision.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct mollis_targets2_f32 {
-    /// How many.
     pub n: usize,
-    /// Their coordinates.
     pub positions: [*const f32; 2],
-    /// From one to the next.
     pub stride: usize,
 }
 
-/// Where the results of a sum in the plane go: arrays as in mollis_sources2_f32; null is not computed. All zero but the pointers: overwritten.
+/// As mollis_outputs2, in the plane, single precision.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct mollis_outputs2_f32 {
-    /// u.
     pub potential: *mut f32,
-    /// From one to the next; 0: 1.
     pub potential_stride: usize,
-    /// grad u, or what `combination` makes of it.
     pub gradient: [*mut f32; 2],
-    /// From one to the next.
     pub gradient_stride: usize,
-    /// The Laplacian of u: the density of a Newtonian kernel's blobs.
     pub laplacian: *mut f32,
-    /// From one to the next; 0: 1.
     pub laplacian_stride: usize,
-    /// What all results are multiplied by; 0 is 1.
     pub factor: f64,
-    /// 1: results are added to what is there; 0: overwritten.
     pub add: i32,
-    /// 0.
     pub reserved: i32,
 }
 
-/// Bytes of workspace that mollis_field2_eval_f32 needs for the same arguments, wherever the workspace begins. Only counts, strides and which pointers are null are looked
-/// at.
+/// As mollis_field2_workspace_bytes, in the plane, single precision.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_field2_workspace_bytes_f32(
     kernel: *const c_void,
@@ -238,8 +214,7 @@ pub unsafe extern "C" fn mollis_field2_workspace_bytes_f32(
     status(unsafe { ask.bytes(run, bytes) })
 }
 
-/// Writes a sentence that says which method will run, why, and what is skipped: at most `text_bytes` with the zero at its end. `length` (may be null): the whole
-/// sentence's length, without the zero.
+/// As mollis_field2_text, in the plane, single precision.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_field2_text_f32(
     kernel: *const c_void,
@@ -278,68 +253,44 @@ pub unsafe extern "C" fn mollis_field2_eval_f32(
     unsafe { ask.evaluate(run, (workspace, workspace_bytes), counters) }
 }
 
-/// The sources of a sum in one dimension, and their core radii.
-///
-/// Coordinates: `positions[k]` points to coordinate k of the first source, and `stride` is the number of doubles from one source to the next. With `positions[1]` (and [2]) null
-/// the coordinates of a source follow one another. A stride of 0 is that of arrays without gaps. So `{x}` is an array `double x[n][1]`; `{&p->x}` with the stride
-/// `sizeof *p / sizeof(double)` is an array of structures; and `{x, y}` are arrays of their own.
+/// As mollis_sources2, in one dimension.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct mollis_sources1 {
-    /// How many.
     pub n: usize,
-    /// Their coordinates.
     pub positions: [*const f64; 1],
-    /// From one to the next.
     pub stride: usize,
-    /// Masses of any sign; sources of mass 0 are dropped.
     pub masses: *const f64,
-    /// From one to the next; 0: 1.
     pub mass_stride: usize,
-    /// Core radii, positive, in place of the kernel's delta: for Newtonian kernels with a mollifier. Null: the kernel's delta.
     pub radii: *const f64,
-    /// From one to the next; 0: 1.
     pub radius_stride: usize,
 }
 
-/// Where a sum is evaluated, in one dimension: coordinates as in mollis_sources1.
+/// As mollis_targets2, in one dimension.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct mollis_targets1 {
-    /// How many.
     pub n: usize,
-    /// Their coordinates.
     pub positions: [*const f64; 1],
-    /// From one to the next.
     pub stride: usize,
 }
 
-/// Where the results of a sum in one dimension go: arrays as in mollis_sources1; null is not computed. All zero but the pointers: overwritten.
+/// As mollis_outputs2, in one dimension.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct mollis_outputs1 {
-    /// u.
     pub potential: *mut f64,
-    /// From one to the next; 0: 1.
     pub potential_stride: usize,
-    /// grad u, or what `combination` makes of it.
     pub gradient: [*mut f64; 1],
-    /// From one to the next.
     pub gradient_stride: usize,
-    /// The Laplacian of u: the density of a Newtonian kernel's blobs.
     pub laplacian: *mut f64,
-    /// From one to the next; 0: 1.
     pub laplacian_stride: usize,
-    /// What all results are multiplied by; 0 is 1.
     pub factor: f64,
-    /// 1: results are added to what is there; 0: overwritten.
     pub add: i32,
-    /// 0.
     pub reserved: i32,
 }
 
-/// Bytes of workspace that mollis_field1_eval needs for the same arguments, wherever the workspace begins. Only counts, strides and which pointers are null are looked
-/// at.
+/// As mollis_field2_workspace_bytes, in one dimension.
 #[cfg(all(feature = "dimensions", feature = "double"))]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_field1_workspace_bytes(
@@ -358,8 +309,7 @@ pub unsafe extern "C" fn mollis_field1_workspace_bytes(
     status(unsafe { ask.bytes(run, bytes) })
 }
 
-/// Writes a sentence that says which method will run, why, and what is skipped: at most `text_bytes` with the zero at its end. `length` (may be null): the whole
-/// sentence's length, without the zero.
+/// As mollis_field2_text, in one dimension.
 #[cfg(all(feature = "dimensions", feature = "double"))]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_field1_text(
@@ -400,68 +350,44 @@ pub unsafe extern "C" fn mollis_field1_eval(
     unsafe { ask.evaluate(run, (workspace, workspace_bytes), counters) }
 }
 
-/// The sources of a sum in one dimension, and their core radii.
-///
-/// Coordinates: `positions[k]` points to coordinate k of the first source, and `stride` is the number of floats from one source to the next. With `positions[1]` (and [2]) null
-/// the coordinates of a source follow one another. A stride of 0 is that of arrays without gaps. So `{x}` is an array `float x[n][1]`; `{&p->x}` with the stride
-/// `sizeof *p / sizeof(float)` is an array of structures; and `{x, y}` are arrays of their own.
+/// As mollis_sources2, in one dimension, single precision.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct mollis_sources1_f32 {
-    /// How many.
     pub n: usize,
-    /// Their coordinates.
     pub positions: [*const f32; 1],
-    /// From one to the next.
     pub stride: usize,
-    /// Masses of any sign; sources of mass 0 are dropped.
     pub masses: *const f32,
-    /// From one to the next; 0: 1.
     pub mass_stride: usize,
-    /// Core radii, positive, in place of the kernel's delta: for Newtonian kernels with a mollifier. Null: the kernel's delta.
     pub radii: *const f32,
-    /// From one to the next; 0: 1.
     pub radius_stride: usize,
 }
 
-/// Where a sum is evaluated, in one dimension: coordinates as in mollis_sources1_f32.
+/// As mollis_targets2, in one dimension, single precision.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct mollis_targets1_f32 {
-    /// How many.
     pub n: usize,
-    /// Their coordinates.
     pub positions: [*const f32; 1],
-    /// From one to the next.
     pub stride: usize,
 }
 
-/// Where the results of a sum in one dimension go: arrays as in mollis_sources1_f32; null is not computed. All zero but the pointers: overwritten.
+/// As mollis_outputs2, in one dimension, single precision.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct mollis_outputs1_f32 {
-    /// u.
     pub potential: *mut f32,
-    /// From one to the next; 0: 1.
     pub potential_stride: usize,
-    /// grad u, or what `combination` makes of it.
     pub gradient: [*mut f32; 1],
-    /// From one to the next.
     pub gradient_stride: usize,
-    /// The Laplacian of u: the density of a Newtonian kernel's blobs.
     pub laplacian: *mut f32,
-    /// From one to the next; 0: 1.
     pub laplacian_stride: usize,
-    /// What all results are multiplied by; 0 is 1.
     pub factor: f64,
-    /// 1: results are added to what is there; 0: overwritten.
     pub add: i32,
-    /// 0.
     pub reserved: i32,
 }
 
-/// Bytes of workspace that mollis_field1_eval_f32 needs for the same arguments, wherever the workspace begins. Only counts, strides and which pointers are null are looked
-/// at.
+/// As mollis_field2_workspace_bytes, in one dimension, single precision.
 #[cfg(feature = "dimensions")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_field1_workspace_bytes_f32(
@@ -480,8 +406,7 @@ pub unsafe extern "C" fn mollis_field1_workspace_bytes_f32(
     status(unsafe { ask.bytes(run, bytes) })
 }
 
-/// Writes a sentence that says which method will run, why, and what is skipped: at most `text_bytes` with the zero at its end. `length` (may be null): the whole
-/// sentence's length, without the zero.
+/// As mollis_field2_text, in one dimension, single precision.
 #[cfg(feature = "dimensions")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_field1_text_f32(
@@ -522,68 +447,44 @@ pub unsafe extern "C" fn mollis_field1_eval_f32(
     unsafe { ask.evaluate(run, (workspace, workspace_bytes), counters) }
 }
 
-/// The sources of a sum in space, and their core radii.
-///
-/// Coordinates: `positions[k]` points to coordinate k of the first source, and `stride` is the number of doubles from one source to the next. With `positions[1]` (and [2]) null
-/// the coordinates of a source follow one another. A stride of 0 is that of arrays without gaps. So `{x}` is an array `double x[n][3]`; `{&p->x}` with the stride
-/// `sizeof *p / sizeof(double)` is an array of structures; and `{x, y}` are arrays of their own.
+/// As mollis_sources2, in space.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct mollis_sources3 {
-    /// How many.
     pub n: usize,
-    /// Their coordinates.
     pub positions: [*const f64; 3],
-    /// From one to the next.
     pub stride: usize,
-    /// Masses of any sign; sources of mass 0 are dropped.
     pub masses: *const f64,
-    /// From one to the next; 0: 1.
     pub mass_stride: usize,
-    /// Core radii, positive, in place of the kernel's delta: for Newtonian kernels with a mollifier. Null: the kernel's delta.
     pub radii: *const f64,
-    /// From one to the next; 0: 1.
     pub radius_stride: usize,
 }
 
-/// Where a sum is evaluated, in space: coordinates as in mollis_sources3.
+/// As mollis_targets2, in space.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct mollis_targets3 {
-    /// How many.
     pub n: usize,
-    /// Their coordinates.
     pub positions: [*const f64; 3],
-    /// From one to the next.
     pub stride: usize,
 }
 
-/// Where the results of a sum in space go: arrays as in mollis_sources3; null is not computed. All zero but the pointers: overwritten.
+/// As mollis_outputs2, in space.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct mollis_outputs3 {
-    /// u.
     pub potential: *mut f64,
-    /// From one to the next; 0: 1.
     pub potential_stride: usize,
-    /// grad u, or what `combination` makes of it.
     pub gradient: [*mut f64; 3],
-    /// From one to the next.
     pub gradient_stride: usize,
-    /// The Laplacian of u: the density of a Newtonian kernel's blobs.
     pub laplacian: *mut f64,
-    /// From one to the next; 0: 1.
     pub laplacian_stride: usize,
-    /// What all results are multiplied by; 0 is 1.
     pub factor: f64,
-    /// 1: results are added to what is there; 0: overwritten.
     pub add: i32,
-    /// 0.
     pub reserved: i32,
 }
 
-/// Bytes of workspace that mollis_field3_eval needs for the same arguments, wherever the workspace begins. Only counts, strides and which pointers are null are looked
-/// at.
+/// As mollis_field2_workspace_bytes, in space.
 #[cfg(all(feature = "dimensions", feature = "double"))]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_field3_workspace_bytes(
@@ -602,8 +503,7 @@ pub unsafe extern "C" fn mollis_field3_workspace_bytes(
     status(unsafe { ask.bytes(run, bytes) })
 }
 
-/// Writes a sentence that says which method will run, why, and what is skipped: at most `text_bytes` with the zero at its end. `length` (may be null): the whole
-/// sentence's length, without the zero.
+/// As mollis_field2_text, in space.
 #[cfg(all(feature = "dimensions", feature = "double"))]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_field3_text(
@@ -644,68 +544,44 @@ pub unsafe extern "C" fn mollis_field3_eval(
     unsafe { ask.evaluate(run, (workspace, workspace_bytes), counters) }
 }
 
-/// The sources of a sum in space, and their core radii.
-///
-/// Coordinates: `positions[k]` points to coordinate k of the first source, and `stride` is the number of floats from one source to the next. With `positions[1]` (and [2]) null
-/// the coordinates of a source follow one another. A stride of 0 is that of arrays without gaps. So `{x}` is an array `float x[n][3]`; `{&p->x}` with the stride
-/// `sizeof *p / sizeof(float)` is an array of structures; and `{x, y}` are arrays of their own.
+/// As mollis_sources2, in space, single precision.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct mollis_sources3_f32 {
-    /// How many.
     pub n: usize,
-    /// Their coordinates.
     pub positions: [*const f32; 3],
-    /// From one to the next.
     pub stride: usize,
-    /// Masses of any sign; sources of mass 0 are dropped.
     pub masses: *const f32,
-    /// From one to the next; 0: 1.
     pub mass_stride: usize,
-    /// Core radii, positive, in place of the kernel's delta: for Newtonian kernels with a mollifier. Null: the kernel's delta.
     pub radii: *const f32,
-    /// From one to the next; 0: 1.
     pub radius_stride: usize,
 }
 
-/// Where a sum is evaluated, in space: coordinates as in mollis_sources3_f32.
+/// As mollis_targets2, in space, single precision.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct mollis_targets3_f32 {
-    /// How many.
     pub n: usize,
-    /// Their coordinates.
     pub positions: [*const f32; 3],
-    /// From one to the next.
     pub stride: usize,
 }
 
-/// Where the results of a sum in space go: arrays as in mollis_sources3_f32; null is not computed. All zero but the pointers: overwritten.
+/// As mollis_outputs2, in space, single precision.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct mollis_outputs3_f32 {
-    /// u.
     pub potential: *mut f32,
-    /// From one to the next; 0: 1.
     pub potential_stride: usize,
-    /// grad u, or what `combination` makes of it.
     pub gradient: [*mut f32; 3],
-    /// From one to the next.
     pub gradient_stride: usize,
-    /// The Laplacian of u: the density of a Newtonian kernel's blobs.
     pub laplacian: *mut f32,
-    /// From one to the next; 0: 1.
     pub laplacian_stride: usize,
-    /// What all results are multiplied by; 0 is 1.
     pub factor: f64,
-    /// 1: results are added to what is there; 0: overwritten.
     pub add: i32,
-    /// 0.
     pub reserved: i32,
 }
 
-/// Bytes of workspace that mollis_field3_eval_f32 needs for the same arguments, wherever the workspace begins. Only counts, strides and which pointers are null are looked
-/// at.
+/// As mollis_field2_workspace_bytes, in space, single precision.
 #[cfg(feature = "dimensions")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_field3_workspace_bytes_f32(
@@ -724,8 +600,7 @@ pub unsafe extern "C" fn mollis_field3_workspace_bytes_f32(
     status(unsafe { ask.bytes(run, bytes) })
 }
 
-/// Writes a sentence that says which method will run, why, and what is skipped: at most `text_bytes` with the zero at its end. `length` (may be null): the whole
-/// sentence's length, without the zero.
+/// As mollis_field2_text, in space, single precision.
 #[cfg(feature = "dimensions")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_field3_text_f32(
