@@ -10,7 +10,9 @@ use crate::shell;
 const FIELD: [&str; 3] =
     ["ffi/abi/templates/field.rs", "ffi/abi/templates/field_evaluation.txt", "ffi/abi/src/field/functions.rs"];
 
-const IMPORTS: &str = "use core::ffi::{c_char, c_void};
+const IMPORTS: &str = "#![allow(missing_docs, reason = \"members are documented at the plane's\")]
+
+use core::ffi::{c_char, c_void};
 
 use super::call::Ask;
 use super::options::{mollis_counters, mollis_field_options};

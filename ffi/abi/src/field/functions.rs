@@ -1,5 +1,7 @@
 //! Made from `ffi/abi/templates/field.rs` by `cargo xtask header`: do not edit.
 
+#![allow(missing_docs, reason = "members are documented at the plane's")]
+
 use core::ffi::{c_char, c_void};
 
 use super::call::Ask;
