@@ -4,6 +4,7 @@ fn main() {
     println!("cargo::rerun-if-changed=peers");
     cc::Build::new()
         .file("peers/direct.c")
+        .file("peers/codes.c")
         .opt_level(3)
         .flag("-march=native")
         .flag("-ffast-math")

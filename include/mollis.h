@@ -476,7 +476,7 @@ typedef struct mollis_sources2 {
    */
   size_t stride;
   /**
-   * Masses of any sign; sources of mass 0 are dropped.
+   * Masses of any sign; sources of mass 0 are dropped. Not looked at with vector strengths.
    */
   const double *masses;
   /**
@@ -491,6 +491,15 @@ typedef struct mollis_sources2 {
    * From one to the next; 0: 1.
    */
   size_t radius_stride;
+  /**
+   * In space: vector strengths instead of masses, or null. The gradient is then sum_j grad K_delta(x_i - x_j) x strength_j, the velocity of vortex elements by the law of Biot
+   * and Savart for the coefficient 1, of Newtonian kernels. Else null.
+   */
+  const double *strengths[2];
+  /**
+   * From one to the next.
+   */
+  size_t strength_stride;
 } mollis_sources2;
 
 /**
@@ -532,7 +541,7 @@ typedef struct mollis_outputs2 {
    */
   size_t gradient_stride;
   /**
-   * The Laplacian of u: the density of a Newtonian kernel's blobs.
+   * The Laplacian of u: the density of the blobs of a Newtonian kernel of coefficient 1.
    */
   double *laplacian;
   /**
@@ -540,7 +549,7 @@ typedef struct mollis_outputs2 {
    */
   size_t laplacian_stride;
   /**
-   * What all results are multiplied by; 0 is 1.
+   * What all results are multiplied by. 0, a member that was left alone, means 1.
    */
   double factor;
   /**
@@ -604,7 +613,7 @@ typedef struct mollis_counters {
    */
   uint64_t all_near_blocks;
   /**
-   * Pairs outside the range of the fast path. Newtonian ones closer than 2^-28 of the largest coordinate (double: 2^-60) are summed in lanes in
+   * Pairs outside the range of the fast path. Newtonian ones, without core radii and algebraic mollifiers, closer than 2^-28 of the largest coordinate (double: 2^-60) are summed in lanes in
    * closer units, at about 3 times the usual cost. Those closer than 2^-84 (2^-180), coincident ones, and those of other kernels beyond the
    * ends of their table are computed one by one: some 200 ns each.
    */
@@ -626,6 +635,8 @@ typedef struct mollis_sources2_f32 {
   size_t mass_stride;
   const float *radii;
   size_t radius_stride;
+  const float *strengths[2];
+  size_t strength_stride;
 } mollis_sources2_f32;
 
 /**
@@ -663,6 +674,8 @@ typedef struct mollis_sources1 {
   size_t mass_stride;
   const double *radii;
   size_t radius_stride;
+  const double *strengths[1];
+  size_t strength_stride;
 } mollis_sources1;
 
 /**
@@ -700,6 +713,8 @@ typedef struct mollis_sources1_f32 {
   size_t mass_stride;
   const float *radii;
   size_t radius_stride;
+  const float *strengths[1];
+  size_t strength_stride;
 } mollis_sources1_f32;
 
 /**
@@ -737,6 +752,8 @@ typedef struct mollis_sources3 {
   size_t mass_stride;
   const double *radii;
   size_t radius_stride;
+  const double *strengths[3];
+  size_t strength_stride;
 } mollis_sources3;
 
 /**
@@ -774,6 +791,8 @@ typedef struct mollis_sources3_f32 {
   size_t mass_stride;
   const float *radii;
   size_t radius_stride;
+  const float *strengths[3];
+  size_t strength_stride;
 } mollis_sources3_f32;
 
 /**
@@ -1847,7 +1866,7 @@ mollis_status mollis_field2_text(const void *kernel,
  * mollifier coincident pairs contribute nothing. `workspace` is garbage afterwards. `options`, `run`, `counters` may be null. With core radii psi and K_delta are those of
  * each source's radius; the kernel has to be Newtonian with a mollifier (MOLLIS_ERR_UNSUPPORTED), and the sum is over all pairs.
  *
- * Arrays may lie within each other like the members of structures. Where they are no arrays without gaps, or results are added or multiplied, the workspace holds a copy of
+ * Arrays of equal strides may lie within each other like the members of structures. Where they are no arrays without gaps, or results are added or multiplied, the workspace holds a copy of
  * each: some nanoseconds a particle.
  *
  * The error is at most (c + 256 + n/256) u S, u the unit roundoff; with MOLLIS_ACCUMULATION_COMPENSATED (c + 12) u S + (n/4) u^2 S. S is the
@@ -1866,7 +1885,8 @@ mollis_status mollis_field2_text(const void *kernel,
  * All of this where neither a result nor K itself is below the normal range. Coordinates below 2^-126 (in double 2^-1022) of the largest
  * one count as zero; by MOLLIS_METHOD_SORTED what is below 2^-120 (2^-1000) of the powers of the largest coordinate may be lost.
  *
- * * Algebraic mollifiers (Plummer's and the like): c = 32, and s is the bare kernel's at the distance (r^2 + delta^2)^(1/2), for Laplacians |Laplacian|.
+ * * Algebraic mollifiers (Plummer's and the like): c = 32, and s is the bare kernel's at the distance (r^2 + delta^2)^(1/2), for Laplacians |Laplacian|, where delta^4
+ *   of the largest coordinate is a normal number (delta above 2^-31 of it in single precision).
  *
  * Results do not depend on the number of threads, bit for bit. A refused call writes nothing (but `run->first_bad`, with
  * MOLLIS_ERR_NOT_FINITE: sources, then targets); a stopped one has written some outputs, if these are arrays without gaps that are overwritten. Refused:

@@ -1,5 +1,6 @@
 //! `mollis-bench`: run time and error, compared with other programs measured in the same run.
 
+mod codes;
 mod field;
 mod peers;
 mod pks;
@@ -22,6 +23,8 @@ enum What {
     Field(field::Field),
     /// One sub-step of the Patlak-Keller-Segel particles on a mesh.
     Pks(pks::Pks),
+    /// Sums as particle codes have them, through the C ABI, beside plain loops.
+    Codes,
     /// Sums without pairs: moments, and one sort in one dimension.
     Skips,
 }
@@ -30,6 +33,7 @@ fn main() -> anyhow::Result<()> {
     match Arguments::parse().what {
         What::Field(field) => field.run(),
         What::Pks(pks) => pks.run(),
+        What::Codes => codes::run(),
         What::Skips => skips::run(),
     }
 }

@@ -39,6 +39,8 @@ impl<T, const D: usize> Sum<T, D> {
                 mass_stride: 0,
                 radii: null(),
                 radius_stride: 0,
+                strengths: [null(); D],
+                strength_stride: 0,
             },
             targets: TargetsOf { n: m, positions: together(targets), stride: 0 },
             outputs: OutputsOf {

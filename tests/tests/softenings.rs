@@ -292,3 +292,96 @@ fn sums_3d() {
     sums_agree::<f64, 3>();
     sums_agree::<f32, 3>();
 }
+
+/// Velocities of vortex elements in space, with one delta and a core radius each: three scalar gradients, component by component, make the same. Every level, sizes around
+/// blocks, elements at one place, zero ones, and radii beyond the range of lanes.
+fn biot_and_savart<T: Real>() {
+    let u = 0.5 * T::EPSILON.to_f64();
+    let narrow = T::from_f64;
+    for mollifier in mollifiers(3).into_iter().chain([Mollifier::None]) {
+        for (n, each) in [(0, false), (1, false), (5, true), (40, false), (40, true), (300, true)] {
+            if each && mollifier == Mollifier::None {
+                continue;
+            }
+            let mut next = random(n as u64 + 7);
+            let mut x: Vec<[T; 3]> = (0..n).map(|_| std::array::from_fn(|_| narrow(2.0 * next() - 1.0))).collect();
+            let mut strength: Vec<[T; 3]> =
+                (0..n).map(|_| std::array::from_fn(|_| narrow(1e3 * (next() - 0.4)))).collect();
+            if n > 4 {
+                (x[3], strength[2]) = (x[1], [T::ZERO; 3]);
+            }
+            let radius: Vec<T> = (0..n).map(|k| narrow(if k % 9 == 8 { 1e-11 } else { 0.1 + 0.3 * next() })).collect();
+            let newtonian = [Term { law: Law::Newtonian, coefficient: 0.75 }];
+            let mut block = Aligned::new(Kernel::<T, 3>::workspace_bytes(&newtonian, mollifier).unwrap());
+            let delta = narrow(0.25);
+            let kernel = Kernel::<T, 3>::prepare(block.bytes(), &newtonian, mollifier, delta).unwrap();
+            let options = Options { radii: each, strengths: true, ..Options::default() };
+            let wanted = Wanted { gradient: true, ..Wanted::default() };
+            let plan = field::plan(&kernel, n, n, wanted, &options).unwrap();
+            let mut memory = Aligned::new(plan.workspace_bytes(1).unwrap());
+            let sources = Sources::vortices(&x, &strength);
+            let sources = if each { sources.with_radii(&radius) } else { sources };
+            for level in Level::available() {
+                let mut got = vec![[T::NAN; 3]; n];
+                let outputs = Outputs { gradient: Some(&mut got), ..Outputs::default() };
+                let mut run = Run { level, ..Run::default() };
+                field::evaluate(&plan, &kernel, sources, &x, outputs, memory.bytes(), &mut run).unwrap();
+                for (i, got) in got.iter().enumerate() {
+                    let (mut want, mut size) = ([0.0; 3], 0.0);
+                    for j in 0..n {
+                        let length = if each { radius[j] } else { delta };
+                        let blob = Blob::<f64, 3>::new(mollifier, length.to_f64()).unwrap();
+                        let d: [f64; 3] = std::array::from_fn(|k| x[i][k].to_f64() - x[j][k].to_f64());
+                        let (g, s) = (blob.gradient_at(&d).map(|g| 0.75 * g), strength[j].map(T::to_f64));
+                        let turned = [g[1] * s[2] - g[2] * s[1], g[2] * s[0] - g[0] * s[2], g[0] * s[1] - g[1] * s[0]];
+                        want.iter_mut().zip(turned).for_each(|(sum, v)| *sum += v);
+                        let norm = |v: [f64; 3]| v.iter().map(|v| v * v).sum::<f64>().sqrt();
+                        size += norm(g) * norm(s);
+                    }
+                    let c = if matches!(mollifier, Mollifier::Gaussian { .. }) && u < 1e-10 { 300.0 } else { 64.0 };
+                    for (&got, want) in got.iter().zip(want) {
+                        let error = (got.to_f64() - want).abs();
+                        let what = format!("{mollifier:?} n {n} each {each} {level:?} target {i}");
+                        assert!(error <= c * u * size, "{what}: {got:?} {want:e}, {} u S", error / (u * size));
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn velocities_of_vortex_elements() {
+    biot_and_savart::<f64>();
+    biot_and_savart::<f32>();
+}
+
+#[test]
+fn vector_strengths_are_for_gradients_in_space() {
+    let options = Options { strengths: true, ..Options::default() };
+    let gradient = Wanted { gradient: true, ..Wanted::default() };
+    let space = Blob::<f64, 3>::new(Mollifier::Plummer, 1.0).unwrap();
+    let plane = Blob::<f64, 2>::new(Mollifier::Plummer, 1.0).unwrap();
+    assert_eq!(field::plan(&plane, 2, 2, gradient, &options).err(), Some(Error::Unsupported));
+    let all = Wanted { potential: true, ..gradient };
+    assert_eq!(field::plan(&space, 2, 2, all, &options).err(), Some(Error::Unsupported));
+    let plan = field::plan(&space, 2, 2, gradient, &options).unwrap();
+    let mut memory = Aligned::new(plan.workspace_bytes(1).unwrap());
+    let x = [[0.0; 3], [1.0; 3]];
+    let mut run = |kernel: &dyn field::Interaction<f64, 3>, sources: Sources<'_, f64, 3>| {
+        let mut out = [[7.0; 3]; 2];
+        let outputs = Outputs { gradient: Some(&mut out), ..Outputs::default() };
+        let result = field::evaluate(&plan, kernel, sources, &x, outputs, memory.bytes(), &mut Run::default());
+        assert!(result.is_ok() || out == [[7.0; 3]; 2]);
+        result
+    };
+    assert_eq!(run(&space, Sources::vortices(&x, &x)), Ok(()));
+    assert_eq!(run(&space, Sources::vortices(&x, &x[..1])), Err(Error::LengthMismatch));
+    assert_eq!(run(&space, Sources::new(&x, &[1.0; 2])), Err(Error::Unsupported));
+    assert_eq!(run(&space, Sources::vortices(&x, &[[0.0; 3], [f64::NAN; 3]])), Err(Error::NotFinite));
+    // A plan for one kernel does not serve another that has no vectors or radii.
+    let power = [Term { law: Law::Power { exponent: 1.5 }, coefficient: 1.0 }];
+    let mut block = Aligned::new(Kernel::<f64, 3>::workspace_bytes(&power, Mollifier::None).unwrap());
+    let other = Kernel::<f64, 3>::prepare(block.bytes(), &power, Mollifier::None, 1.0).unwrap();
+    assert_eq!(run(&other, Sources::vortices(&x, &x)), Err(Error::Unsupported));
+}

@@ -105,6 +105,8 @@ macro_rules! layouts {
                     mass_stride: 0,
                     radii,
                     radius_stride: 0,
+                    strengths: [null(); $d],
+                    strength_stride: 0,
                 }
             }
 
@@ -175,6 +177,8 @@ macro_rules! layouts {
                                 mass_stride: stride,
                                 radii,
                                 radius_stride: stride,
+                                strengths: [null(); $d],
+                                strength_stride: 0,
                             };
                             let targets = $targets { n: N, positions, stride };
                             let mut gradient = [null_mut(); $d];

@@ -55,7 +55,7 @@ pub struct Plan {
 ///
 /// # Errors
 /// [`Error::TooLarge`]: a size overflows; [`Error::Unsupported`]: what [`build`] has not, tracers (zero masses are carried
-/// along as well), the energy, and velocities and their divergence, which [`field::evaluate`] has; those of [`field::plan`].
+/// along as well), the energy, and velocities and their divergence, which [`field::evaluate`] has; core radii and vector strengths; those of [`field::plan`].
 pub fn plan<T: Real, const D: usize>(
     kernel: &dyn Interaction<T, D>,
     particles: usize,
@@ -66,6 +66,9 @@ pub fn plan<T: Real, const D: usize>(
     let Wanted { density, velocity, divergence, energy } = wanted;
     let at_end = velocity || divergence || energy;
     if (!build::BESIDES && at_end) || (!build::TRACERS && tracers > 0) {
+        return Err(Error::Unsupported);
+    }
+    if options.radii || options.strengths {
         return Err(Error::Unsupported);
     }
     let total = particles.checked_add(tracers).ok_or(Error::TooLarge)?;

@@ -4,7 +4,7 @@ use super::finite::finite;
 use super::options::{Method, Options};
 use super::plan::Plan;
 use super::problem::{Interaction, Outputs, Sources};
-use super::{pairs, skips};
+use super::{pairs, plan as plans, skips};
 use crate::build;
 use crate::error::{Error, Result};
 use crate::exec::Run;
@@ -69,7 +69,7 @@ pub(crate) fn drift<T: Real, const D: usize>(
 /// # Errors
 /// [`Error::TooLarge`].
 pub(crate) fn drift_bytes<T: Real, const D: usize>(n: usize) -> Result<usize> {
-    pairs::workspace_bytes::<T, D>(n, false)
+    pairs::workspace_bytes::<T, D>(n, [false; 2])
 }
 
 /// [`evaluate`]; not `FULL`: no potential is wanted, and the options are the defaults.
@@ -83,14 +83,20 @@ fn checked<T: Real, const D: usize, const FULL: bool>(
     run: &mut Run<'_>,
 ) -> Result<()> {
     if sources.positions.len() != plan.n_sources()
-        || sources.masses.len() != plan.n_sources()
+        || sources.strengths.map_or(sources.masses.len(), <[_]>::len) != plan.n_sources()
+        || (sources.strengths.is_some() && !sources.masses.is_empty())
         || sources.radii.is_some_and(|radii| radii.len() != plan.n_sources())
         || targets.len() != plan.n_targets()
         || !outputs.have_length(targets.len())
     {
         return Err(Error::LengthMismatch);
     }
-    if sources.radii.is_some() != plan.options().radii || !plan.covers(outputs.wanted()) || !run.level.is_available() {
+    let (radii, strengths) = (sources.radii.is_some(), sources.strengths.is_some());
+    if [radii, strengths] != [plan.options().radii, plan.options().strengths]
+        || !plans::serves(kernel, plan.options())
+        || !plan.covers(outputs.wanted())
+        || !run.level.is_available()
+    {
         return Err(Error::Unsupported);
     }
     if workspace.len() < plan.workspace_bytes(run.executor.workers())? {
@@ -102,6 +108,9 @@ fn checked<T: Real, const D: usize, const FULL: bool>(
         && (same || finite(targets.as_flattened(), run.level))
         && (by_itself || finite(sources.masses, run.level)))
     {
+        return Err(Error::NotFinite);
+    }
+    if sources.strengths.is_some_and(|strengths| !finite(strengths.as_flattened(), run.level)) {
         return Err(Error::NotFinite);
     }
     if let Some(radii) = sources.radii {

@@ -24,6 +24,8 @@ pub struct Options {
     pub method: Option<Method>,
     /// Whether sources come with core radii of their own ([`super::Sources::radii`]).
     pub radii: bool,
+    /// Whether sources have vector strengths instead of masses ([`super::Sources::strengths`]).
+    pub strengths: bool,
 }
 
 impl Options {
@@ -34,6 +36,7 @@ impl Options {
         tolerance: 0.0,
         method: None,
         radii: false,
+        strengths: false,
     };
 }
 

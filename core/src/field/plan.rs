@@ -6,7 +6,7 @@ use super::{pairs, skips};
 use crate::build;
 use crate::error::{Error, Result};
 use crate::exec::MAX_WORKERS;
-use crate::mollifier::Mollifier;
+use crate::mollifier::{Blob, Mollifier};
 use crate::real::{Real, Scalar};
 
 /// What will run. A small value, made from sizes alone.
@@ -22,10 +22,22 @@ pub struct Plan {
     bytes_per_worker: usize,
 }
 
+/// Whether sums of the kernel take core radii and vector strengths, if these are asked for.
+pub(super) fn serves<T: Real, const D: usize>(kernel: &dyn Interaction<T, D>, options: &Options) -> bool {
+    if !options.radii && !options.strengths {
+        return true;
+    }
+    let mollified = |(_, blob): (T, &Blob<T, D>)| blob.mollifier() != Mollifier::None;
+    build::METHODS
+        && (!options.radii || kernel.newtonian().is_some_and(mollified))
+        && (!options.strengths || (D == 3 && kernel.newtonian().is_some()))
+}
+
 /// Chooses the method for sums of `kernel` over `n_sources` at `n_targets`.
 ///
 /// # Errors
-/// [`crate::Error::Unsupported`]: the forced method cannot do this, or core radii with a kernel that is not Newtonian or has no mollifier. [`crate::Error::TooLarge`]: the workspace's size overflows.
+/// [`crate::Error::Unsupported`]: the forced method cannot do this, or core radii with a kernel that is not Newtonian or has no mollifier, or
+/// vector strengths but for the gradient of a Newtonian kernel in space. [`crate::Error::TooLarge`]: the workspace's size overflows.
 pub fn plan<T: Real, const D: usize>(
     kernel: &dyn Interaction<T, D>,
     n_sources: usize,
@@ -41,7 +53,10 @@ pub fn plan<T: Real, const D: usize>(
     if D != 2 && (a, b) != (1.0, 0.0) {
         return Err(Error::Unsupported);
     }
-    if options.radii && !kernel.newtonian().is_some_and(|(_, blob)| blob.mollifier() != Mollifier::None) {
+    if !serves(kernel, options) {
+        return Err(Error::Unsupported);
+    }
+    if options.strengths && (wanted.potential || wanted.laplacian) {
         return Err(Error::Unsupported);
     }
     let sizes = (n_sources, n_targets);
@@ -51,7 +66,7 @@ pub fn plan<T: Real, const D: usize>(
         let bytes = one.saturating_sub(bytes_per_worker);
         return Ok(Plan { n_sources, n_targets, wanted, options: *options, method, reason, bytes, bytes_per_worker });
     }
-    let bytes = pairs::workspace_bytes::<T, D>(n_sources, options.radii)?;
+    let bytes = pairs::workspace_bytes::<T, D>(n_sources, [options.radii, options.strengths])?;
     Ok(Plan {
         n_sources,
         n_targets,

@@ -65,13 +65,22 @@ pub struct Sources<'a, T, const D: usize> {
     /// The core radius of each, positive: the mollifier's length in place of the kernel's delta. For Newtonian kernels with a mollifier; the method is then
     /// the sum over all pairs.
     pub radii: Option<&'a [T]>,
+    /// Vector strengths in space, in place of masses, which are then empty: the gradient output is `sum_j grad K_delta(x_i - x_j) x strength_j`, a velocity by the law
+    /// of Biot and Savart.
+    pub strengths: Option<&'a [[T; D]]>,
 }
 
 impl<'a, T: Real, const D: usize> Sources<'a, T, D> {
     /// Sources under the kernel's own delta.
     #[must_use]
     pub fn new(positions: &'a [[T; D]], masses: &'a [T]) -> Self {
-        Self { positions, masses, radii: None }
+        Self { positions, masses, radii: None, strengths: None }
+    }
+
+    /// Elements of vorticity in space: vectors instead of masses.
+    #[must_use]
+    pub fn vortices(positions: &'a [[T; D]], strengths: &'a [[T; D]]) -> Self {
+        Self { positions, masses: &[], radii: None, strengths: Some(strengths) }
     }
 
     /// The same sources, each with a core radius of its own.
@@ -90,6 +99,7 @@ impl<'a, T: Real, const D: usize> Sources<'a, T, D> {
         let larger = |most: T, x: T| if x.abs() > most { x.abs() } else { most };
         let coordinates = self.positions.iter().step_by(stride).flatten();
         let masses = self.masses.iter().step_by(stride);
+        let masses = masses.chain(self.strengths.unwrap_or_default().as_flattened());
         [coordinates.fold(T::ZERO, |most, &x| larger(most, x)), masses.fold(T::ZERO, |most, &m| larger(most, m))]
     }
 }

@@ -77,8 +77,11 @@ pub(super) fn choose<T: Real, const D: usize>(
         // Each method would stay linked for the sum that might choose it.
         return if matches!(options.method, None | Some(Method::Direct)) { Ok(None) } else { Err(Error::Unsupported) };
     }
-    let found =
-        kernel.sum().filter(|_| !options.radii).and_then(|kernel| skip(kernel, wanted)).map(|skip| skip.method());
+    let found = kernel
+        .sum()
+        .filter(|_| !options.radii && !options.strengths)
+        .and_then(|kernel| skip(kernel, wanted))
+        .map(|skip| skip.method());
     match (options.method, found) {
         (Some(forced @ (Method::Moments | Method::Sorted | Method::Neighbours | Method::Split)), found) => {
             match found {
@@ -136,7 +139,7 @@ where
     ) -> Result<Self> {
         let degree = even.far().map_or(0, |far| far.degree());
         let moments = moments::workspace_bytes::<T, D>(degree, n_sources, workers)?;
-        let pairs = pairs::workspace_bytes::<T, D>(n_sources, false)?;
+        let pairs = pairs::workspace_bytes::<T, D>(n_sources, [false; 2])?;
         Ok(Self {
             potential: space.try_array(n_targets)?,
             gradient: space.try_array(n_targets)?,

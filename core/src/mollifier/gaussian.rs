@@ -11,7 +11,7 @@
 //!
 //! None of these cancels: M_(a+1) = e^-xi sum of xi^k / (a+2)_k and M_a = e^-xi + xi M_(a+1) / (a+1) (DLMF 13.2.39, 13.3.4)
 //! are sums of positive terms. Only the Gaussians of one mollifier cancel with each other, by a factor of 2 to 4, in
-//! double-word arithmetic. From xi = 24 (f32), 53 (f64) on, the field of a Gaussian is Newtonian to u/60.
+//! double-word arithmetic. From xi = 24 (f32), 53 (f64) on, the field of a Gaussian is Newtonian to u/17.
 
 use super::Quantity;
 use super::distance::{Distance, sphere};

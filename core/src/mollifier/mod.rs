@@ -1,4 +1,4 @@
-//! Mollification: compact polynomial and Gaussian mollifiers psi with their Newtonian fields.
+//! Mollification: compact polynomial, Gaussian and algebraic mollifiers psi with their Newtonian fields.
 //!
 //! Sources: C. R. Anderson, "Compact Polynomial Mollifiers For Poisson's Equation", UCLA CAM 14-43 (2015), and the Gaussians of
 //! K. Craig, A. L. Bertozzi, "A blob method for the aggregation equation", (3.1), (4.1), (4.2).

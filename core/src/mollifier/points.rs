@@ -9,7 +9,7 @@ use crate::real::{DoubleWord, Real};
 
 /// Points that are not finite give NaN.
 ///
-/// Gaussian mollifiers use single-word arithmetic, as in sums over particles, unless a square leaves the normal range. Errors: the density
+/// Gaussian mollifiers in 1D, and of order 4 in 2D, use single-word arithmetic, as in sums over particles, unless a square leaves the normal range. Errors: the density
 /// 4 u of its maximum, the gradient 10 u in each component, the potential 8 u (2D: 8 u (1 + |log delta| + |phi|)). Their
 /// Hessian and all functions of compact mollifiers are accurate: |x|^2 is computed to a few u^2 and results are rounded once. The
 /// bounds are those of the scalar functions at the exact |x|, except that t = 1 - |x|^2/delta^2 has an absolute error of

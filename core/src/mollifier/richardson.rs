@@ -31,9 +31,10 @@ impl<T: Real, const D: usize> Richardson<T, D> {
     ///
     /// # Errors
     /// Those of [`Blob::new`]; [`Error::LengthMismatch`]: no radius or too many; [`Error::OutOfDomain`]: a radius
-    /// outside (0, 1], or two that are equal; [`Error::Unsupported`]: [`Mollifier::None`].
+    /// outside (0, 1], or two that are equal; [`Error::Unsupported`]: [`Mollifier::None`], and algebraic mollifiers, whose errors are no
+    /// series in powers of delta.
     pub fn new(mollifier: Mollifier, delta: T, radii: &[T]) -> Result<Self> {
-        if mollifier == Mollifier::None {
+        if mollifier == Mollifier::None || mollifier.is_algebraic() {
             return Err(Error::Unsupported);
         }
         Blob::<T, D>::new(mollifier, delta)?;

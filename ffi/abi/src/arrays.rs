@@ -39,11 +39,20 @@ impl<T: Plain> Column<T> {
         Extent { start: self.start.addr().get(), each, stride: self.stride.wrapping_mul(each), n: self.n }
     }
 
-    /// The numbers, which follow one another.
+    /// The numbers, which follow one another, to read.
     ///
     /// # Safety
     /// The crate's contract, and [`Column::is_dense`].
-    pub(crate) unsafe fn dense<'a>(self) -> &'a mut [T] {
+    pub(crate) unsafe fn array<'a>(self) -> &'a [T] {
+        // SAFETY: passed on.
+        unsafe { core::slice::from_raw_parts(self.start.as_ptr(), self.n) }
+    }
+
+    /// The same, to write.
+    ///
+    /// # Safety
+    /// The crate's contract, and [`Column::is_dense`].
+    pub(crate) unsafe fn array_mut<'a>(self) -> &'a mut [T] {
         // SAFETY: passed on.
         unsafe { core::slice::from_raw_parts_mut(self.start.as_ptr(), self.n) }
     }
@@ -86,10 +95,11 @@ impl<T: Real> Column<T> {
     /// # Safety
     /// The crate's contract for the column.
     pub(crate) unsafe fn scatter(self, from: impl Iterator<Item = T>, way: Way) {
-        let factor = T::from_wide(way.factor);
         for (from, to) in from.zip(self.pointers()) {
+            // In double precision, as the factor may be beyond single precision where the product is not.
+            let result = T::from_wide(way.factor * from.to_f64());
             // SAFETY: in the span that was checked; the caller promises numbers there.
-            unsafe { to.write(if way.add { to.read() + factor * from } else { factor * from }) };
+            unsafe { to.write(if way.add { to.read() + result } else { result }) };
         }
     }
 }
@@ -143,14 +153,28 @@ impl<T: Plain, const D: usize> Points<T, D> {
         self.0.iter().map(Column::extent)
     }
 
-    /// The points, which are an array.
+    fn start(&self) -> (*mut [T; D], usize) {
+        self.0.first().map_or((NonNull::dangling().as_ptr(), 0), |column| (column.start.as_ptr().cast(), column.n))
+    }
+
+    /// The points, which are an array, to read.
     ///
     /// # Safety
     /// The crate's contract, and [`Points::is_dense`].
-    pub(crate) unsafe fn dense<'a>(self) -> &'a mut [[T; D]] {
-        let (start, n) = self.0.first().map_or((NonNull::dangling(), 0), |column| (column.start, column.n));
+    pub(crate) unsafe fn array<'a>(self) -> &'a [[T; D]] {
+        let (start, n) = self.start();
         // SAFETY: passed on; the span of the last column ends where the last point does.
-        unsafe { core::slice::from_raw_parts_mut(start.as_ptr().cast(), n) }
+        unsafe { core::slice::from_raw_parts(start, n) }
+    }
+
+    /// The same, to write.
+    ///
+    /// # Safety
+    /// The crate's contract, and [`Points::is_dense`].
+    pub(crate) unsafe fn array_mut<'a>(self) -> &'a mut [[T; D]] {
+        let (start, n) = self.start();
+        // SAFETY: passed on; the span of the last column ends where the last point does.
+        unsafe { core::slice::from_raw_parts_mut(start, n) }
     }
 
     /// Copies the points to an array.
@@ -203,22 +227,24 @@ impl Extent {
         self.start.wrapping_add(self.n.wrapping_sub(1).wrapping_mul(self.stride)).wrapping_add(self.each)
     }
 
-    /// Whether they share a byte. Columns of the same stride may lie within each other, as members of an array of structures do.
+    /// Whether they share a byte. Columns of the same stride, and single elements, may lie within each other, as members of an array of structures do; those of different
+    /// strides are taken to meet where their ranges do.
     fn meets(&self, other: &Self) -> bool {
         if self.n == 0 || other.n == 0 || self.end() <= other.start || other.end() <= self.start {
             return false;
         }
-        if self.stride != other.stride {
+        let stride = if self.n == 1 { other.stride } else { self.stride };
+        if self.n > 1 && other.n > 1 && self.stride != other.stride {
             return true;
         }
         // From an element of the other column to the next one of this.
-        let apart = |from: usize, to: usize| to.wrapping_sub(from).checked_rem(self.stride);
+        let apart = |from: usize, to: usize| to.wrapping_sub(from).checked_rem(stride);
         let after = if self.start >= other.start {
             apart(other.start, self.start)
         } else {
-            apart(self.start, other.start).map(|before| if before == 0 { 0 } else { self.stride.wrapping_sub(before) })
+            apart(self.start, other.start).map(|before| if before == 0 { 0 } else { stride.wrapping_sub(before) })
         };
-        after.is_none_or(|after| after < other.each || self.stride.wrapping_sub(after) < self.each)
+        after.is_none_or(|after| after < other.each || stride.wrapping_sub(after) < self.each)
     }
 }
 
@@ -305,6 +331,8 @@ mod tests {
         }
         assert!(!a.meets(&at(49, 1, 9)) && !at(1, 1, 11).meets(&at(12, 12, 4)));
         assert!(!a.meets(&at(0, 12, 0)));
+        // A single member of one structure.
+        assert!(!a.meets(&at(25, 1, 1)) && !at(25, 1, 1).meets(&a) && a.meets(&at(24, 1, 1)) && at(24, 7, 1).meets(&a));
         assert_eq!(apart(&[a, b], &[c]), Ok(()));
         assert_eq!(apart(&[a, b], &[c, b]), Err(Error::Overlap));
     }

@@ -624,7 +624,7 @@ mod tests {
             assert_eq!(ask(&terms, COMPACT), error as i32, "{terms:?}");
         }
         let good = [term(MOLLIS_KERNEL_NEWTONIAN, -1.0, 0.0)];
-        assert_eq!(ask(&good, mollis_mollifier { kind: 3, ..COMPACT }), Error::UnknownValue as i32);
+        assert_eq!(ask(&good, mollis_mollifier { kind: 6, ..COMPACT }), Error::UnknownValue as i32);
         assert_eq!(ask(&good, mollis_mollifier { order: 3, ..COMPACT }), Error::Order as i32);
         assert_eq!(ask(&good, mollis_mollifier { exponent: 10, ..COMPACT }), Error::Exponent as i32);
         assert_eq!(bytes, 7);

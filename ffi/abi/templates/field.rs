@@ -12,7 +12,7 @@ pub struct mollis_sources{d}{f} {
     pub positions: [*const {T}; {d}],
     /// From one to the next.
     pub stride: usize,
-    /// Masses of any sign; sources of mass 0 are dropped.
+    /// Masses of any sign; sources of mass 0 are dropped. Not looked at with vector strengths.
     pub masses: *const {T},
     /// From one to the next; 0: 1.
     pub mass_stride: usize,
@@ -20,6 +20,11 @@ pub struct mollis_sources{d}{f} {
     pub radii: *const {T},
     /// From one to the next; 0: 1.
     pub radius_stride: usize,
+    /// In space: vector strengths instead of masses, or null. The gradient is then sum_j grad K_delta(x_i - x_j) x strength_j, the velocity of vortex elements by the law of Biot
+    /// and Savart for the coefficient 1, of Newtonian kernels. Else null.
+    pub strengths: [*const {T}; {d}],
+    /// From one to the next.
+    pub strength_stride: usize,
 }
 
 /// Where a sum is evaluated, in {dimension}: coordinates as in mollis_sources{d}{f}.
@@ -46,11 +51,11 @@ pub struct mollis_outputs{d}{f} {
     pub gradient: [*mut {T}; {d}],
     /// From one to the next.
     pub gradient_stride: usize,
-    /// The Laplacian of u: the density of a Newtonian kernel's blobs.
+    /// The Laplacian of u: the density of the blobs of a Newtonian kernel of coefficient 1.
     pub laplacian: *mut {T},
     /// From one to the next; 0: 1.
     pub laplacian_stride: usize,
-    /// What all results are multiplied by; 0 is 1.
+    /// What all results are multiplied by. 0, a member that was left alone, means 1.
     pub factor: f64,
     /// 1: results are added to what is there; 0: overwritten.
     pub add: i32,

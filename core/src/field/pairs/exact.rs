@@ -18,7 +18,9 @@ pub(super) fn add_pairs<T: Real, const D: usize, K: PairKernel<T, D>>(
     (sources, source): (Sources<'_, T, D>, usize),
     (lanes, each): (&[u32], usize),
 ) -> u64 {
-    let (Some(y), Some(&mass)) = (sources.positions.get(source), sources.masses.get(source)) else { return 0 };
+    let strength = sources.strengths.and_then(|strengths| strengths.get(source));
+    let mass = strength.map_or(sources.masses.get(source).copied(), |_| Some(T::ONE));
+    let (Some(y), Some(mass)) = (sources.positions.get(source), mass) else { return 0 };
     let radius = sources.radii.and_then(|radii| radii.get(source)).copied();
     let mut count = 0;
     for (i, target) in targets.iter().enumerate() {
@@ -28,7 +30,11 @@ pub(super) fn add_pairs<T: Real, const D: usize, K: PairKernel<T, D>>(
         }
         let mut x = *target;
         x.iter_mut().zip(y).for_each(|(x, &y)| *x -= y);
-        results.add(i, &kernel.exact(&x, mass, radius, want));
+        let mut pair = kernel.exact(&x, mass, radius, want);
+        if let (Some(&[a, b, c]), [x, y, z]) = (strength.and_then(|s| s.first_chunk()), pair.gradient.as_mut_slice()) {
+            (*x, *y, *z) = (*y * c - *z * b, *z * a - *x * c, *x * b - *y * a);
+        }
+        results.add(i, &pair);
         count += 1;
     }
     count

@@ -16,7 +16,7 @@ pub(in crate::field) fn evaluate<T: Real, const D: usize, const FULL: bool>(
 ) -> Result<()> {
     let (coefficient, blob) = kernel.newtonian().ok_or(Error::Unsupported)?;
     let Options { accumulation, combination: (a, b), .. } = *call.options;
-    if call.sources.radii.is_some() {
+    if call.sources.radii.is_some() || call.sources.strengths.is_some() {
         return Err(Error::Unsupported);
     }
     let turned = (a.to_bits(), b.to_bits()) != (1.0_f64.to_bits(), 0);

@@ -45,6 +45,7 @@ struct ErasedCall<'a, T> {
     positions: &'a [T],
     masses: &'a [T],
     radii: Option<&'a [T]>,
+    strengths: Option<&'a [T]>,
     targets: &'a [T],
     potential: Option<&'a mut [T]>,
     gradient: Option<&'a mut [T]>,
@@ -87,6 +88,7 @@ pub(in crate::field) fn evaluate<T: Real, const D: usize, const FULL: bool>(
                     positions,
                     masses,
                     radii: sources.radii.and_then(T::$of),
+                    strengths: sources.strengths.map(<[[T; D]]>::as_flattened).and_then(T::$of),
                     targets,
                     potential: potential.and_then(T::$of_mut),
                     gradient: gradient.and_then(T::$of_mut),
@@ -122,13 +124,16 @@ fn by_dimension<T: Real>(call: ErasedCall<'_, T>, workspace: &mut [u8], run: &mu
 
 /// The sum, by what is known of the kernel.
 fn of_kernel<T: Real, const D: usize>(call: ErasedCall<'_, T>, workspace: &mut [u8], run: &mut Run<'_>) -> Result<()> {
-    let ErasedCall { potentials, newtonian, table, kernel, options, positions, masses, radii, targets, .. } = call;
+    let ErasedCall {
+        potentials, newtonian, table, kernel, options, positions, masses, radii, strengths, targets, ..
+    } = call;
     let outputs = Outputs {
         potential: call.potential,
         gradient: call.gradient.map(|g| g.as_chunks_mut::<D>().0),
         laplacian: call.laplacian,
     };
-    let sources = Sources { positions: positions.as_chunks::<D>().0, masses, radii };
+    let strengths = strengths.map(|strengths| strengths.as_chunks::<D>().0);
+    let sources = Sources { positions: positions.as_chunks::<D>().0, masses, radii, strengths };
     let call = Call { options, sources, targets: targets.as_chunks::<D>().0, outputs };
     let table = table.and_then(|(numbers, head)| {
         let rows: &Rows<T> = numbers.as_chunks().0.try_into().ok()?;
@@ -136,44 +141,54 @@ fn of_kernel<T: Real, const D: usize>(call: ErasedCall<'_, T>, workspace: &mut [
     });
     match (newtonian, table) {
         (Some((coefficient, mollifier, delta)), table) => {
-            let blob = &Blob::<T, D>::new(mollifier, delta)?;
-            match mollifier {
-                Mollifier::Plummer => {
-                    let form = PhantomData::<Plummer>;
-                    sums(potentials, &Smooth { blob, coefficient, radii, form }, call, workspace, run)
-                }
-                Mollifier::Algebraic => {
-                    let form = PhantomData::<High>;
-                    sums(potentials, &Smooth { blob, coefficient, radii, form }, call, workspace, run)
-                }
-                Mollifier::Vatistas if D == 2 => {
-                    let form = PhantomData::<Vatistas>;
-                    sums(potentials, &Smooth { blob, coefficient, radii, form }, call, workspace, run)
-                }
-                _ if radii.is_some() => {
-                    let largest = sources.largest_radius();
-                    sums(
-                        potentials,
-                        &Newtonian::<_, _, true> { blob, coefficient, largest, table },
-                        call,
-                        workspace,
-                        run,
-                    )
-                }
-                _ => {
-                    let largest = blob.delta();
-                    sums(
-                        potentials,
-                        &Newtonian::<_, _, false> { blob, coefficient, largest, table },
-                        call,
-                        workspace,
-                        run,
-                    )
-                }
+            let blob = Blob::<T, D>::new(mollifier, delta)?;
+            let given = (&blob, coefficient, table);
+            // Vectors in space alone.
+            if D == 3 && strengths.is_some() {
+                of_newtonian::<T, D, true>(potentials, given, call, workspace, run)
+            } else {
+                of_newtonian::<T, D, false>(potentials, given, call, workspace, run)
             }
         }
         (None, Some(table)) if cfg!(feature = "kernels") => sums(potentials, &table, call, workspace, run),
         (None, None) if cfg!(feature = "kernels") => sums(potentials, &Called(kernel), call, workspace, run),
         _ => Err(Error::Unsupported),
+    }
+}
+
+/// The sum of a Newtonian kernel, by its mollifier; if `VECTOR` of vector strengths.
+fn of_newtonian<T: Real, const D: usize, const VECTOR: bool>(
+    potentials: bool,
+    (blob, coefficient, table): (&Blob<T, D>, T, Option<Tabulated<'_, T>>),
+    call: Call<'_, T, D>,
+    workspace: &mut [u8],
+    run: &mut Run<'_>,
+) -> Result<()> {
+    if const { VECTOR && D != 3 } {
+        return Err(Error::Unsupported);
+    }
+    let radii = call.sources.radii;
+    match blob.mollifier() {
+        Mollifier::Plummer => {
+            let kernel = Smooth::<_, _, _, VECTOR> { blob, coefficient, radii, form: PhantomData::<Plummer> };
+            sums(potentials, &kernel, call, workspace, run)
+        }
+        Mollifier::Algebraic => {
+            let kernel = Smooth::<_, _, _, VECTOR> { blob, coefficient, radii, form: PhantomData::<High> };
+            sums(potentials, &kernel, call, workspace, run)
+        }
+        Mollifier::Vatistas if const { D == 2 } => {
+            let kernel = Smooth::<_, _, _, VECTOR> { blob, coefficient, radii, form: PhantomData::<Vatistas> };
+            sums(potentials, &kernel, call, workspace, run)
+        }
+        _ if radii.is_some() => {
+            let largest = call.sources.largest_radius();
+            let kernel = Newtonian::<_, _, true, VECTOR> { blob, coefficient, largest, table };
+            sums(potentials, &kernel, call, workspace, run)
+        }
+        _ => {
+            let kernel = Newtonian::<_, _, false, VECTOR> { blob, coefficient, largest: blob.delta(), table };
+            sums(potentials, &kernel, call, workspace, run)
+        }
     }
 }

@@ -178,6 +178,28 @@ pub(in crate::field) fn distances<T: Real, I: Isa<T>, const D: usize, const NB: 
     (d, r2)
 }
 
+/// Differences, or if `VECTOR`, in space, their vector products with a source's strength.
+#[inline(always)]
+pub(in crate::field) fn arms<T: Real, I: Isa<T>, const D: usize, const NB: usize, const VECTOR: bool>(
+    isa: I,
+    d: &[[I::V; D]; NB],
+    strength: &[T; D],
+) -> [[I::V; D]; NB] {
+    let mut arms = *d;
+    if VECTOR && let Some(&[a, b, c]) = strength.first_chunk() {
+        let (a, b, c) = (isa.splat(a), isa.splat(b), isa.splat(c));
+        for arm in &mut arms {
+            if let [x, y, z] = arm.as_mut_slice() {
+                let (u, v, w) = (*x, *y, *z);
+                *x = isa.neg_mul_add(w, b, isa.mul(v, c));
+                *y = isa.neg_mul_add(u, c, isa.mul(w, a));
+                *z = isa.neg_mul_add(v, a, isa.mul(u, b));
+            }
+        }
+    }
+    arms
+}
+
 impl<V: Copy, const D: usize> Group<V, D> {
     /// Adds g d to the gradient.
     #[inline(always)]

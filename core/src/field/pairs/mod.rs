@@ -94,6 +94,8 @@ pub(in crate::field) enum Passes {
     One,
     /// One with the potential, one without.
     Together,
+    /// No potential.
+    None,
     /// One for the potential alone, one for the others.
     Apart,
 }
@@ -180,6 +182,8 @@ pub(in crate::field) struct Block<'a, T, const D: usize> {
     pub sources: List<'a, T, D>,
     /// What the kernel keeps of their core radii ([`PairKernel::core`]); empty without any.
     pub cores: &'a [T],
+    /// Their vector strengths, in units; empty without any.
+    pub strengths: &'a [[T; D]],
     /// The bounds of the sources, and of the targets of the register block.
     pub bounds: [&'a Bounds<T, D>; 2],
     /// Whether the pass computes potentials.
@@ -198,9 +202,9 @@ pub(in crate::field) struct Call<'a, T, const D: usize> {
     pub outputs: Outputs<'a, T, D>,
 }
 
-/// Bytes for the compacted sources, with core radii or without.
-pub(in crate::field) fn workspace_bytes<T: Real, const D: usize>(n_sources: usize, radii: bool) -> Result<usize> {
-    Measure::of(|space| Packed::<T, D>::layout(space, n_sources, radii).map(|_| ()))
+/// Bytes for the compacted sources; with core radii, with vector strengths.
+pub(in crate::field) fn workspace_bytes<T: Real, const D: usize>(n_sources: usize, extras: [bool; 2]) -> Result<usize> {
+    Measure::of(|space| Packed::<T, D>::layout(space, n_sources, extras).map(|_| ()))
 }
 
 /// Overwrites the outputs with the sums of a kernel; the potential only if `potentials`.
@@ -214,8 +218,8 @@ fn sums<T: Real, const D: usize, K: PairKernel<T, D>>(
     let Call { options, sources, targets, outputs } = call;
     let [coordinate, mass] = sources.largest(1);
     let units = Units::of([coordinate.max(kernel.length()), mass], targets);
-    let (n, radii) = (sources.positions.len(), sources.radii.is_some());
-    let mut packed = Packed::<T, D>::layout(&mut Carve::reopen(workspace)?, n, radii)?;
+    let extras = [sources.radii.is_some(), sources.strengths.is_some()];
+    let mut packed = Packed::<T, D>::layout(&mut Carve::reopen(workspace)?, sources.positions.len(), extras)?;
     packed.fill(units, sources, |square| kernel.core(square));
     let wanted = outputs.wanted();
     let pieces = (
@@ -259,7 +263,7 @@ fn sums<T: Real, const D: usize, K: PairKernel<T, D>>(
             if wanted.gradient || wanted.laplacian {
                 Pass::<T, D, K, false> { shared: &shared, targets, outputs: others, counted: true }.run(level);
             }
-            if potential.is_some() {
+            if const { !matches!(K::PASSES, Passes::None) } && potential.is_some() {
                 let outputs = Outputs { potential, ..Outputs::default() };
                 let counted = !(wanted.gradient || wanted.laplacian);
                 Pass::<T, D, K, true> { shared: &shared, targets, outputs, counted }.run(level);
@@ -269,7 +273,7 @@ fn sums<T: Real, const D: usize, K: PairKernel<T, D>>(
     )?;
     if let Some(counters) = run.counters.as_deref_mut() {
         let pairs = (packed.len() as u64).saturating_mul(targets.len() as u64);
-        let massless = sources.masses.len().saturating_sub(packed.len()) as u64;
+        let massless = sources.positions.len().saturating_sub(packed.len()) as u64;
         counters.add(&Statistics { pairs, massless_sources: massless, ..tally.counters() });
     }
     Ok(())
@@ -413,8 +417,10 @@ fn class_sums<T: Real, I: Isa<T>, const D: usize, const NB: usize, K: PairKernel
         for (k, sources) in positions.chunks(each).zip(masses.chunks(each)).enumerate() {
             let Want { potential, laplacian, .. } = want;
             let cores = if class.cores.is_empty() { &[] } else { class.cores.get(start + k * each..).present_or(&[]) };
+            let strengths =
+                if class.strengths.is_empty() { &[] } else { class.strengths.get(start + k * each..).present_or(&[]) };
             let bounds = [source_bounds, &in_units.bounds];
-            let block = Block { sources, cores, bounds, potential, laplacian, valid: &valid };
+            let block = Block { sources, cores, strengths, bounds, potential, laplacian, valid: &valid };
             K::add_block::<I, NB, P>(isa, prepared, &block, &mut groups, &mut noted, counts);
             if noted.iter().any(|list| !list.is_empty()) {
                 isa.apart(LeftOut::<T, I::V, D, NB, K, P> {

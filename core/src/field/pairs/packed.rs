@@ -132,6 +132,8 @@ pub(super) struct Packed<'w, T, const D: usize> {
     pub(super) masses: &'w mut [T],
     /// Of their core radii, if they have any ([`super::PairKernel::core`]).
     cores: &'w mut [T],
+    /// Vector strengths in units, if they have any; masses are then 1.
+    strengths: &'w mut [[T; D]],
     /// Which of the caller's sources each one is.
     origins: &'w mut [u32],
     /// The bounds of each block, class by class.
@@ -145,16 +147,17 @@ pub(super) struct Class<'a, T, const D: usize> {
     pub positions: &'a [[T; D]],
     pub masses: &'a [T],
     pub cores: &'a [T],
+    pub strengths: &'a [[T; D]],
     pub origins: &'a [u32],
     boxes: &'a [Bounds<T, D>],
 }
 
 impl<'w, T: Real, const D: usize> Packed<'w, T, D> {
-    /// The layout: room for every source, and for its core radius if it has one.
+    /// The layout: room for every source, and for its core radius and its vector strength if it has them.
     ///
     /// # Errors
     /// [`Error::TooLarge`]: more than 2^32 sources.
-    pub fn layout(space: &mut impl Space<'w>, n: usize, radii: bool) -> Result<Self> {
+    pub fn layout(space: &mut impl Space<'w>, n: usize, [radii, strengths]: [bool; 2]) -> Result<Self> {
         if u32::try_from(n).is_err() {
             return Err(Error::TooLarge);
         }
@@ -162,6 +165,7 @@ impl<'w, T: Real, const D: usize> Packed<'w, T, D> {
             positions: space.try_array(n)?,
             masses: space.try_array(n)?,
             cores: space.try_array(if radii { n } else { 0 })?,
+            strengths: space.try_array(if strengths { n } else { 0 })?,
             origins: space.try_array(n)?,
             // Each class may end in a block that is not full.
             boxes: space.try_array(n / BLOCK + CLASSES)?,
@@ -172,9 +176,12 @@ impl<'w, T: Real, const D: usize> Packed<'w, T, D> {
     /// Copies the sources with mass, scaled and grouped by class, and computes the bounds of blocks. `core` is applied to the squares of core radii
     /// in units.
     pub fn fill(&mut self, units: Units<T>, sources: Sources<'_, T, D>, core: impl Fn(T) -> T) {
-        let Sources { positions, masses, radii } = sources;
+        let Sources { positions, masses, radii, strengths } = sources;
+        if let Some(strengths) = strengths {
+            self.fill_strengths(units, positions, strengths);
+        }
         let with_mass = || masses.iter().zip(positions).enumerate().filter(|(_, (m, _))| **m != T::ZERO);
-        self.counts = [0; CLASSES];
+        self.counts = [if strengths.is_some() { self.counts[0] } else { 0 }, 0, 0];
         for (_, (&m, _)) in with_mass() {
             self.counts.get_mut(units.mass(m).0).into_iter().for_each(|count| *count += 1);
         }
@@ -187,11 +194,14 @@ impl<'w, T: Real, const D: usize> Packed<'w, T, D> {
             if let (Some(to_x), Some(to_m), Some(to)) = slots {
                 (*to_x, *to_m, *to) = (units.point(x), mass, origin as u32);
             }
-            if let (Some(to), Some(&radius)) = (self.cores.get_mut(*next), radii.and_then(|radii| radii.get(origin))) {
+            *next += 1;
+        }
+        let n = self.len();
+        for (to, &origin) in self.cores.iter_mut().zip(self.origins.iter().take(n)) {
+            if let Some(&radius) = radii.and_then(|radii| radii.get(origin as usize)) {
                 let radius = radius.ldexp(units.position);
                 *to = core(radius * radius);
             }
-            *next += 1;
         }
         let (mut boxes, mut rest) = (self.boxes.iter_mut(), &*self.positions);
         for &count in &self.counts {
@@ -199,6 +209,19 @@ impl<'w, T: Real, const D: usize> Packed<'w, T, D> {
             rest = later;
             class.chunks(BLOCK).zip(&mut boxes).for_each(|(block, bounds)| *bounds = bounds_of(block));
         }
+    }
+
+    /// Those with vector strengths that are not zero, all in the class of the largest.
+    fn fill_strengths(&mut self, units: Units<T>, positions: &[[T; D]], strengths: &[[T; D]]) {
+        let some = strengths.iter().zip(positions).enumerate().filter(|(_, (s, _))| s.iter().any(|&s| s != T::ZERO));
+        let slots = self.positions.iter_mut().zip(self.masses.iter_mut());
+        let slots = slots.zip(self.strengths.iter_mut().zip(self.origins.iter_mut()));
+        let mut count = 0;
+        for ((origin, (s, x)), ((to_x, to_m), (to_s, to))) in some.zip(slots) {
+            (*to_x, *to_m, *to_s, *to) = (units.point(x), T::ONE, s.map(|s| s.ldexp(units.mass)), origin as u32);
+            count += 1;
+        }
+        self.counts = [count, 0, 0];
     }
 
     /// Sources with mass.
@@ -216,6 +239,7 @@ impl<'w, T: Real, const D: usize> Packed<'w, T, D> {
                 positions: self.positions.get(range.clone())?,
                 masses: self.masses.get(range.clone())?,
                 cores: if self.cores.is_empty() { &[] } else { self.cores.get(range.clone())? },
+                strengths: if self.strengths.is_empty() { &[] } else { self.strengths.get(range.clone())? },
                 origins: self.origins.get(range)?,
                 boxes: self.boxes.get(boxes)?,
             };

@@ -25,7 +25,7 @@ const TASK: usize = 128;
 ///
 /// Not `FULL`: no potential is wanted, the options are the defaults. What the others need is then not linked.
 pub(super) fn sums<T: Real, const D: usize, const FULL: bool>(
-    kernel: &Newtonian<'_, T, D, false>,
+    kernel: &Newtonian<'_, T, D, false, false>,
     call: Call<'_, T, D>,
     workspace: &mut [u8],
     run: &mut Run<'_>,
@@ -33,7 +33,7 @@ pub(super) fn sums<T: Real, const D: usize, const FULL: bool>(
     let Call { options, sources, targets, mut outputs } = call;
     let [coordinate, mass] = sources.largest(1);
     let units = Units::of([coordinate.max(kernel.length()), mass], targets);
-    let mut packed = Packed::<T, D>::layout(&mut Carve::reopen(workspace)?, sources.positions.len(), false)?;
+    let mut packed = Packed::<T, D>::layout(&mut Carve::reopen(workspace)?, sources.positions.len(), [false; 2])?;
     let (positions, masses) = packed.fill_in_range(units, sources.positions, sources.masses);
     let (blob, wanted) = (kernel.blob, outputs.wanted());
     let mollified = blob.mollifier() != Mollifier::None;
@@ -317,7 +317,7 @@ mod tests {
         };
         let kernel = Newtonian { blob, coefficient: -T::from_f64(1.7), largest: blob.delta(), table: None };
         let call = Call { options, sources: Sources::new(points, masses), targets: points, outputs };
-        let bytes = super::super::workspace_bytes::<T, D>(n, false).unwrap();
+        let bytes = super::super::workspace_bytes::<T, D>(n, [false; 2]).unwrap();
         let mut memory = vec![0xA5_u8; bytes + 64];
         let start = memory.as_ptr().align_offset(64);
         let workspace = &mut memory[start..start + bytes];

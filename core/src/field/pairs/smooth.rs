@@ -14,12 +14,12 @@
 //!
 //! # Rounding
 //! With u the unit roundoff: r2 has 5 u, q 6 u; B(q) has at most 1.5 times that and 8 u more, the factors in e at most 8 u, the products by d and m 4 u:
-//! c = 32. The scale is that of the bare kernel at the distance q^(1/2) (2D: |K| + 1 / (2 pi)), for the density psi at 0 beyond a factor of
-//! its own value (test `softenings`).
+//! c = 32. The scale is that of the bare kernel at the distance q^(1/2) (2D: |K| + 1 / (2 pi)), for the density its own value, as long as delta^4 in units
+//! is a normal number (test `softenings`).
 
 use core::marker::PhantomData;
 
-use super::lanes::{Deferred, Group, Want, distances};
+use super::lanes::{Deferred, Group, Want, arms, distances};
 use super::newtonian::{outside_gradient, outside_potential};
 use super::output::{Contribution, Scales};
 use super::packed::{Units, least_square_exponent, power_of_two};
@@ -196,7 +196,7 @@ impl<T: Real, const D: usize> Form<T, D> for Vatistas {
 }
 
 /// A Newtonian kernel under an algebraic mollifier.
-pub(in crate::field) struct Smooth<'a, T: Real, const D: usize, F> {
+pub(in crate::field) struct Smooth<'a, T: Real, const D: usize, F, const VECTOR: bool> {
     pub blob: &'a Blob<T, D>,
     pub coefficient: T,
     /// The core radii, if each source has its own.
@@ -219,11 +219,15 @@ fn least<T: Real>() -> T {
     power_of_two(-least_square_exponent::<T>())
 }
 
-impl<T: Real, const D: usize, F: Form<T, D>> PairKernel<T, D> for Smooth<'_, T, D, F> {
+impl<T: Real, const D: usize, F: Form<T, D>, const VECTOR: bool> PairKernel<T, D> for Smooth<'_, T, D, F, VECTOR> {
     type Prepared = Prepared<T>;
     type Lanes<V: Copy> = [V; 2];
 
-    const PASSES: Passes = if D == 3 { Passes::Together } else { Passes::Apart };
+    const PASSES: Passes = match D {
+        _ if VECTOR => Passes::None,
+        3 => Passes::Together,
+        _ => Passes::Apart,
+    };
 
     fn length(&self) -> T {
         self.radii.map_or(self.blob.delta(), |radii| radii.iter().fold(T::ZERO, |most, &r| most.max(r)))
@@ -274,10 +278,10 @@ impl<T: Real, const D: usize, F: Form<T, D>> PairKernel<T, D> for Smooth<'_, T, 
         let form = PhantomData::<F>;
         if prepared.has_tiny {
             let noted = Some(noted);
-            isa.apart(Pairs::<_, _, _, D, NB, P, true> { form, square, log_exponent, block, noted, groups });
+            isa.apart(Pairs::<_, _, _, D, NB, P, true, VECTOR> { form, square, log_exponent, block, noted, groups });
         } else {
             let noted = None;
-            isa.apart(Pairs::<_, _, _, D, NB, P, false> { form, square, log_exponent, block, noted, groups });
+            isa.apart(Pairs::<_, _, _, D, NB, P, false, VECTOR> { form, square, log_exponent, block, noted, groups });
         }
     }
 
@@ -315,7 +319,7 @@ fn limit<T: Real>(square: T) -> T {
 
 /// What a block of sources gives to a register block of targets, with the potential if `P`; a function of its own. If `TINY`, some sources may have a
 /// delta that is too small for close lanes.
-struct Pairs<'a, T, V, F, const D: usize, const NB: usize, const P: bool, const TINY: bool> {
+struct Pairs<'a, T, V, F, const D: usize, const NB: usize, const P: bool, const TINY: bool, const VECTOR: bool> {
     form: PhantomData<F>,
     square: V,
     log_exponent: V,
@@ -324,8 +328,16 @@ struct Pairs<'a, T, V, F, const D: usize, const NB: usize, const P: bool, const 
     groups: &'a mut [Group<V, D>; NB],
 }
 
-impl<T: Real, I: Isa<T>, F: Form<T, D>, const D: usize, const NB: usize, const P: bool, const TINY: bool> Part<T, I>
-    for Pairs<'_, T, I::V, F, D, NB, P, TINY>
+impl<
+    T: Real,
+    I: Isa<T>,
+    F: Form<T, D>,
+    const D: usize,
+    const NB: usize,
+    const P: bool,
+    const TINY: bool,
+    const VECTOR: bool,
+> Part<T, I> for Pairs<'_, T, I::V, F, D, NB, P, TINY, VECTOR>
 {
     type Out = ();
 
@@ -335,7 +347,7 @@ impl<T: Real, I: Isa<T>, F: Form<T, D>, const D: usize, const NB: usize, const P
         let Block { sources: (positions, masses), cores, laplacian, .. } = *block;
         let (zero, one) = (isa.splat(T::ZERO), isa.splat(T::ONE));
         let each = !cores.is_empty();
-        let mut cores = cores.iter();
+        let (mut cores, mut strengths) = (cores.iter(), block.strengths.iter());
         let mut local = *groups;
         for (at, (x, &m)) in positions.iter().zip(masses).enumerate() {
             let (mut d, mut r2) = distances(isa, x, &local);
@@ -366,6 +378,9 @@ impl<T: Real, I: Isa<T>, F: Form<T, D>, const D: usize, const NB: usize, const P
             }
             if !P || D == 3 {
                 let factors = F::gradient::<I, NB>(isa, mass, square, &sums);
+                if VECTOR {
+                    d = arms::<T, I, D, NB, true>(isa, &d, strengths.next().present_or(&[T::ZERO; D]));
+                }
                 for ((group, d), g) in local.iter_mut().zip(&d).zip(factors) {
                     group.add_gradient(isa, g, d);
                 }

@@ -29,6 +29,8 @@ pub struct SourcesOf<T, const D: usize> {
     pub mass_stride: usize,
     pub radii: *const T,
     pub radius_stride: usize,
+    pub strengths: [*const T; D],
+    pub strength_stride: usize,
 }
 
 /// The layout of `mollis_targets1` and the like.
@@ -72,8 +74,10 @@ pub(super) struct Ask<T, const D: usize> {
 struct Arrays<T, const D: usize> {
     n: usize,
     positions: Points<T, D>,
-    masses: Column<T>,
+    /// None with vector strengths.
+    masses: Option<Column<T>>,
     radii: Option<Column<T>>,
+    strengths: Option<Points<T, D>>,
     /// None: the sources.
     targets: Option<Points<T, D>>,
     n_targets: usize,
@@ -88,6 +92,7 @@ struct Scratch<'w, T, const D: usize> {
     positions: &'w mut [[T; D]],
     masses: &'w mut [T],
     radii: &'w mut [T],
+    strengths: &'w mut [[T; D]],
     targets: &'w mut [[T; D]],
     potential: &'w mut [T],
     gradient: &'w mut [[T; D]],
@@ -124,10 +129,16 @@ where
             1 => true,
             _ => return Err(Error::UnknownValue),
         };
+        let strengths = Points::optional(sources.strengths.map(<*const T>::cast_mut), sources.strength_stride, n)?;
+        let masses = match strengths {
+            Some(_) => None,
+            None => Some(Column::new(sources.masses.cast_mut(), sources.mass_stride, n)?),
+        };
         Ok(Self {
             n,
             positions: Points::new(of_sources, sources.stride, n)?,
-            masses: Column::new(sources.masses.cast_mut(), sources.mass_stride, n)?,
+            masses,
+            strengths,
             radii: Column::optional(sources.radii.cast_mut(), sources.radius_stride, n)?,
             targets,
             n_targets,
@@ -151,7 +162,8 @@ where
     unsafe fn plan<'k>(&self, ask: &Ask<T, D>) -> Result<(Plan, Kernel<'k, T, D>)> {
         // SAFETY: passed on.
         let (kernel, options) = unsafe { (open::<T, D>(ask.kernel, ask.kernel_bytes)?, read(ask.options)?) };
-        let options = field::Options { radii: self.radii.is_some(), ..options.to_core()? };
+        let (radii, strengths) = (self.radii.is_some(), self.strengths.is_some());
+        let options = field::Options { radii, strengths, ..options.to_core()? };
         Ok((field::plan(&kernel, self.n, self.n_targets, self.wanted(), &options)?, kernel))
     }
 
@@ -162,8 +174,9 @@ where
         let of = |column: Option<Column<T>>| unless(column.is_none_or(|c| plain && c.is_dense()), self.n_targets);
         Ok(Scratch {
             positions: space.try_array(unless(self.positions.is_dense(), self.n))?,
-            masses: space.try_array(unless(self.masses.is_dense(), self.n))?,
+            masses: space.try_array(unless(self.masses.is_none_or(|masses| masses.is_dense()), self.n))?,
             radii: space.try_array(unless(self.radii.is_none_or(|radii| radii.is_dense()), self.n))?,
+            strengths: space.try_array(unless(self.strengths.is_none_or(|vectors| vectors.is_dense()), self.n))?,
             targets: space.try_array(unless(self.targets.is_none_or(|targets| targets.is_dense()), self.n_targets))?,
             potential: space.try_array(of(self.potential))?,
             gradient: space.try_array(unless(self.gradient.is_none_or(|g| plain && g.is_dense()), self.n_targets))?,
@@ -184,7 +197,8 @@ where
         let (mut outputs, mut inputs) = (Extents::new(), Extents::new());
         outputs.add(self.potential.map(|c| c.extent())).add(self.laplacian.map(|c| c.extent()));
         outputs.add(self.gradient.iter().flat_map(Points::extents));
-        inputs.add(self.positions.extents()).add([self.masses.extent()]).add(self.radii.map(|c| c.extent()));
+        inputs.add(self.positions.extents()).add(self.masses.map(|c| c.extent())).add(self.radii.map(|c| c.extent()));
+        inputs.add(self.strengths.iter().flat_map(Points::extents));
         inputs.add(self.targets.iter().flat_map(Points::extents));
         inputs.add([Input::new(ask.kernel.cast::<u8>(), ask.kernel_bytes)?.range().into()]);
         inputs.add([of_structure(ask.sources)?, of_structure(ask.outputs)?]);
@@ -276,15 +290,16 @@ where
         let own = plan.workspace_bytes(host.workers())?;
         let space = arrays.layout(&mut Carve::reopen(memory)?, own)?;
         // SAFETY: passed on; outputs and workspace overlap nothing.
-        let (positions, masses, radii, targets) = unsafe {
+        let (positions, masses, radii, strengths, targets) = unsafe {
             (
                 gathered(arrays.positions, space.positions),
-                gathered_column(arrays.masses, space.masses),
+                arrays.masses.map_or(&[][..], |masses| gathered_column(masses, space.masses)),
                 arrays.radii.map(|radii| gathered_column(radii, space.radii)),
+                arrays.strengths.map(|vectors| gathered(vectors, space.strengths)),
                 arrays.targets.map(|targets| gathered(targets, space.targets)),
             )
         };
-        let sources = Sources { positions, masses, radii };
+        let sources = Sources { positions, masses, radii, strengths };
         let targets = targets.unwrap_or(positions);
         let (plain, n) = (arrays.way.is_plain(), arrays.n_targets);
         let mut done = Statistics::default();
@@ -292,9 +307,9 @@ where
             // SAFETY: as above.
             let results = unsafe {
                 Outputs {
-                    potential: arrays.potential.map(|c| here(plain && c.is_dense(), || c.dense(), space.potential)),
-                    gradient: arrays.gradient.map(|g| here(plain && g.is_dense(), || g.dense(), space.gradient)),
-                    laplacian: arrays.laplacian.map(|c| here(plain && c.is_dense(), || c.dense(), space.laplacian)),
+                    potential: arrays.potential.map(|c| here(plain && c.is_dense(), || c.array_mut(), space.potential)),
+                    gradient: arrays.gradient.map(|g| here(plain && g.is_dense(), || g.array_mut(), space.gradient)),
+                    laplacian: arrays.laplacian.map(|c| here(plain && c.is_dense(), || c.array_mut(), space.laplacian)),
                 }
             };
             let result = host.enter(|run| {
@@ -303,8 +318,9 @@ where
                 field::evaluate(&plan, &kernel, sources, targets, results, space.sum, &mut run)
             });
             if result == Err(Error::NotFinite) {
-                let of_sources =
-                    first_bad(positions, masses).into_iter().chain(first_bad::<T, D>(&[], radii.unwrap_or(&[])));
+                let of_sources = first_bad(positions, masses)
+                    .into_iter()
+                    .chain(first_bad::<T, D>(strengths.unwrap_or(&[]), radii.unwrap_or(&[])));
                 let of_targets = || first_bad::<T, D>(targets, &[]).map(|index| arrays.n.saturating_add(index));
                 told.first_bad = of_sources.min().or_else(of_targets);
             }
@@ -348,7 +364,7 @@ where
     // SAFETY: passed on.
     unsafe {
         if points.is_dense() {
-            return points.dense();
+            return points.array();
         }
         points.gather(to);
     }
@@ -363,7 +379,7 @@ unsafe fn gathered_column<T: Real>(column: Column<T>, to: &mut [T]) -> &[T] {
     // SAFETY: passed on.
     unsafe {
         if column.is_dense() {
-            return column.dense();
+            return column.array();
         }
         column.gather(to);
     }

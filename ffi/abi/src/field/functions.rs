@@ -23,7 +23,7 @@ pub struct mollis_sources2 {
     pub positions: [*const f64; 2],
     /// From one to the next.
     pub stride: usize,
-    /// Masses of any sign; sources of mass 0 are dropped.
+    /// Masses of any sign; sources of mass 0 are dropped. Not looked at with vector strengths.
     pub masses: *const f64,
     /// From one to the next; 0: 1.
     pub mass_stride: usize,
@@ -31,6 +31,11 @@ pub struct mollis_sources2 {
     pub radii: *const f64,
     /// From one to the next; 0: 1.
     pub radius_stride: usize,
+    /// In space: vector strengths instead of masses, or null. The gradient is then sum_j grad K_delta(x_i - x_j) x strength_j, the velocity of vortex elements by the law of Biot
+    /// and Savart for the coefficient 1, of Newtonian kernels. Else null.
+    pub strengths: [*const f64; 2],
+    /// From one to the next.
+    pub strength_stride: usize,
 }
 
 /// Where a sum is evaluated, in the plane: coordinates as in mollis_sources2.
@@ -57,11 +62,11 @@ pub struct mollis_outputs2 {
     pub gradient: [*mut f64; 2],
     /// From one to the next.
     pub gradient_stride: usize,
-    /// The Laplacian of u: the density of a Newtonian kernel's blobs.
+    /// The Laplacian of u: the density of the blobs of a Newtonian kernel of coefficient 1.
     pub laplacian: *mut f64,
     /// From one to the next; 0: 1.
     pub laplacian_stride: usize,
-    /// What all results are multiplied by; 0 is 1.
+    /// What all results are multiplied by. 0, a member that was left alone, means 1.
     pub factor: f64,
     /// 1: results are added to what is there; 0: overwritten.
     pub add: i32,
@@ -116,7 +121,7 @@ pub unsafe extern "C" fn mollis_field2_text(
 /// mollifier coincident pairs contribute nothing. `workspace` is garbage afterwards. `options`, `run`, `counters` may be null. With core radii psi and K_delta are those of
 /// each source's radius; the kernel has to be Newtonian with a mollifier (MOLLIS_ERR_UNSUPPORTED), and the sum is over all pairs.
 ///
-/// Arrays may lie within each other like the members of structures. Where they are no arrays without gaps, or results are added or multiplied, the workspace holds a copy of
+/// Arrays of equal strides may lie within each other like the members of structures. Where they are no arrays without gaps, or results are added or multiplied, the workspace holds a copy of
 /// each: some nanoseconds a particle.
 ///
 /// The error is at most (c + 256 + n/256) u S, u the unit roundoff; with MOLLIS_ACCUMULATION_COMPENSATED (c + 12) u S + (n/4) u^2 S. S is the
@@ -135,7 +140,8 @@ pub unsafe extern "C" fn mollis_field2_text(
 /// All of this where neither a result nor K itself is below the normal range. Coordinates below 2^-126 (in double 2^-1022) of the largest
 /// one count as zero; by MOLLIS_METHOD_SORTED what is below 2^-120 (2^-1000) of the powers of the largest coordinate may be lost.
 ///
-/// * Algebraic mollifiers (Plummer's and the like): c = 32, and s is the bare kernel's at the distance (r^2 + delta^2)^(1/2), for Laplacians |Laplacian|.
+/// * Algebraic mollifiers (Plummer's and the like): c = 32, and s is the bare kernel's at the distance (r^2 + delta^2)^(1/2), for Laplacians |Laplacian|, where delta^4
+///   of the largest coordinate is a normal number (delta above 2^-31 of it in single precision).
 ///
 /// Results do not depend on the number of threads, bit for bit. A refused call writes nothing (but `run->first_bad`, with
 /// MOLLIS_ERR_NOT_FINITE: sources, then targets); a stopped one has written some outputs, if these are arrays without gaps that are overwritten. Refused:
@@ -172,6 +178,8 @@ pub struct mollis_sources2_f32 {
     pub mass_stride: usize,
     pub radii: *const f32,
     pub radius_stride: usize,
+    pub strengths: [*const f32; 2],
+    pub strength_stride: usize,
 }
 
 /// As mollis_targets2, in the plane, single precision.
@@ -266,6 +274,8 @@ pub struct mollis_sources1 {
     pub mass_stride: usize,
     pub radii: *const f64,
     pub radius_stride: usize,
+    pub strengths: [*const f64; 1],
+    pub strength_stride: usize,
 }
 
 /// As mollis_targets2, in one dimension.
@@ -363,6 +373,8 @@ pub struct mollis_sources1_f32 {
     pub mass_stride: usize,
     pub radii: *const f32,
     pub radius_stride: usize,
+    pub strengths: [*const f32; 1],
+    pub strength_stride: usize,
 }
 
 /// As mollis_targets2, in one dimension, single precision.
@@ -460,6 +472,8 @@ pub struct mollis_sources3 {
     pub mass_stride: usize,
     pub radii: *const f64,
     pub radius_stride: usize,
+    pub strengths: [*const f64; 3],
+    pub strength_stride: usize,
 }
 
 /// As mollis_targets2, in space.
@@ -557,6 +571,8 @@ pub struct mollis_sources3_f32 {
     pub mass_stride: usize,
     pub radii: *const f32,
     pub radius_stride: usize,
+    pub strengths: [*const f32; 3],
+    pub strength_stride: usize,
 }
 
 /// As mollis_targets2, in space, single precision.

@@ -63,6 +63,7 @@ impl mollis_field_options {
             combination: (a, b),
             tolerance: self.tolerance,
             radii: false,
+            strengths: false,
             method: match self.method {
                 MOLLIS_METHOD_AUTO => None,
                 MOLLIS_METHOD_DIRECT => Some(Method::Direct),
@@ -88,7 +89,7 @@ pub struct mollis_counters {
     pub polynomial_blocks: u64,
     /// Of these, blocks with every target near, where nothing was divided.
     pub all_near_blocks: u64,
-    /// Pairs outside the range of the fast path. Newtonian ones closer than 2^-28 of the largest coordinate (double: 2^-60) are summed in lanes in
+    /// Pairs outside the range of the fast path. Newtonian ones, without core radii and algebraic mollifiers, closer than 2^-28 of the largest coordinate (double: 2^-60) are summed in lanes in
     /// closer units, at about 3 times the usual cost. Those closer than 2^-84 (2^-180), coincident ones, and those of other kernels beyond the
     /// ends of their table are computed one by one: some 200 ns each.
     pub scaled_pairs: u64,

@@ -29,7 +29,7 @@
 pub(super) mod inside;
 
 use super::close::step;
-use super::lanes::{Deferred, Group, List, Want, distances};
+use super::lanes::{Deferred, Group, List, Want, arms, distances};
 use super::output::{Contribution, Scales};
 use super::packed::{Units, farthest, least_square_exponent, power_of_two};
 use super::tabulated::{self, Tabulated};
@@ -45,7 +45,7 @@ use inside::Inside;
 /// A Newtonian kernel: `coefficient` times the blob's potential; if `EACH`, every source has a core radius of its own in place of the blob's delta.
 ///
 /// With core radii the functions inside are those of the blob's delta in units of its own, at distances times delta / radius.
-pub(in crate::field) struct Newtonian<'a, T: Real, const D: usize, const EACH: bool> {
+pub(in crate::field) struct Newtonian<'a, T: Real, const D: usize, const EACH: bool, const VECTOR: bool> {
     pub blob: &'a Blob<T, D>,
     pub coefficient: T,
     /// The largest core radius: delta, if it is the only one.
@@ -152,12 +152,18 @@ fn gaussian_support<T: Real>(dimension: usize, order: u32) -> T {
     T::from_f64(square).sqrt() * (T::from_f64(f64::from(T::DIGITS) * core::f64::consts::LN_2 + 1.0)).sqrt()
 }
 
-impl<'a, T: Real, const D: usize, const EACH: bool> PairKernel<T, D> for Newtonian<'a, T, D, EACH> {
+impl<'a, T: Real, const D: usize, const EACH: bool, const VECTOR: bool> PairKernel<T, D>
+    for Newtonian<'a, T, D, EACH, VECTOR>
+{
     type Prepared = Prepared<'a, T>;
     type Lanes<V: Copy> = Softened<V>;
 
     // In space the potential needs the gradient's root; elsewhere the two share nothing but the distance.
-    const PASSES: Passes = if D == 3 { Passes::Together } else { Passes::Apart };
+    const PASSES: Passes = match D {
+        _ if VECTOR => Passes::None,
+        3 => Passes::Together,
+        _ => Passes::Apart,
+    };
 
     fn length(&self) -> T {
         self.largest
@@ -213,7 +219,7 @@ impl<'a, T: Real, const D: usize, const EACH: bool> PairKernel<T, D> for Newtoni
             // The sources have offsets of their own.
             inside.offset = if D == 2 { T::ZERO } else { inside.offset };
         }
-        let has_closer = !EACH && (square < least || blob.mollifier() == Mollifier::None);
+        let has_closer = !EACH && !VECTOR && (square < least || blob.mollifier() == Mollifier::None);
         if let Mollifier::Gaussian { order } = blob.mollifier()
             && has_closer
         {
@@ -292,6 +298,7 @@ impl<'a, T: Real, const D: usize, const EACH: bool> PairKernel<T, D> for Newtoni
         let (mut start, mut near) = (0, 0);
         let [a, b] = block.bounds;
         if !EACH
+            && !VECTOR
             && prepared.0.is_usual
             && farthest(a, b) < prepared.0.softened.edge
             && let Some(inside) = kernel.inside()
@@ -301,11 +308,12 @@ impl<'a, T: Real, const D: usize, const EACH: bool> PairKernel<T, D> for Newtoni
             start = n;
         }
         while start < n {
-            start += isa.apart(FarRun::<_, _, D, NB, P, EACH> { kernel, block, start, noted, groups });
+            start += isa.apart(FarRun::<_, _, D, NB, P, EACH, VECTOR> { kernel, block, start, noted, groups });
             if I::IN_ORDER && !noted.is_empty() {
-                add_noted::<T, I, D, NB, P, EACH>(isa, prepared, block, groups, noted, counts);
+                add_noted::<T, I, D, NB, P, EACH, VECTOR>(isa, prepared, block, groups, noted, counts);
             }
             if !EACH
+                && !VECTOR
                 && start < n
                 && let Some(inside) = kernel.inside()
             {
@@ -315,7 +323,7 @@ impl<'a, T: Real, const D: usize, const EACH: bool> PairKernel<T, D> for Newtoni
             }
         }
         if !noted.is_empty() {
-            add_noted::<T, I, D, NB, P, EACH>(isa, prepared, block, groups, noted, counts);
+            add_noted::<T, I, D, NB, P, EACH, VECTOR>(isa, prepared, block, groups, noted, counts);
         }
         if near > 0 {
             let valid: u32 = block.valid.iter().map(|valid| valid.count_ones()).sum();
@@ -356,7 +364,7 @@ impl<'a, T: Real, const D: usize, const EACH: bool> PairKernel<T, D> for Newtoni
         mass: T,
         groups: &mut [Group<I::V, D>; NB],
     ) -> [[u32; NB]; 2] {
-        if EACH {
+        if EACH || VECTOR {
             return [[0; NB]; 2];
         }
         // A lane that takes no part has d = 0 and a square that is larger than any other: those are below the outer edge, which is 1 here
@@ -434,7 +442,15 @@ impl<'a, T: Real, const D: usize, const EACH: bool> PairKernel<T, D> for Newtoni
 
 /// [`AddNoted`], where the kernel has lanes for close pairs; else the sources stay noted.
 #[inline(always)]
-fn add_noted<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool, const EACH: bool>(
+fn add_noted<
+    T: Real,
+    I: Isa<T>,
+    const D: usize,
+    const NB: usize,
+    const P: bool,
+    const EACH: bool,
+    const VECTOR: bool,
+>(
     isa: I,
     prepared: (&Prepared<'_, T>, &Softened<I::V>),
     block: &Block<'_, T, D>,
@@ -443,16 +459,26 @@ fn add_noted<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool,
     counts: &mut Statistics,
 ) {
     if prepared.1.inside().is_some() {
-        isa.apart(AddNoted::<_, _, D, NB, P, EACH, false> { prepared, block, groups, noted, counts });
+        isa.apart(AddNoted::<_, _, D, NB, P, EACH, VECTOR, false> { prepared, block, groups, noted, counts });
     } else if TABLES && prepared.0.table.is_some() {
-        isa.apart(AddNoted::<_, _, D, NB, P, EACH, true> { prepared, block, groups, noted, counts });
+        isa.apart(AddNoted::<_, _, D, NB, P, EACH, VECTOR, true> { prepared, block, groups, noted, counts });
     }
 }
 
 /// Adds what noted sources give to the lanes below the edge: by the polynomials inside a compact mollifier or, if `TABLE`, from a Gaussian one's table. Sources with a
 /// core radius that is too small for lanes stay noted.
-struct AddNoted<'a, 'k, T: Real, V, const D: usize, const NB: usize, const P: bool, const EACH: bool, const TABLE: bool>
-{
+struct AddNoted<
+    'a,
+    'k,
+    T: Real,
+    V,
+    const D: usize,
+    const NB: usize,
+    const P: bool,
+    const EACH: bool,
+    const VECTOR: bool,
+    const TABLE: bool,
+> {
     prepared: (&'a Prepared<'k, T>, &'a Softened<V>),
     block: &'a Block<'a, T, D>,
     groups: &'a mut [Group<V, D>; NB],
@@ -460,8 +486,16 @@ struct AddNoted<'a, 'k, T: Real, V, const D: usize, const NB: usize, const P: bo
     counts: &'a mut Statistics,
 }
 
-impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool, const EACH: bool, const TABLE: bool> Part<T, I>
-    for AddNoted<'_, '_, T, I::V, D, NB, P, EACH, TABLE>
+impl<
+    T: Real,
+    I: Isa<T>,
+    const D: usize,
+    const NB: usize,
+    const P: bool,
+    const EACH: bool,
+    const VECTOR: bool,
+    const TABLE: bool,
+> Part<T, I> for AddNoted<'_, '_, T, I::V, D, NB, P, EACH, VECTOR, TABLE>
 {
     type Out = ();
 
@@ -485,6 +519,7 @@ impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool, const E
                 }
             }
             let (d, r2) = distances(isa, x, groups);
+            let d = arms::<T, I, D, NB, VECTOR>(isa, &d, block.strengths.get(at).unwrap_or(&[T::ZERO; D]));
             let (pairs, source) = ((&d, &r2), (m, core.as_ref()));
             let lanes = if TABLE {
                 let Some(((table, _), numbers)) = table else { continue };
@@ -504,7 +539,7 @@ impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool, const E
 }
 
 /// [`far_run`] as a function of its own, from `start` on.
-struct FarRun<'a, T, V, const D: usize, const NB: usize, const P: bool, const EACH: bool> {
+struct FarRun<'a, T, V, const D: usize, const NB: usize, const P: bool, const EACH: bool, const VECTOR: bool> {
     kernel: &'a Softened<V>,
     block: &'a Block<'a, T, D>,
     start: usize,
@@ -512,8 +547,8 @@ struct FarRun<'a, T, V, const D: usize, const NB: usize, const P: bool, const EA
     groups: &'a mut [Group<V, D>; NB],
 }
 
-impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool, const EACH: bool> Part<T, I>
-    for FarRun<'_, T, I::V, D, NB, P, EACH>
+impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool, const EACH: bool, const VECTOR: bool>
+    Part<T, I> for FarRun<'_, T, I::V, D, NB, P, EACH, VECTOR>
 {
     type Out = usize;
 
@@ -521,8 +556,9 @@ impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool, const E
     fn run(self, isa: I) -> usize {
         let Self { kernel, block, start, noted, groups } = self;
         let cores = if EACH { block.cores.get(start..).present_or(&[]) } else { &[] };
-        let sources = (from(block.sources, start), cores);
-        far_run::<T, I, D, NB, P, EACH>(isa, kernel, sources, start, noted, groups)
+        let strengths = if VECTOR { block.strengths.get(start..).present_or(&[]) } else { &[] };
+        let sources = (from(block.sources, start), cores, strengths);
+        far_run::<T, I, D, NB, P, EACH, VECTOR>(isa, kernel, sources, start, noted, groups)
     }
 }
 
@@ -560,10 +596,10 @@ fn from<T, const D: usize>((positions, masses): List<'_, T, D>, n: usize) -> Lis
 ///
 /// Targets and sums live in registers here: this loop is where a sum without near pairs spends its time.
 #[inline(always)]
-fn far_run<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool, const EACH: bool>(
+fn far_run<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool, const EACH: bool, const VECTOR: bool>(
     isa: I,
     kernel: &Softened<I::V>,
-    (sources, cores): (List<'_, T, D>, &[T]),
+    (sources, cores, strengths): (List<'_, T, D>, &[T], &[[T; D]]),
     start: usize,
     noted: &mut Deferred,
     groups: &mut [Group<I::V, D>; NB],
@@ -571,14 +607,14 @@ fn far_run<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool, c
     let (zero, one) = (isa.splat(T::ZERO), isa.splat(T::ONE));
     let mut done = 0;
     let mut local = *groups;
-    let mut cores = cores.iter();
+    let (mut cores, mut strengths) = (cores.iter(), strengths.iter());
     for (x, &m) in sources.0.iter().zip(sources.1) {
         let (mut d, mut r2) = distances(isa, x, &local);
         let mass = isa.splat(m);
         let edge = if EACH { isa.splat(cores.next().copied().present_or(T::ZERO)) } else { kernel.edge };
         let mut stop = false;
         if isa.any_below(&r2, edge) {
-            if !EACH && kernel.inside().is_some() && isa.all_below(&r2, edge) {
+            if !EACH && !VECTOR && kernel.inside().is_some() && isa.all_below(&r2, edge) {
                 break;
             }
             noted.push(start + done);
@@ -614,6 +650,9 @@ fn far_run<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool, c
         }
         if !P || D == 3 {
             let factors = outside_gradient::<T, I, D, NB>(isa, mass, &r2);
+            if VECTOR {
+                d = arms::<T, I, D, NB, true>(isa, &d, strengths.next().present_or(&[T::ZERO; D]));
+            }
             for ((group, d), g) in local.iter_mut().zip(&d).zip(factors) {
                 group.add_gradient(isa, g, d);
             }
@@ -734,7 +773,9 @@ fn inside_pairs<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bo
 ) -> [u32; NB] {
     let zero = isa.splat(T::ZERO);
     let [of_gradient, of_potential] = match core {
-        Some(core) if EACH => core.factors.map(|factor| isa.splat(mass * factor)),
+        Some(&Core { factors: [gradient, potential], .. }) if EACH => {
+            [isa.splat(mass * gradient), isa.splat(mass * potential)]
+        }
         _ => [isa.splat(mass); 2],
     };
     let (mut below, mut lanes) = ([isa.lt(zero, zero); NB], [0; NB]);
