@@ -22,13 +22,13 @@ use crate::real::{DoubleWord, Real};
 
 /// Which of the three.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Algebraic {
+pub(super) enum Kind {
     Plummer,
-    High,
+    Algebraic,
     Vatistas,
 }
 
-impl Algebraic {
+impl Kind {
     /// Moment k in units of delta^k: infinite where the integral of |x|^k psi diverges. To some units in the last place.
     pub fn moment<T: Real>(self, dimension: usize, k: u32) -> DoubleWord<T> {
         if k == 0 {
@@ -40,7 +40,7 @@ impl Algebraic {
         let beta = |a: f64, b: f64| number(a).gamma() * number(b).gamma() / number(a + b).gamma();
         let moment = match self {
             Self::Plummer if k < 2.0 => number(0.5 * n) * beta(0.5 * (n + k), 1.0 - 0.5 * k),
-            Self::High if k < 4.0 => number(0.25 * n * (n + 2.0)) * beta(0.5 * (n + k), 2.0 - 0.5 * k),
+            Self::Algebraic if k < 4.0 => number(0.25 * n * (n + 2.0)) * beta(0.5 * (n + k), 2.0 - 0.5 * k),
             Self::Vatistas if k < 4.0 => T::HALF * beta(0.25 * k + 0.5, 1.0 - 0.25 * k),
             _ => T::INFINITY,
         };
@@ -57,7 +57,7 @@ impl Algebraic {
 /// A point at some distance.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Soft<T, const D: usize> {
-    shape: Algebraic,
+    shape: Kind,
     /// delta^2.
     delta: Scaled<T>,
     /// r^2.
@@ -98,9 +98,9 @@ impl<T: Real, const D: usize> Soft<T, D> {
         let (n, d) = (D as f64, D as u32);
         let square = self.delta.times(self.delta);
         match self.shape {
-            Algebraic::Plummer => self.over_root(self.delta.times(number(n)), d + 2),
-            Algebraic::High => self.over_root(square.times(number(0.5 * n * (n + 2.0))), d + 4),
-            Algebraic::Vatistas => self.over_root(square.times(number(2.0)), 3),
+            Kind::Plummer => self.over_root(self.delta.times(number(n)), d + 2),
+            Kind::Algebraic => self.over_root(square.times(number(0.5 * n * (n + 2.0))), d + 4),
+            Kind::Vatistas => self.over_root(square.times(number(2.0)), 3),
         }
     }
 
@@ -108,40 +108,40 @@ impl<T: Real, const D: usize> Soft<T, D> {
         let (n, d) = (D as f64, D as u32);
         let square = self.delta.times(self.delta);
         match self.shape {
-            Algebraic::Plummer => self.over_root(self.delta.times(number(-n * (n + 2.0))), d + 4),
-            Algebraic::High => self.over_root(square.times(number(-0.5 * n * (n + 2.0) * (n + 4.0))), d + 6),
-            Algebraic::Vatistas => self.over_root(square.times(self.r).times(number(-12.0)), 5),
+            Kind::Plummer => self.over_root(self.delta.times(number(-n * (n + 2.0))), d + 4),
+            Kind::Algebraic => self.over_root(square.times(number(-0.5 * n * (n + 2.0) * (n + 4.0))), d + 6),
+            Kind::Vatistas => self.over_root(square.times(self.r).times(number(-12.0)), 5),
         }
     }
 
     fn gradient(&self) -> Scaled<T> {
         let d = D as u32;
         match self.shape {
-            Algebraic::Plummer => self.over_root(number(1.0), d),
-            Algebraic::High => self.over_root(self.shifted(1.0 + 0.5 * D as f64), d + 2),
-            Algebraic::Vatistas => self.over_root(number(1.0), 1),
+            Kind::Plummer => self.over_root(number(1.0), d),
+            Kind::Algebraic => self.over_root(self.shifted(1.0 + 0.5 * D as f64), d + 2),
+            Kind::Vatistas => self.over_root(number(1.0), 1),
         }
     }
 
     fn hessian(&self) -> Scaled<T> {
         let (n, d) = (D as f64, D as u32);
         match self.shape {
-            Algebraic::Plummer => self.over_root(number(-n), d + 2),
-            Algebraic::High => self.over_root(self.shifted(0.5 * (n + 4.0)).times(number(-n)), d + 4),
-            Algebraic::Vatistas => self.over_root(self.r.times(number(-2.0)), 3),
+            Kind::Plummer => self.over_root(number(-n), d + 2),
+            Kind::Algebraic => self.over_root(self.shifted(0.5 * (n + 4.0)).times(number(-n)), d + 4),
+            Kind::Vatistas => self.over_root(self.r.times(number(-2.0)), 3),
         }
     }
 
     fn potential(&self) -> Scaled<T> {
         let half_log = |of: Scaled<T>| Scaled::new(of.log(), -1);
         match (self.shape, D) {
-            (Algebraic::Plummer, 1) => self.sum.sqrt(),
-            (Algebraic::Plummer, 2) => half_log(self.sum),
-            (Algebraic::Plummer, _) => self.over_root(number(-1.0), 1),
-            (Algebraic::High, 1) => self.over_root(self.shifted(0.5), 1),
-            (Algebraic::High, 2) => half_log(self.sum).plus(self.delta.over(self.sum).times(number(-0.5))),
-            (Algebraic::High, _) => self.over_root(self.shifted(1.5).times(number(-1.0)), 3),
-            (Algebraic::Vatistas, _) => half_log(self.r.plus(self.sum.sqrt()).shift(-1)),
+            (Kind::Plummer, 1) => self.sum.sqrt(),
+            (Kind::Plummer, 2) => half_log(self.sum),
+            (Kind::Plummer, _) => self.over_root(number(-1.0), 1),
+            (Kind::Algebraic, 1) => self.over_root(self.shifted(0.5), 1),
+            (Kind::Algebraic, 2) => half_log(self.sum).plus(self.delta.over(self.sum).times(number(-0.5))),
+            (Kind::Algebraic, _) => self.over_root(self.shifted(1.5).times(number(-1.0)), 3),
+            (Kind::Vatistas, _) => half_log(self.r.plus(self.sum.sqrt()).shift(-1)),
         }
     }
 }

@@ -1,6 +1,6 @@
 //! A mollifier prepared with its length: scalar functions of the distance, accurate to about one ulp.
 
-use super::algebraic::{Algebraic, Soft};
+use super::algebraic::{Kind, Soft};
 use super::compact::{Compact, Inside};
 use super::distance::Distance;
 use super::gaussian::{Around, Gaussian};
@@ -31,7 +31,7 @@ pub(super) enum Shape<T, const D: usize> {
     None,
     Compact(Compact<T, D>),
     Gaussian(Gaussian),
-    Algebraic(Algebraic),
+    Algebraic(Kind),
 }
 
 /// The region of a distance, which determines the formula.
@@ -69,9 +69,9 @@ impl<T: Real, const D: usize> Blob<T, D> {
             Mollifier::None => Shape::None,
             Mollifier::Compact { order, exponent } => Shape::Compact(Compact::new(order, exponent)),
             Mollifier::Gaussian { order } => Shape::Gaussian(Gaussian::new(D, order)),
-            Mollifier::Plummer => Shape::Algebraic(Algebraic::Plummer),
-            Mollifier::Algebraic => Shape::Algebraic(Algebraic::High),
-            Mollifier::Vatistas => Shape::Algebraic(Algebraic::Vatistas),
+            Mollifier::Plummer => Shape::Algebraic(Kind::Plummer),
+            Mollifier::Algebraic => Shape::Algebraic(Kind::Algebraic),
+            Mollifier::Vatistas => Shape::Algebraic(Kind::Vatistas),
         };
         Ok(Self { mollifier, delta, length: Distance::new(delta), shape })
     }

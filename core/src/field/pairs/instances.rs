@@ -7,7 +7,7 @@ use core::marker::PhantomData;
 
 use super::called::{Called, Radial};
 use super::newtonian::Newtonian;
-use super::smooth::{High, Plummer, Smooth, Vatistas};
+use super::smooth::{Algebraic, Plummer, Smooth, Vatistas};
 use super::tabulated::Tabulated;
 use super::{Call, sums};
 use crate::error::{Error, Result};
@@ -174,7 +174,7 @@ fn of_newtonian<T: Real, const D: usize, const VECTOR: bool>(
             sums(potentials, &kernel, call, workspace, run)
         }
         Mollifier::Algebraic => {
-            let kernel = Smooth::<_, _, _, VECTOR> { blob, coefficient, radii, form: PhantomData::<High> };
+            let kernel = Smooth::<_, _, _, VECTOR> { blob, coefficient, radii, form: PhantomData::<Algebraic> };
             sums(potentials, &kernel, call, workspace, run)
         }
         Mollifier::Vatistas if const { D == 2 } => {

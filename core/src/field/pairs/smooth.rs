@@ -52,7 +52,7 @@ pub(in crate::field) trait Form<T: Real, const D: usize>: Sync {
 /// [`crate::mollifier::Mollifier::Plummer`].
 pub(in crate::field) struct Plummer;
 /// [`crate::mollifier::Mollifier::Algebraic`].
-pub(in crate::field) struct High;
+pub(in crate::field) struct Algebraic;
 /// [`crate::mollifier::Mollifier::Vatistas`].
 pub(in crate::field) struct Vatistas;
 
@@ -104,7 +104,7 @@ impl<T: Real, const D: usize> Form<T, D> for Plummer {
     }
 }
 
-impl<T: Real, const D: usize> Form<T, D> for High {
+impl<T: Real, const D: usize> Form<T, D> for Algebraic {
     #[inline(always)]
     fn sum<I: Isa<T>>(isa: I, r2: I::V, square: I::V) -> I::V {
         isa.add(r2, square)
