@@ -106,6 +106,21 @@ fn nothing() -> mollis_sources3 {
     }
 }
 
+/// The gradient alone, times a factor.
+fn gradient_to(gradient: [*mut f64; 3], gradient_stride: usize, factor: f64) -> mollis_outputs3 {
+    mollis_outputs3 {
+        potential: null_mut(),
+        potential_stride: 0,
+        gradient,
+        gradient_stride,
+        laplacian: null_mut(),
+        laplacian_stride: 0,
+        factor,
+        add: 0,
+        reserved: 0,
+    }
+}
+
 /// Velocities of vortex elements in space with a compact core and a radius each; columns.
 #[expect(unsafe_code, reason = "calls C as a host does")]
 fn elements() {
@@ -125,17 +140,7 @@ fn elements() {
         ok(mollis_kernel3_prepare(kernel, kernel_bytes, &NEWTONIAN, 1, null(), compact, 1.0));
         let [positions, strengths] = [&x, &strength].map(|columns| columns.each_ref().map(|column| column.as_ptr()));
         let sources = mollis_sources3 { positions, strengths, radii: radius.as_ptr(), ..nothing() };
-        let outputs = mollis_outputs3 {
-            potential: null_mut(),
-            potential_stride: 0,
-            gradient: ours_out.each_mut().map(|column| column.as_mut_ptr()),
-            gradient_stride: 0,
-            laplacian: null_mut(),
-            laplacian_stride: 0,
-            factor: 4.0 * std::f64::consts::PI,
-            add: 0,
-            reserved: 0,
-        };
+        let outputs = gradient_to(ours_out.each_mut().map(|column| column.as_mut_ptr()), 0, 4.0 * std::f64::consts::PI);
         let (sources, outputs) = (&raw const sources, &raw const outputs);
         ok(mollis_field3_workspace_bytes(
             kernel,
@@ -187,17 +192,8 @@ fn gravity() {
         let masses = &raw const (*p).mass;
         let sources = mollis_sources3 { positions, stride, masses, mass_stride: stride, ..nothing() };
         // a = -4 pi grad u with u = -m / (4 pi (r^2 + e^2)^(1/2)).
-        let outputs = mollis_outputs3 {
-            potential: null_mut(),
-            potential_stride: 0,
-            gradient: [(&raw mut (*p).a).cast(), null_mut(), null_mut()],
-            gradient_stride: stride,
-            laplacian: null_mut(),
-            laplacian_stride: 0,
-            factor: -4.0 * std::f64::consts::PI,
-            add: 0,
-            reserved: 0,
-        };
+        let outputs =
+            gradient_to([(&raw mut (*p).a).cast(), null_mut(), null_mut()], stride, -4.0 * std::f64::consts::PI);
         let (sources, outputs) = (&raw const sources, &raw const outputs);
         ok(mollis_field3_workspace_bytes(
             kernel,

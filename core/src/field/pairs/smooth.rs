@@ -20,13 +20,12 @@
 use core::marker::PhantomData;
 
 use super::lanes::{Deferred, Group, Want, arms, distances};
-use super::newtonian::{outside_gradient, outside_potential};
+use super::newtonian::{newtonian_scales, outside_gradient, outside_potential};
 use super::output::{Contribution, Scales};
 use super::packed::{Units, least_square_exponent, power_of_two};
 use super::{Block, PairKernel, Passes};
 use crate::checked::Present;
 use crate::exec::Statistics;
-use crate::kernel::sphere;
 use crate::mollifier::Blob;
 use crate::real::Real;
 use crate::simd::{Isa, Part, log, log_numerator};
@@ -246,19 +245,7 @@ impl<T: Real, const D: usize, F: Form<T, D>, const VECTOR: bool> PairKernel<T, D
     }
 
     fn scales(&self, units: Units<T>, class: usize) -> Scales<T> {
-        let factor = self.coefficient / T::from_f64(sphere(D));
-        let (mass, length) = (-units.class(class), units.position);
-        let d = D as i32;
-        Scales {
-            // In 2D the lanes added up twice the potential.
-            potential: match D {
-                2 => (T::HALF * factor, mass),
-                _ => (factor, mass + (d - 2) * length),
-            },
-            // d is source minus target.
-            gradient: (-factor, mass + (d - 1) * length),
-            laplacian: (factor, mass + d * length),
-        }
+        newtonian_scales::<T, D>(self.coefficient, units, class)
     }
 
     #[inline(always)]

@@ -19,6 +19,7 @@ use mollis_core::{Error, Real, Result};
 
 use meshes::{MeshChoice, SumOptions, has_heavy, sum_options};
 
+use crate::arrays::fetch;
 use crate::buffers::{Input, Output, disjoint, workspace};
 use crate::first_bad::first_bad;
 use crate::kernel;
@@ -135,21 +136,6 @@ pub unsafe extern "C" fn mollis_pks_workspace_bytes_f32(
 ) -> mollis_status {
     // SAFETY: the caller promises the crate's contract.
     status(unsafe { size::<f32>(room, options, attraction, run, bytes) })
-}
-
-/// Copies a structure of a caller's out, or refuses the pointer.
-///
-/// # Safety
-/// The crate's contract for `pointer`.
-unsafe fn fetch<X: Copy>(pointer: *const X) -> Result<X> {
-    if pointer.is_null() {
-        return Err(Error::NullPointer);
-    }
-    if !pointer.is_aligned() {
-        return Err(Error::Misaligned);
-    }
-    // SAFETY: not null, aligned, and the caller promises an initialised value there.
-    Ok(unsafe { pointer.read() })
 }
 
 /// The arguments of a step.

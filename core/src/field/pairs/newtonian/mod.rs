@@ -246,19 +246,7 @@ impl<'a, T: Real, const D: usize, const EACH: bool, const VECTOR: bool> PairKern
     }
 
     fn scales(&self, units: Units<T>, class: usize) -> Scales<T> {
-        let factor = self.coefficient / T::from_f64(sphere(D));
-        let (mass, length) = (-units.class(class), units.position);
-        let d = D as i32;
-        Scales {
-            // In 2D the lanes added up log r^2.
-            potential: match D {
-                2 => (T::HALF * factor, mass),
-                _ => (factor, mass + (d - 2) * length),
-            },
-            // d is source minus target.
-            gradient: (-factor, mass + (d - 1) * length),
-            laplacian: (factor, mass + d * length),
-        }
+        newtonian_scales::<T, D>(self.coefficient, units, class)
     }
 
     #[inline(always)]
@@ -462,6 +450,22 @@ fn add_noted<
         isa.apart(AddNoted::<_, _, D, NB, P, EACH, VECTOR, false> { prepared, block, groups, noted, counts });
     } else if TABLES && prepared.0.table.is_some() {
         isa.apart(AddNoted::<_, _, D, NB, P, EACH, VECTOR, true> { prepared, block, groups, noted, counts });
+    }
+}
+
+/// The way from sums of masses times S_D K (in 2D twice that), S_D g and S_D psi to the results of a Newtonian kernel.
+pub(super) fn newtonian_scales<T: Real, const D: usize>(coefficient: T, units: Units<T>, class: usize) -> Scales<T> {
+    let factor = coefficient / T::from_f64(sphere(D));
+    let (mass, length) = (-units.class(class), units.position);
+    let d = D as i32;
+    Scales {
+        potential: match D {
+            2 => (T::HALF * factor, mass),
+            _ => (factor, mass + (d - 2) * length),
+        },
+        // d is source minus target.
+        gradient: (-factor, mass + (d - 1) * length),
+        laplacian: (factor, mass + d * length),
     }
 }
 
