@@ -181,13 +181,13 @@ fn of_newtonian<T: Real, const D: usize, const VECTOR: bool>(
             let kernel = Smooth::<_, _, _, VECTOR> { blob, coefficient, radii, form: PhantomData::<Vatistas> };
             sums(potentials, &kernel, call, workspace, run)
         }
-        _ if radii.is_some() => {
-            let largest = call.sources.largest_radius();
+        _ if VECTOR || radii.is_some() => {
+            let largest = if radii.is_some() { call.sources.largest_radius() } else { blob.delta() };
             let kernel = Newtonian::<_, _, true, VECTOR> { blob, coefficient, largest, table };
             sums(potentials, &kernel, call, workspace, run)
         }
         _ => {
-            let kernel = Newtonian::<_, _, false, VECTOR> { blob, coefficient, largest: blob.delta(), table };
+            let kernel = Newtonian::<_, _, false, false> { blob, coefficient, largest: blob.delta(), table };
             sums(potentials, &kernel, call, workspace, run)
         }
     }

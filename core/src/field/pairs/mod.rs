@@ -220,7 +220,7 @@ fn sums<T: Real, const D: usize, K: PairKernel<T, D>>(
     let units = Units::of([coordinate.max(kernel.length()), mass], targets);
     let extras = [sources.radii.is_some(), sources.strengths.is_some()];
     let mut packed = Packed::<T, D>::layout(&mut Carve::reopen(workspace)?, sources.positions.len(), extras)?;
-    packed.fill(units, sources, |square| kernel.core(square));
+    packed.fill(units, sources, kernel.length(), &|square| kernel.core(square));
     let wanted = outputs.wanted();
     let pieces = (
         outputs.potential.map(|p| Chunks::new(p, TASK)),

@@ -130,7 +130,7 @@ pub(super) fn farthest<T: Real, const D: usize>(a: &Bounds<T, D>, b: &Bounds<T, 
 pub(super) struct Packed<'w, T, const D: usize> {
     pub(super) positions: &'w mut [[T; D]],
     pub(super) masses: &'w mut [T],
-    /// Of their core radii, if they have any ([`super::PairKernel::core`]).
+    /// Of their core radii, if they have any, or vector strengths ([`super::PairKernel::core`]).
     cores: &'w mut [T],
     /// Vector strengths in units, if they have any; masses are then 1.
     strengths: &'w mut [[T; D]],
@@ -153,7 +153,7 @@ pub(super) struct Class<'a, T, const D: usize> {
 }
 
 impl<'w, T: Real, const D: usize> Packed<'w, T, D> {
-    /// The layout: room for every source, and for its core radius and its vector strength if it has them.
+    /// The layout: room for every source, for its vector strength if it has one, and for its core radius if it has one or has a vector strength.
     ///
     /// # Errors
     /// [`Error::TooLarge`]: more than 2^32 sources.
@@ -164,7 +164,7 @@ impl<'w, T: Real, const D: usize> Packed<'w, T, D> {
         Ok(Self {
             positions: space.try_array(n)?,
             masses: space.try_array(n)?,
-            cores: space.try_array(if radii { n } else { 0 })?,
+            cores: space.try_array(if radii || strengths { n } else { 0 })?,
             strengths: space.try_array(if strengths { n } else { 0 })?,
             origins: space.try_array(n)?,
             // Each class may end in a block that is not full.
@@ -174,8 +174,8 @@ impl<'w, T: Real, const D: usize> Packed<'w, T, D> {
     }
 
     /// Copies the sources with mass, scaled and grouped by class, and computes the bounds of blocks. `core` is applied to the squares of core radii
-    /// in units.
-    pub fn fill(&mut self, units: Units<T>, sources: Sources<'_, T, D>, core: impl Fn(T) -> T) {
+    /// in units, which are `delta` where the sources have none.
+    pub fn fill(&mut self, units: Units<T>, sources: Sources<'_, T, D>, delta: T, core: &dyn Fn(T) -> T) {
         let Sources { positions, masses, radii, strengths } = sources;
         if let Some(strengths) = strengths {
             self.fill_strengths(units, positions, strengths);
@@ -198,10 +198,9 @@ impl<'w, T: Real, const D: usize> Packed<'w, T, D> {
         }
         let n = self.len();
         for (to, &origin) in self.cores.iter_mut().zip(self.origins.iter().take(n)) {
-            if let Some(&radius) = radii.and_then(|radii| radii.get(origin as usize)) {
-                let radius = radius.ldexp(units.position);
-                *to = core(radius * radius);
-            }
+            let radius = radii.map_or(Some(&delta), |radii| radii.get(origin as usize)).copied().present_or(T::ZERO);
+            let radius = radius.ldexp(units.position);
+            *to = core(radius * radius);
         }
         let (mut boxes, mut rest) = (self.boxes.iter_mut(), &*self.positions);
         for &count in &self.counts {

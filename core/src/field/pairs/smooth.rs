@@ -20,7 +20,7 @@
 use core::marker::PhantomData;
 
 use super::lanes::{Deferred, Group, Want, arms, distances};
-use super::newtonian::{newtonian_scales, outside_gradient, outside_potential};
+use super::newtonian::{newtonian_scales, outside_gradient, outside_potential, passes, wants_potential};
 use super::output::{Contribution, Scales};
 use super::packed::{Units, least_square_exponent, power_of_two};
 use super::{Block, PairKernel, Passes};
@@ -209,8 +209,6 @@ pub(in crate::field) struct Prepared<T> {
     /// delta^2; not used where every source has its own.
     square: T,
     log_exponent: T,
-    /// Whether some delta is so small that close lanes are left out.
-    has_tiny: bool,
 }
 
 /// The least r^2, in units, of lanes under a tiny delta.
@@ -222,11 +220,7 @@ impl<T: Real, const D: usize, F: Form<T, D>, const VECTOR: bool> PairKernel<T, D
     type Prepared = Prepared<T>;
     type Lanes<V: Copy> = [V; 2];
 
-    const PASSES: Passes = match D {
-        _ if VECTOR => Passes::None,
-        3 => Passes::Together,
-        _ => Passes::Apart,
-    };
+    const PASSES: Passes = passes(D, VECTOR);
 
     fn length(&self) -> T {
         self.radii.map_or(self.blob.delta(), |radii| radii.iter().fold(T::ZERO, |most, &r| most.max(r)))
@@ -238,10 +232,8 @@ impl<T: Real, const D: usize, F: Form<T, D>, const VECTOR: bool> PairKernel<T, D
             delta * delta
         };
         let own = if self.radii.is_some() { T::ONE } else { square(self.blob.delta()) };
-        let is_tiny = |square: T| square < least();
-        let has_tiny = self.radii.map_or(is_tiny(own), |radii| radii.iter().any(|&radius| is_tiny(square(radius))));
         let log_exponent = T::from_i32(units.position.saturating_mul(-2));
-        Prepared { square: own, log_exponent, has_tiny }
+        Prepared { square: own, log_exponent }
     }
 
     fn scales(&self, units: Units<T>, class: usize) -> Scales<T> {
@@ -263,13 +255,8 @@ impl<T: Real, const D: usize, F: Form<T, D>, const VECTOR: bool> PairKernel<T, D
         _counts: &mut Statistics,
     ) {
         let form = PhantomData::<F>;
-        if prepared.has_tiny {
-            let noted = Some(noted);
-            isa.apart(Pairs::<_, _, _, D, NB, P, true, VECTOR> { form, square, log_exponent, block, noted, groups });
-        } else {
-            let noted = None;
-            isa.apart(Pairs::<_, _, _, D, NB, P, false, VECTOR> { form, square, log_exponent, block, noted, groups });
-        }
+        let limit = isa.splat(limit(prepared.square));
+        isa.apart(Pairs::<_, _, _, D, NB, P, VECTOR> { form, square, limit, log_exponent, block, noted, groups });
     }
 
     #[inline(always)]
@@ -280,13 +267,10 @@ impl<T: Real, const D: usize, F: Form<T, D>, const VECTOR: bool> PairKernel<T, D
         groups: &[Group<I::V, D>; NB],
         _laplacian: bool,
     ) -> [u32; NB] {
+        // Those of a whole source, as the loop has no registers to spare for the choice of lanes.
         let (_, r2) = distances(isa, source, groups);
         let limit = isa.splat(limit(core.copied().unwrap_or(prepared.square)));
-        let mut left_out = [0; NB];
-        for (lanes, &r2) in left_out.iter_mut().zip(&r2) {
-            *lanes = isa.bits(isa.lt(r2, limit));
-        }
-        left_out
+        if isa.any_below(&r2, limit) { [u32::MAX; NB] } else { [0; NB] }
     }
 
     fn exact(&self, x: &[T; D], mass: T, radius: Option<T>, want: Want) -> Contribution<T, D> {
@@ -304,78 +288,59 @@ fn limit<T: Real>(square: T) -> T {
     if square < least() { least() } else { T::ZERO }
 }
 
-/// What a block of sources gives to a register block of targets, with the potential if `P`; a function of its own. If `TINY`, some sources may have a
-/// delta that is too small for close lanes.
-struct Pairs<'a, T, V, F, const D: usize, const NB: usize, const P: bool, const TINY: bool, const VECTOR: bool> {
+/// What a block of sources gives to a register block of targets, with the potential if `P`; a function of its own.
+struct Pairs<'a, T, V, F, const D: usize, const NB: usize, const P: bool, const VECTOR: bool> {
     form: PhantomData<F>,
     square: V,
+    /// [`limit`] of the square.
+    limit: V,
     log_exponent: V,
     block: &'a Block<'a, T, D>,
-    noted: Option<&'a mut Deferred>,
+    noted: &'a mut Deferred,
     groups: &'a mut [Group<V, D>; NB],
 }
 
-impl<
-    T: Real,
-    I: Isa<T>,
-    F: Form<T, D>,
-    const D: usize,
-    const NB: usize,
-    const P: bool,
-    const TINY: bool,
-    const VECTOR: bool,
-> Part<T, I> for Pairs<'_, T, I::V, F, D, NB, P, TINY, VECTOR>
+impl<T: Real, I: Isa<T>, F: Form<T, D>, const D: usize, const NB: usize, const P: bool, const VECTOR: bool> Part<T, I>
+    for Pairs<'_, T, I::V, F, D, NB, P, VECTOR>
 {
     type Out = ();
 
     #[inline(always)]
     fn run(self, isa: I) {
-        let Self { square, log_exponent, block, mut noted, groups, .. } = self;
+        let Self { square, limit: of_all, log_exponent, block, noted, groups, .. } = self;
         let Block { sources: (positions, masses), cores, laplacian, .. } = *block;
-        let (zero, one) = (isa.splat(T::ZERO), isa.splat(T::ONE));
+        let one = isa.splat(T::ONE);
         let each = !cores.is_empty();
+        let potential = wants_potential::<D, P>(block.potential);
         let (mut cores, mut strengths) = (cores.iter(), block.strengths.iter());
         let mut local = *groups;
         for (at, (x, &m)) in positions.iter().zip(masses).enumerate() {
-            let (mut d, mut r2) = distances(isa, x, &local);
+            let (mut d, r2) = distances(isa, x, &local);
             let core = if each { cores.next().copied().present_or(T::ZERO) } else { T::ZERO };
-            let square = if each { isa.splat(core) } else { square };
+            let (square, limit) = if each { (isa.splat(core), isa.splat(limit(core))) } else { (square, of_all) };
             let mass = isa.splat(m);
-            let mut outside = [isa.lt(zero, one); NB];
-            if TINY {
-                // Lanes below the limit add nothing.
-                let limit = if each { isa.splat(limit(core)) } else { isa.splat(least()) };
-                if isa.any_below(&r2, limit) {
-                    noted.iter_mut().for_each(|noted| noted.push(at));
-                }
-                for (outside, (d, r2)) in outside.iter_mut().zip(d.iter_mut().zip(&mut r2)) {
-                    *r2 = isa.select(isa.lt(*r2, limit), isa.sub(zero, one), *r2);
-                    *outside = isa.lt(isa.splat(-T::HALF), *r2);
-                    d.iter_mut().for_each(|d| *d = isa.select(*outside, *d, zero));
-                    *r2 = isa.select(*outside, *r2, one);
-                }
+            let strength = if VECTOR { strengths.next().copied().present_or([T::ZERO; D]) } else { [T::ZERO; D] };
+            if isa.any_below(&r2, limit) {
+                noted.push(at);
+                continue;
             }
             let mut sums = r2;
             sums.iter_mut().for_each(|sum| *sum = F::sum(isa, *sum, square));
-            if P {
+            if potential {
                 let values = F::potential::<I, NB>(isa, log_exponent, square, &r2, &sums);
-                for ((group, k), &outside) in local.iter_mut().zip(values).zip(&outside) {
-                    group.add_potential(isa, mass, if TINY { isa.select(outside, k, zero) } else { k });
-                }
+                local.iter_mut().zip(values).for_each(|(group, k)| group.add_potential(isa, mass, k));
             }
-            if !P || D == 3 {
+            if !P || D != 2 {
                 let factors = F::gradient::<I, NB>(isa, mass, square, &sums);
                 if VECTOR {
-                    d = arms::<T, I, D, NB, true>(isa, &d, strengths.next().present_or(&[T::ZERO; D]));
+                    d = arms::<T, I, D, NB, true>(isa, &d, &strength);
                 }
                 for ((group, d), g) in local.iter_mut().zip(&d).zip(factors) {
                     group.add_gradient(isa, g, d);
                 }
                 if laplacian {
                     let values = F::density::<I, NB>(isa, mass, square, &sums);
-                    for ((group, b), &outside) in local.iter_mut().zip(values).zip(&outside) {
-                        group.add_laplacian(isa, one, if TINY { isa.select(outside, b, zero) } else { b });
-                    }
+                    local.iter_mut().zip(values).for_each(|(group, b)| group.add_laplacian(isa, one, b));
                 }
             }
         }

@@ -290,7 +290,7 @@ pub(super) fn add_below<T: Real, I: Isa<T>, const D: usize, const NB: usize, con
     isa: I,
     edge: I::V,
     (prepared, numbers, [potential, gradient]): (&Prepared<'_, T>, &Lanes<I::V>, [I::V; 2]),
-    laplacian: bool,
+    [wants_potential, laplacian]: [bool; 2],
     (d, r2): (&[[I::V; D]; NB], &[I::V; NB]),
     (mass, core): (T, Option<(T, [T; 2], T)>),
     groups: &mut [Group<I::V, D>; NB],
@@ -307,13 +307,13 @@ pub(super) fn add_below<T: Real, I: Isa<T>, const D: usize, const NB: usize, con
         let r2 = if EACH { isa.mul(r2, ratio_square) } else { r2 };
         let u = isa.select(below, numbers.u(isa, r2), numbers.held);
         let row = Row::of(isa, prepared.rows, u);
-        if P {
+        if wants_potential {
             group.add_potential(isa, isa.select(below, potential, zero), row.potential(isa));
             if EACH && D == 2 {
                 group.add_potential(isa, isa.select(below, of_potential, zero), offset);
             }
         }
-        if !P || D == 3 {
+        if !P || D != 2 {
             let factor = isa.select(below, gradient, zero);
             group.add_gradient(isa, isa.mul(factor, row.gradient(isa)), d);
             if laplacian {

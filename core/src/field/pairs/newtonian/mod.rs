@@ -44,6 +44,8 @@ use inside::Inside;
 
 /// A Newtonian kernel: `coefficient` times the blob's potential; if `EACH`, every source has a core radius of its own in place of the blob's delta.
 ///
+/// Vector strengths (`VECTOR`) have core radii too, all of them delta if the caller has none.
+///
 /// With core radii the functions inside are those of the blob's delta in units of its own, at distances times delta / radius.
 pub(in crate::field) struct Newtonian<'a, T: Real, const D: usize, const EACH: bool, const VECTOR: bool> {
     pub blob: &'a Blob<T, D>,
@@ -117,6 +119,22 @@ impl<T: Real> Each<T> {
     }
 }
 
+/// In space the potential needs the gradient's root, in the plane the two share nothing but the distance, on the line neither costs much.
+pub(super) const fn passes(dimension: usize, vector: bool) -> Passes {
+    match dimension {
+        _ if vector => Passes::None,
+        1 => Passes::One,
+        2 => Passes::Apart,
+        _ => Passes::Together,
+    }
+}
+
+/// Whether a pass computes potentials, known while compiling but on the line.
+#[inline(always)]
+pub(super) fn wants_potential<const D: usize, const P: bool>(wanted: bool) -> bool {
+    P && (D > 1 || wanted)
+}
+
 /// Terms of the gradient's polynomial that is unrolled: those of M = 4, order 2, the paper's choice.
 const UNROLLED: usize = 5;
 
@@ -158,12 +176,7 @@ impl<'a, T: Real, const D: usize, const EACH: bool, const VECTOR: bool> PairKern
     type Prepared = Prepared<'a, T>;
     type Lanes<V: Copy> = Softened<V>;
 
-    // In space the potential needs the gradient's root; elsewhere the two share nothing but the distance.
-    const PASSES: Passes = match D {
-        _ if VECTOR => Passes::None,
-        3 => Passes::Together,
-        _ => Passes::Apart,
-    };
+    const PASSES: Passes = passes(D, VECTOR);
 
     fn length(&self) -> T {
         self.largest
@@ -219,7 +232,7 @@ impl<'a, T: Real, const D: usize, const EACH: bool, const VECTOR: bool> PairKern
             // The sources have offsets of their own.
             inside.offset = if D == 2 { T::ZERO } else { inside.offset };
         }
-        let has_closer = !EACH && !VECTOR && (square < least || blob.mollifier() == Mollifier::None);
+        let has_closer = !EACH && (square < least || blob.mollifier() == Mollifier::None);
         if let Mollifier::Gaussian { order } = blob.mollifier()
             && has_closer
         {
@@ -286,7 +299,6 @@ impl<'a, T: Real, const D: usize, const EACH: bool, const VECTOR: bool> PairKern
         let (mut start, mut near) = (0, 0);
         let [a, b] = block.bounds;
         if !EACH
-            && !VECTOR
             && prepared.0.is_usual
             && farthest(a, b) < prepared.0.softened.edge
             && let Some(inside) = kernel.inside()
@@ -301,7 +313,6 @@ impl<'a, T: Real, const D: usize, const EACH: bool, const VECTOR: bool> PairKern
                 add_noted::<T, I, D, NB, P, EACH, VECTOR>(isa, prepared, block, groups, noted, counts);
             }
             if !EACH
-                && !VECTOR
                 && start < n
                 && let Some(inside) = kernel.inside()
             {
@@ -352,7 +363,7 @@ impl<'a, T: Real, const D: usize, const EACH: bool, const VECTOR: bool> PairKern
         mass: T,
         groups: &mut [Group<I::V, D>; NB],
     ) -> [[u32; NB]; 2] {
-        if EACH || VECTOR {
+        if EACH {
             return [[0; NB]; 2];
         }
         // A lane that takes no part has d = 0 and a square that is larger than any other: those are below the outer edge, which is 1 here
@@ -386,7 +397,7 @@ impl<'a, T: Real, const D: usize, const EACH: bool, const VECTOR: bool> PairKern
                     group.add_potential(isa, lanes_mass, isa.select(outside, k, zero));
                 }
             }
-            if !P || D == 3 {
+            if !P || D != 2 {
                 let factors = outside_gradient::<T, I, D, NB>(isa, lanes_mass, &squares);
                 for ((group, d), g) in groups.iter_mut().zip(&far).zip(factors) {
                     group.add_gradient(isa, g, d);
@@ -396,7 +407,15 @@ impl<'a, T: Real, const D: usize, const EACH: bool, const VECTOR: bool> PairKern
         if after.iter().any(|&lanes| lanes != 0) {
             let pairs = (&*d, &*r2);
             if let Some(inside) = inner.inside() {
-                inside_pairs::<T, I, D, NB, P, false>(isa, inner.edge, inside, laplacian, pairs, (mass, None), groups);
+                inside_pairs::<T, I, D, NB, P, false>(
+                    isa,
+                    inner.edge,
+                    inside,
+                    [P, laplacian],
+                    pairs,
+                    (mass, None),
+                    groups,
+                );
                 after = [0; NB];
             } else if TABLES && let Some(((table, _), numbers)) = prepared.table.as_ref().zip(inner.table.as_ref()) {
                 let sums = (table, numbers, inner.table_scales);
@@ -404,7 +423,7 @@ impl<'a, T: Real, const D: usize, const EACH: bool, const VECTOR: bool> PairKern
                     isa,
                     inner.edge,
                     sums,
-                    laplacian,
+                    [P, laplacian],
                     pairs,
                     (mass, None),
                     groups,
@@ -525,13 +544,14 @@ impl<
             let (d, r2) = distances(isa, x, groups);
             let d = arms::<T, I, D, NB, VECTOR>(isa, &d, block.strengths.get(at).unwrap_or(&[T::ZERO; D]));
             let (pairs, source) = ((&d, &r2), (m, core.as_ref()));
+            let wanted = [wants_potential::<D, P>(block.potential), block.laplacian];
             let lanes = if TABLE {
                 let Some(((table, _), numbers)) = table else { continue };
                 let sums = (table, numbers, kernel.table_scales);
                 let source = (m, core.as_ref().map(|core| (core.ratio_square, core.factors, core.offset)));
-                tabulated::add_below::<T, I, D, NB, P, EACH>(isa, edge, sums, block.laplacian, pairs, source, groups)
+                tabulated::add_below::<T, I, D, NB, P, EACH>(isa, edge, sums, wanted, pairs, source, groups)
             } else {
-                inside_pairs::<T, I, D, NB, P, EACH>(isa, edge, inside, block.laplacian, pairs, source, groups)
+                inside_pairs::<T, I, D, NB, P, EACH>(isa, edge, inside, wanted, pairs, source, groups)
             };
             counts.polynomial_blocks += 1;
             for (lanes, valid) in lanes.iter().zip(block.valid) {
@@ -562,7 +582,8 @@ impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool, const E
         let cores = if EACH { block.cores.get(start..).present_or(&[]) } else { &[] };
         let strengths = if VECTOR { block.strengths.get(start..).present_or(&[]) } else { &[] };
         let sources = (from(block.sources, start), cores, strengths);
-        far_run::<T, I, D, NB, P, EACH, VECTOR>(isa, kernel, sources, start, noted, groups)
+        let potential = wants_potential::<D, P>(block.potential);
+        far_run::<T, I, D, NB, P, EACH, VECTOR>(isa, kernel, sources, potential, start, noted, groups)
     }
 }
 
@@ -584,7 +605,8 @@ impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool, const T
     fn run(self, isa: I) -> usize {
         let Self { kernel, inside, block, start, groups } = self;
         let sources = from(block.sources, start);
-        near_run::<T, I, D, NB, P, TERMS, TEST>(isa, kernel, inside, block.laplacian, sources, groups)
+        let wanted = [wants_potential::<D, P>(block.potential), block.laplacian];
+        near_run::<T, I, D, NB, P, TERMS, TEST>(isa, kernel, inside, wanted, sources, groups)
     }
 }
 
@@ -604,6 +626,7 @@ fn far_run<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool, c
     isa: I,
     kernel: &Softened<I::V>,
     (sources, cores, strengths): (List<'_, T, D>, &[T], &[[T; D]]),
+    potential: bool,
     start: usize,
     noted: &mut Deferred,
     groups: &mut [Group<I::V, D>; NB],
@@ -618,7 +641,7 @@ fn far_run<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool, c
         let edge = if EACH { isa.splat(cores.next().copied().present_or(T::ZERO)) } else { kernel.edge };
         let mut stop = false;
         if isa.any_below(&r2, edge) {
-            if !EACH && !VECTOR && kernel.inside().is_some() && isa.all_below(&r2, edge) {
+            if !EACH && kernel.inside().is_some() && isa.all_below(&r2, edge) {
                 break;
             }
             noted.push(start + done);
@@ -648,11 +671,11 @@ fn far_run<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool, c
                 continue;
             }
         }
-        if P {
+        if potential {
             let values = outside_potential::<T, I, D, NB>(isa, kernel.log_exponent, &d, &r2);
             local.iter_mut().zip(values).for_each(|(group, k)| group.add_potential(isa, mass, k));
         }
-        if !P || D == 3 {
+        if !P || D != 2 {
             let factors = outside_gradient::<T, I, D, NB>(isa, mass, &r2);
             if VECTOR {
                 d = arms::<T, I, D, NB, true>(isa, &d, strengths.next().present_or(&[T::ZERO; D]));
@@ -687,14 +710,14 @@ fn near_run<
     isa: I,
     kernel: &Softened<I::V>,
     inside: &Inside<I::V>,
-    laplacian: bool,
+    [potential, laplacian]: [bool; 2],
     sources: List<'_, T, D>,
     groups: &mut [Group<I::V, D>; NB],
 ) -> usize {
     let mut done = 0;
     let mut local = *groups;
     let (mut positions, mut masses) = sources;
-    let gradient = !P || D == 3;
+    let gradient = !P || D != 2;
     if gradient && !(TEST || I::IN_ORDER) {
         // Four sources at a time, stage by stage: the polynomials' long chains of dependent operations then overlap beyond what the
         // processor's window holds of one source after the other. The polynomial is one of r2 - delta^2 here, which the sum of squares
@@ -720,7 +743,7 @@ fn near_run<
             }
             done += 4;
         }
-        if laplacian || P {
+        if laplacian || potential {
             for (x, &m) in four_x.as_flattened().iter().zip(four_m.as_flattened()) {
                 let (_, r2) = distances(isa, x, &local);
                 let t = inside.t(isa, &r2);
@@ -728,7 +751,7 @@ fn near_run<
                     let b = inside.density.at::<T, I, NB, 0>(isa, &t);
                     local.iter_mut().zip(b).for_each(|(group, b)| group.add_laplacian(isa, isa.splat(m), b));
                 }
-                if P {
+                if potential {
                     let k = inside.potential::<T, I, D, NB>(isa, &t, &r2);
                     local.iter_mut().zip(k).for_each(|(group, k)| group.add_potential(isa, isa.splat(m), k));
                 }
@@ -743,7 +766,7 @@ fn near_run<
         }
         let mass = isa.splat(m);
         let t = inside.t(isa, &r2);
-        if P {
+        if potential {
             let k = inside.potential::<T, I, D, NB>(isa, &t, &r2);
             local.iter_mut().zip(k).for_each(|(group, k)| group.add_potential(isa, mass, k));
         }
@@ -770,7 +793,7 @@ fn inside_pairs<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bo
     isa: I,
     edge: I::V,
     inside: &Inside<I::V>,
-    laplacian: bool,
+    [potential, laplacian]: [bool; 2],
     (d, r2): (&[[I::V; D]; NB], &[I::V; NB]),
     (mass, core): (T, Option<&Core<T>>),
     groups: &mut [Group<I::V, D>; NB],
@@ -795,7 +818,7 @@ fn inside_pairs<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bo
         within.iter_mut().for_each(|r2| *r2 = isa.mul(*r2, ratio_square));
     }
     let t = inside.t(isa, &within);
-    if P {
+    if potential {
         let mut k = inside.potential::<T, I, D, NB>(isa, &t, &within);
         if EACH
             && D == 2
@@ -808,7 +831,7 @@ fn inside_pairs<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bo
             group.add_potential(isa, of_potential, isa.select(below, k, zero));
         }
     }
-    if !P || D == 3 {
+    if !P || D != 2 {
         let g = inside.gradient.at::<T, I, NB, 0>(isa, &t);
         for (((group, d), g), &below) in groups.iter_mut().zip(d).zip(g).zip(&below) {
             group.add_gradient(isa, isa.select(below, isa.mul(of_gradient, g), zero), d);
