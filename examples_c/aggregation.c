@@ -65,11 +65,12 @@ typedef struct {
 static result solve(double h, mollis_mollifier mollifier, double delta, const mollis_run *run)
 {
     mollis_kernel_term term = {0};
+    mollis_particles2 particles = {0};
     mollis_blob_options options;
     mollis_blob_report report;
     size_t kernel_bytes, bytes, n = 0, i;
     long reach = (long)ceil(1.0 / h), a, b;
-    void *kernel, *workspace, *kernel_base, *workspace_base;
+    void *kernel, *workspace, *kernel_base;
     double(*x)[2], (*start)[2], *mass, *rho;
     result result = {0};
     clock_t clock_start;
@@ -99,17 +100,24 @@ static result solve(double h, mollis_mollifier mollifier, double delta, const mo
     /* The kernel: prepared once into a buffer. */
     term.kind = MOLLIS_KERNEL_NEWTONIAN;
     term.coefficient = 1.0;
-    try(mollis_kernel2_workspace_bytes(&term, 1, NULL, mollifier, &kernel_bytes), "kernel size");
+    try(mollis_kernel2_bytes(&term, 1, NULL, mollifier, &kernel_bytes), "kernel size");
     kernel = aligned(kernel_bytes, &kernel_base);
     try(mollis_kernel2_prepare(kernel, kernel_bytes, &term, 1, NULL, mollifier, delta), "kernel");
 
     /* The run: asks how much scratch it needs, then takes all steps in one call. */
     try(mollis_blob_options_init(&options, sizeof options), "options");
-    try(mollis_blob2_workspace_bytes(kernel, kernel_bytes, n, 0, MOLLIS_BLOB_DENSITY, &options, run, &bytes), "size");
-    workspace = aligned(bytes, &workspace_base);
+    particles.n = n;
+    particles.positions[0] = &x[0][0];
+    particles.masses = mass;
+    particles.density = rho;
+    try(mollis_blob2_workspace_bytes(kernel, kernel_bytes, &particles, NULL, &options, run, &bytes), "size");
+    workspace = malloc(bytes);
+    if (workspace == NULL) {
+        fprintf(stderr, "out of memory\n");
+        exit(1);
+    }
     clock_start = clock();
-    try(mollis_blob2_step(kernel, kernel_bytes, n, (const double *)mass, x, rho, NULL, NULL, 0, NULL, NULL, NULL,
-                          T_END / STEPS, STEPS, &options, run, &report, workspace, bytes),
+    try(mollis_blob2_step(kernel, kernel_bytes, &particles, NULL, T_END / STEPS, STEPS, &options, run, workspace, bytes, &report),
         "step");
     result.seconds = (double)(clock() - clock_start) / CLOCKS_PER_SEC;
     result.particles = n;
@@ -127,7 +135,7 @@ static result solve(double h, mollis_mollifier mollifier, double delta, const mo
         result.density += h * h * fabs(rho[i] - rho_0 / (1.0 - rho_0 * T_END));
     }
     free(kernel_base);
-    free(workspace_base);
+    free(workspace);
     free(x);
     free(start);
     free(mass);

@@ -45,10 +45,10 @@ void check(mollis_status status) {
 /* Memory aligned as workspaces must be. */
 class Memory {
 public:
-  explicit Memory(std::size_t bytes) : bytes_(bytes + MOLLIS_WORKSPACE_ALIGN) {}
+  explicit Memory(std::size_t bytes) : bytes_(bytes + MOLLIS_ALIGN) {}
   void *get() {
-    const std::size_t at = reinterpret_cast<std::uintptr_t>(bytes_.data()) % MOLLIS_WORKSPACE_ALIGN;
-    return bytes_.data() + (MOLLIS_WORKSPACE_ALIGN - at);
+    const std::size_t at = reinterpret_cast<std::uintptr_t>(bytes_.data()) % MOLLIS_ALIGN;
+    return bytes_.data() + (MOLLIS_ALIGN - at);
   }
 
 private:
@@ -81,7 +81,7 @@ void blobs(bool executor_throws) {
   const mollis_mollifier mollifier = {MOLLIS_MOLLIFIER_COMPACT, 4, 4};
   const mollis_kernel_term newtonian = {MOLLIS_KERNEL_NEWTONIAN, 0, 1.0, {0.0, 0.0}};
   std::size_t bytes = 0;
-  check(mollis_kernel2_workspace_bytes(&newtonian, 1, nullptr, mollifier, &bytes));
+  check(mollis_kernel2_bytes(&newtonian, 1, nullptr, mollifier, &bytes));
   Memory kernel(bytes);
   const std::size_t kernel_bytes = bytes;
   check(mollis_kernel2_prepare(kernel.get(), kernel_bytes, &newtonian, 1, nullptr, mollifier, 0.5));
@@ -98,10 +98,13 @@ void blobs(bool executor_throws) {
   } else {
     options.after_step = after_two_steps;
   }
-  check(mollis_blob2_workspace_bytes(kernel.get(), kernel_bytes, 3, 0, 0, &options, &run, &bytes));
+  mollis_particles2 blob = {};
+  blob.n = 3;
+  blob.positions[0] = positions[0];
+  blob.masses = masses;
+  check(mollis_blob2_workspace_bytes(kernel.get(), kernel_bytes, &blob, nullptr, &options, &run, &bytes));
   Memory workspace(bytes);
-  check(mollis_blob2_step(kernel.get(), kernel_bytes, 3, masses, positions, nullptr, nullptr, nullptr, 0, nullptr, nullptr,
-                          nullptr, 0.01, 5, &options, &run, nullptr, workspace.get(), bytes));
+  check(mollis_blob2_step(kernel.get(), kernel_bytes, &blob, nullptr, 0.01, 5, &options, &run, workspace.get(), bytes, nullptr));
 }
 
 /* Diffusing particles, with a generator that throws. */
@@ -112,15 +115,16 @@ void particles() {
   check(mollis_pks_options_init(&options, sizeof options));
   options.noise = 1.0;
   mollis_pks_attraction attraction = {};
-  mollis_pks_counters counters = {};
+  const mollis_pks_particles pair = {2, positions, masses, labels, nullptr};
+  mollis_pks_progress progress = {};
   mollis_pks_events events = {};
-  counters.count = 2;
+  progress.count = 2;
   std::size_t bytes = 0;
-  check(mollis_pks_workspace_bytes(2, &options, &attraction, nullptr, &bytes));
+  check(mollis_pks_workspace_bytes(2, &attraction, &options, nullptr, &bytes));
   Memory workspace(bytes);
   const mollis_generator generator = {nullptr, no_numbers};
-  check(mollis_pks_step(&options, &attraction, 2, positions, masses, labels, nullptr, &counters, &generator, 0, 0.1, 1, &events,
-                        nullptr, workspace.get(), bytes, nullptr));
+  check(mollis_pks_step(&pair, &progress, &attraction, &generator, 0.1, 1, &events, &options, nullptr, workspace.get(), bytes,
+                        nullptr));
 }
 
 /* Whether the body throws just this. */

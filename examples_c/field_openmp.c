@@ -56,7 +56,7 @@ int main(void)
     const mollis_kernel_term term = {MOLLIS_KERNEL_NEWTONIAN, 0, 1.0, {0.0, 0.0}};
     const mollis_mollifier mollifier = {MOLLIS_MOLLIFIER_COMPACT, 2, 4};
     size_t kernel_bytes, bytes;
-    TRY(mollis_kernel2_workspace_bytes(&term, 1, NULL, mollifier, &kernel_bytes));
+    TRY(mollis_kernel2_bytes(&term, 1, NULL, mollifier, &kernel_bytes));
     void *kernel_base, *kernel = aligned(kernel_bytes, &kernel_base);
     TRY(mollis_kernel2_prepare(kernel, kernel_bytes, &term, 1, NULL, mollifier, 0.1));
 
@@ -72,7 +72,7 @@ int main(void)
     mollis_run run;
     TRY(mollis_run_init(&run, sizeof run));
     run.executor = &executor;
-    mollis_counters counters = {0};
+    mollis_field_counts counters = {0};
     for (int k = 0; k < 2; k++) {
         threads = k + 1;
         executor.workers = (size_t)threads;

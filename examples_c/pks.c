@@ -81,11 +81,12 @@ int main(int argc, char **argv) {
     const size_t first = (size_t)(0.3 * (double)n);
     uint64_t random = UINT64_C(0x9E3779B97F4A7C15);
 
-    /* The state: plain arrays, and counters. */
+    /* The state: plain arrays, and progress. */
     double(*x)[2] = malloc(n * sizeof *x);
     double *m = malloc(n * sizeof *m);
     uint64_t *labels = malloc(n * sizeof *labels);
-    mollis_pks_counters counters = {0, 0, 0, 0};
+    mollis_pks_particles particles = {n, x, m, labels, NULL};
+    mollis_pks_progress progress = {0, 0, 0, 0};
     mollis_pks_event log[64];
     mollis_pks_events events = {0};
     if (n == 0 || !x || !m || !labels) return 1;
@@ -96,7 +97,7 @@ int main(int argc, char **argv) {
         m[i] = mass / (double)n;
         labels[i] = i;
     }
-    counters.count = n;
+    progress.count = n;
     events.events = log;
     events.room = sizeof log / sizeof *log;
     events.labels = malloc(n * sizeof *events.labels);
@@ -115,37 +116,36 @@ int main(int argc, char **argv) {
     mollis_generator generator = {&random, fill};
 
     size_t bytes;
-    check(mollis_pks_workspace_bytes(n, &options, &attraction, NULL, &bytes), "size");
-    char *memory = malloc(bytes + 64);
-    if (!memory) return 1;
-    void *workspace = memory + (64 - (uintptr_t)memory % 64) % 64;
+    check(mollis_pks_workspace_bytes(n, &attraction, &options, NULL, &bytes), "size");
+    void *workspace = malloc(bytes);
+    if (!workspace) return 1;
 
     size_t merges = 0, absorbed = 0;
     double largest[2], from[2] = {0, 0}, last[2] = {0, 0};
     for (int step = 0; step < 400; ++step) {
         mollis_status status;
         do {
-            status = mollis_pks_step(&options, &attraction, n, x, m, labels, NULL, &counters, &generator, 0, dt, 1, &events,
-                                     NULL, workspace, bytes, NULL);
+            status = mollis_pks_step(&particles, &progress, &attraction, &generator, dt, 1, &events, &options, NULL, workspace,
+                                     bytes, NULL);
             merges += events.written;
             absorbed += events.labels_written;
             events.written = events.labels_written = 0;
         } while (status == MOLLIS_ERR_EVENTS_FULL);
         check(status, "step");
-        double second = moment(counters.count, (const double(*)[2])x, m, largest);
+        double second = moment(progress.count, (const double(*)[2])x, m, largest);
         if (step % 50 == 49)
             printf("t %.3f: %zu particles, the two largest hold %.3f and %.3f critical masses, second moment %.3f\n",
-                   counters.time, (size_t)counters.count, largest[0] / critical, largest[1] / critical, second);
+                   progress.time, (size_t)progress.count, largest[0] / critical, largest[1] / critical, second);
         if (largest[0] > 0.9 * mass) {
             printf("merged\n");
             break;
         }
         if (largest[0] + largest[1] > 0.99 * mass) {
             if (from[0] == 0) {
-                from[0] = counters.time;
+                from[0] = progress.time;
                 from[1] = second;
             }
-            last[0] = counters.time;
+            last[0] = progress.time;
             last[1] = second;
         }
     }
@@ -155,16 +155,16 @@ int main(int argc, char **argv) {
 
     /* What was lost is in the log, and nothing else is lost. */
     double total = 0, heavy[2] = {0.3 * mass, 0.7 * mass};
-    for (size_t i = 0; i < counters.count; ++i) total += m[i];
+    for (size_t i = 0; i < progress.count; ++i) total += m[i];
     mollis_pks_prediction prediction;
-    check(mollis_pks_prediction_eval(mass, 1, 1, 9 * mass, 2, heavy, &prediction), "prediction");
+    check(mollis_pks_predict(mass, 1, 1, 9 * mass, 2, heavy, &prediction), "prediction");
     printf("theory: %.2f\n", prediction.second_moment_rate);
-    int whole = absorbed + counters.count == n && fabs(total / mass - 1) < 1e-12 && merges > 0;
+    int whole = absorbed + progress.count == n && fabs(total / mass - 1) < 1e-12 && merges > 0;
     printf("%s\n", whole ? "mass and labels are conserved" : "LOST");
     free(x);
     free(m);
     free(labels);
     free(events.labels);
-    free(memory);
+    free(workspace);
     return whole ? 0 : 1;
 }

@@ -100,10 +100,10 @@ static const int32_t levels[] = {MOLLIS_LEVEL_PORTABLE, MOLLIS_LEVEL_NEON, MOLLI
         if (psi.kind != MOLLIS_MOLLIFIER_NONE && psi.order == 4) {                                                          \
             REAL moving[N][D];                                                                                              \
             memcpy(moving, x, sizeof x);                                                                                    \
-            CALL(mollis_blob##D##_workspace_bytes##_F32, kernel, bytes, N, 0, 0, NULL, &run, &needed);                      \
+            const mollis_particles##D##_F32 particles = {.n = N, .positions = {&moving[0][0]}, .masses = mass};             \
+            CALL(mollis_blob##D##_workspace_bytes##_F32, kernel, bytes, &particles, NULL, NULL, &run, &needed);             \
             void *scratch = memory_of(needed);                                                                              \
-            CALL(mollis_blob##D##_step##_F32, kernel, bytes, N, mass, moving, NULL, NULL, NULL, 0, NULL, NULL, NULL,        \
-                 (REAL)1e-3, 2, NULL, &run, NULL, scratch, needed);                                                         \
+            CALL(mollis_blob##D##_step##_F32, kernel, bytes, &particles, NULL, 1e-3, 2, NULL, &run, scratch, needed, NULL); \
             free(scratch);                                                                                                  \
         }                                                                                                                   \
     }
@@ -130,25 +130,25 @@ static const int32_t levels[] = {MOLLIS_LEVEL_PORTABLE, MOLLIS_LEVEL_NEON, MOLLI
             CALL(mollis_mollifier_field##D##_eval##_F32, psi, delta, N, at, out[0], out[1], gradient, hessian);             \
             for (size_t k = 0; k < sizeof sums / sizeof *sums; ++k) {                                                       \
                 size_t bytes;                                                                                               \
-                CALL(mollis_kernel##D##_workspace_bytes##_F32, sums[k], 2, NULL, psi, &bytes);                              \
+                CALL(mollis_kernel##D##_bytes##_F32, sums[k], 2, NULL, psi, &bytes);                                        \
                 void *kernel = memory_of(bytes);                                                                            \
                 CALL(mollis_kernel##D##_prepare##_F32, kernel, bytes, sums[k], 2, NULL, psi, delta);                        \
                 CALL(mollis_kernel##D##_eval##_F32, kernel, bytes, RADII, r, out[0], out[1], out[2]);                       \
                 if (psi.kind != MOLLIS_MOLLIFIER_NONE) {                                                                    \
-                    CALL(mollis_stable_step##D##_eval##_F32, kernel, bytes, N, mass, at, out[0]);                           \
-                    CALL(mollis_stable_step_anywhere##D##_eval##_F32, kernel, bytes, 10, 3, out[0]);                        \
+                    CALL(mollis_stable_step##D##_F32, kernel, bytes, N, at, mass, out[0]);                                  \
+                    CALL(mollis_stable_step##D##_anywhere##_F32, kernel, bytes, 10, 3, out[0]);                             \
                 }                                                                                                           \
                 SUMS(D, REAL, _F32)                                                                                         \
                 free(kernel);                                                                                               \
             }                                                                                                               \
         }                                                                                                                   \
         for (int i = 0; i < 3; ++i) {                                                                                       \
-            CALL(mollis_moments##D##_eval##_F32, N, at, masses[i], out[0], out[1], &centre, out[2]);                        \
-            CALL(mollis_overlap##D##_eval##_F32, N, (REAL)0.3, masses[i], mass, out[0]);                                    \
-            CALL(mollis_overlap##D##_eval##_F32, N, (REAL)0.3, mass, masses[i], out[0]);                                    \
-            CALL(mollis_norm_eval##_F32, N, masses[i], (REAL)0.1, 2, out[0]);                                               \
+            CALL(mollis_moments##D##_F32, N, at, masses[i], out[0], out[1], &centre, out[2]);                               \
+            CALL(mollis_overlap##D##_F32, N, (REAL)0.3, masses[i], mass, out[0]);                                           \
+            CALL(mollis_overlap##D##_F32, N, (REAL)0.3, mass, masses[i], out[0]);                                           \
+            CALL(mollis_norm##_F32, N, masses[i], (REAL)0.1, 2, out[0]);                                                    \
         }                                                                                                                   \
-        CALL(mollis_distance##D##_eval##_F32, N, at, at, (REAL)0.1, 2, out[0]);                                             \
+        CALL(mollis_distance_norm##D##_F32, N, at, at, (REAL)0.1, 2, out[0]);                                               \
     }
 
 FUNCTIONS(line, 1, double, )
@@ -182,10 +182,11 @@ static const mollis_mesh2 mesh = {{-1, -1}, {1, 1}, {CELLS, CELLS}};
         for (int i = 0; i < 18; ++i) {                                                                                      \
             grid.walls = walls[i % 3];                                                                                      \
             grid.order = i < 9 ? 2 : 4;                                                                                     \
-            CALL(mollis_grid2_workspace_bytes##_F32, &mesh, &grid, NULL, &bytes);                                           \
+            const mollis_sources2##_F32 sources = {.n = N, .positions = {&at[0][0]}, .masses = masses[i / 3 % 3]};          \
+            const mollis_grid2_outputs##_F32 outputs = {{&gradient[0][0]}, 0, node_mass, potential, node_gradient, &total, &outside};\
+            CALL(mollis_grid2_workspace_bytes##_F32, &mesh, &sources, NULL, &outputs, &grid, NULL, &bytes);                 \
             void *memory = memory_of(bytes);                                                                                \
-            CALL(mollis_grid2_eval##_F32, &mesh, &grid, N, at, masses[i / 3 % 3], N, at, gradient, node_mass, potential,    \
-                 node_gradient, &total, &outside, memory, bytes, NULL);                                                     \
+            CALL(mollis_grid2_eval##_F32, &mesh, &sources, NULL, &outputs, &grid, NULL, memory, bytes);                     \
             free(memory);                                                                                                   \
         }                                                                                                                   \
         grid.order = 2;                                                                                                     \
@@ -208,11 +209,13 @@ static const mollis_mesh2 mesh = {{-1, -1}, {1, 1}, {CELLS, CELLS}};
             memcpy(names, labels, sizeof labels);                                                                           \
             mollis_pks_event log[N];                                                                                        \
             mollis_pks_events events = {log, N, 0, absorbed, N, 0};                                                         \
-            mollis_pks_counters counters = {0, 0, N, 0};                                                                    \
-            CALL(mollis_pks_workspace_bytes##_F32, N, &options, &attraction, NULL, &bytes);                                 \
+            mollis_pks_progress progress = {0, 0, N, 0};                                                                    \
+            const mollis_pks_particles##_F32 particles = {N, moving, weights, names, NULL};                                 \
+            options.seed = 7;                                                                                               \
+            CALL(mollis_pks_workspace_bytes##_F32, N, &attraction, &options, NULL, &bytes);                                 \
             void *memory = memory_of(bytes);                                                                                \
-            CALL(mollis_pks_step##_F32, &options, &attraction, N, moving, weights, names, NULL, &counters, NULL, 7,         \
-                 (REAL)1e-3, 5, &events, NULL, memory, bytes, NULL);                                                        \
+            CALL(mollis_pks_step##_F32, &particles, &progress, &attraction, NULL, 1e-3, 5, &events, &options, NULL, memory, \
+                 bytes, NULL);                                                                                              \
             free(memory);                                                                                                   \
         }                                                                                                                   \
     }
@@ -241,7 +244,7 @@ MESHES(meshes_f32, float, _f32)
         const REAL(*at)[D] = (const REAL(*)[D])x;                                                                           \
         for (int i = 0; i < 12; ++i) {                                                                                      \
             size_t bytes, needed;                                                                                           \
-            CALL(mollis_kernel##D##_workspace_bytes##_F32, &newtonian, 1, NULL, shapes[i / 3], &bytes);                     \
+            CALL(mollis_kernel##D##_bytes##_F32, &newtonian, 1, NULL, shapes[i / 3], &bytes);                               \
             void *kernel = memory_of(bytes);                                                                                \
             CALL(mollis_kernel##D##_prepare##_F32, kernel, bytes, &newtonian, 1, NULL, shapes[i / 3], deltas[i % 3]);       \
             for (int level = 0; level < 4; ++level) {                                                                       \
@@ -285,7 +288,7 @@ NEWTONIAN(newtonian_space_f32, 3, float, _f32)
         CALL(mollis_field_options_init, &options, sizeof options);                                                          \
         options.method = MOLLIS_METHOD_SORTED;                                                                              \
         size_t bytes, needed;                                                                                               \
-        CALL(mollis_kernel1_workspace_bytes##_F32, &newtonian, 1, NULL, shape, &bytes);                                     \
+        CALL(mollis_kernel1_bytes##_F32, &newtonian, 1, NULL, shape, &bytes);                                               \
         void *kernel = memory_of(bytes);                                                                                    \
         CALL(mollis_kernel1_prepare##_F32, kernel, bytes, &newtonian, 1, NULL, shape, (REAL)0.1);                           \
         void *memory = NULL;                                                                                                \
@@ -310,7 +313,7 @@ SORTED(sorted_f32, float, _f32)
         static const mollis_kernel_term newtonian = {MOLLIS_KERNEL_NEWTONIAN, 0, 1, {0, 0}};                                \
         static const mollis_mollifier shape = {MOLLIS_MOLLIFIER_COMPACT, 4, 4};                                             \
         size_t bytes, needed;                                                                                               \
-        CALL(mollis_kernel2_workspace_bytes##_F32, &newtonian, 1, NULL, shape, &bytes);                                     \
+        CALL(mollis_kernel2_bytes##_F32, &newtonian, 1, NULL, shape, &bytes);                                               \
         void *kernel = memory_of(bytes);                                                                                    \
         CALL(mollis_kernel2_prepare##_F32, kernel, bytes, &newtonian, 1, NULL, shape, (REAL)0.05);                          \
         mollis_pks_attraction attraction;                                                                                   \
@@ -337,11 +340,13 @@ SORTED(sorted_f32, float, _f32)
                 }                                                                                                           \
                 mollis_pks_event log[N];                                                                                    \
                 mollis_pks_events events = {log, N, 0, absorbed, N, 0};                                                     \
-                mollis_pks_counters counters = {0, 0, n, 0};                                                                \
-                CALL(mollis_pks_workspace_bytes##_F32, n, &options, &attraction, NULL, &needed);                            \
+                mollis_pks_progress progress = {0, 0, n, 0};                                                                \
+                const mollis_pks_particles##_F32 particles = {n, x, mass, labels, NULL};                                    \
+                options.seed = 7;                                                                                           \
+                CALL(mollis_pks_workspace_bytes##_F32, n, &attraction, &options, NULL, &needed);                            \
                 void *memory = memory_of(needed);                                                                           \
-                CALL(mollis_pks_step##_F32, &options, &attraction, n, x, mass, labels, NULL, &counters, NULL, 7, (REAL)1e-3,\
-                     3, &events, NULL, memory, needed, NULL);                                                               \
+                CALL(mollis_pks_step##_F32, &particles, &progress, &attraction, NULL, 1e-3, 3, &events, &options, NULL, memory,\
+                     needed, NULL);                                                                                         \
                 free(memory);                                                                                               \
             }                                                                                                               \
         }                                                                                                                   \
@@ -357,8 +362,8 @@ static void closed_forms(void) {
     mollis_pks_prediction known;
     for (int chi = -1; chi < 2; ++chi) {
         for (int noise = 0; noise < 2; ++noise) {
-            CALL(mollis_pks_prediction_eval, 20, noise, chi, 7, 2, masses, &known);
-            CALL(mollis_pks_index_eval, 2, masses, chi, noise, 0.16, index);
+            CALL(mollis_pks_predict, 20, noise, chi, 7, 2, masses, &known);
+            CALL(mollis_pks_index, 2, masses, chi, noise, 0.16, index);
         }
     }
 }

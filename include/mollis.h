@@ -5,14 +5,15 @@
  * back through pointers; a call that is refused leaves every output as it was, but for what tells why (a report, first_bad).
  * A null output means "not wanted". Outputs must overlap nothing else of the call. A pointer with a length may be null when the length is 0.
  * Coordinates of n points in D dimensions are an array `double x[n][D]`.
- * Functions with the suffix _f32 compute in float, those without one in double.
+ * Functions with the suffix _f32 compute in float, those without one in double. What exists in several dimensions is documented for the plane and
+ * double; below it stand the forms for float and for one and three dimensions, 1 and 3 in place of 2.
  *
  * Structures with a member `size` are filled by their _init function, which is told their sizeof: then a program built with
  * an older header gets the defaults of what it does not know. A size of 0 is refused with MOLLIS_ERR_NOT_INITIALISED,
  * one at which no member ends with MOLLIS_ERR_OPTIONS_SIZE.
  *
  * MOLLIS_ERR_NOT_FINITE: the first bad element is told through mollis_run.first_bad by functions that take a run, and found
- * by mollis_first_bad_eval for the others.
+ * by mollis_first_bad for the others.
  *
  * Functions of the host that the library calls (fill, evaluate, parallel_for, should_stop, after_step) must return. A C++
  * exception that leaves one, or a longjmp across a call of the library, is undefined behaviour: catch it, keep it, return a
@@ -28,6 +29,10 @@
 #include <stddef.h>
 #include <stdint.h>
 
+/** The version of the library that this header belongs to. */
+#define MOLLIS_VERSION "0.1.0"
+/** The version of the binary interface: mollis_abi_version() of a library that programs with this header may use. */
+#define MOLLIS_ABI_VERSION 1
 /** Success. */
 #define MOLLIS_OK 0
 /** a required pointer is null. */
@@ -94,98 +99,52 @@
 #define MOLLIS_ERR_EXECUTOR 46
 /** an invariant of the library is broken. */
 #define MOLLIS_ERR_INTERNAL 47
-
-/** What a workspace must be aligned to, in bytes. */
-#define MOLLIS_WORKSPACE_ALIGN 64
+/** Static buffers for prepared kernels are aligned so; in a workspace arrays are. */
+#define MOLLIS_ALIGN 64
 /** `bytes`, rounded up to the alignment: what an array takes in a workspace. */
-#define MOLLIS_WORKSPACE_PADDED(bytes) (((bytes) + MOLLIS_WORKSPACE_ALIGN - 1) / MOLLIS_WORKSPACE_ALIGN * MOLLIS_WORKSPACE_ALIGN)
-/** For static buffers: what `mollis_kernel2_workspace_bytes_f32` answers for one Newtonian term. */
+#define MOLLIS_PADDED(bytes) (((size_t)(bytes) + MOLLIS_ALIGN - 1) / MOLLIS_ALIGN * MOLLIS_ALIGN)
+/** For static buffers: what `mollis_kernel2_bytes_f32` answers for one Newtonian term. */
 #define MOLLIS_KERNEL2_NEWTONIAN_BYTES_F32 1152
 /** For static buffers: a field sum over n sources in the plane, a part of the workspaces below. */
-#define MOLLIS_SUM2_WORKSPACE_BYTES_F32(n) \
-  (MOLLIS_WORKSPACE_PADDED(8 * (n)) + 2 * MOLLIS_WORKSPACE_PADDED(4 * (n)) + \
-   MOLLIS_WORKSPACE_PADDED(16 * ((n) / 256 + 3)))
+#define MOLLIS_SUM2_PART_F32(n) \
+  (MOLLIS_PADDED(8 * (size_t)(n)) + 2 * MOLLIS_PADDED(4 * (size_t)(n)) + MOLLIS_PADDED(16 * ((size_t)(n) / 256 + 3)))
 /**
- * For static buffers: what `mollis_blob2_workspace_bytes_f32` answers for n particles with densities, no tracers, a
+ * For static buffers: what `mollis_blob2_workspace_bytes_f32` answers for n particles without gaps, with densities, no tracers, a
  * Newtonian kernel and default options.
  */
 #define MOLLIS_BLOB2_WORKSPACE_BYTES_F32(n) \
-  (4 * MOLLIS_WORKSPACE_PADDED(12 * (n)) + MOLLIS_SUM2_WORKSPACE_BYTES_F32(n))
+  (4 * MOLLIS_PADDED(12 * (size_t)(n)) + MOLLIS_SUM2_PART_F32(n) + MOLLIS_ALIGN - 1)
 /**
  * For static buffers: what `mollis_pks_workspace_bytes_f32` answers for n particles, a Newtonian kernel's sum as attraction
  * and default options.
  */
 #define MOLLIS_PKS_WORKSPACE_BYTES_F32(n) \
-  (4 * MOLLIS_WORKSPACE_PADDED(8 * ((n) / 2)) + ((n) > 0 ? 1600 : 0) + \
-   MOLLIS_WORKSPACE_PADDED(20 * ((n) / 2)) + 4 * MOLLIS_WORKSPACE_PADDED(8 * (n)) + 2 * MOLLIS_WORKSPACE_PADDED(n) + \
-   MOLLIS_WORKSPACE_PADDED(4 * (((n) + 255) / 256)) + MOLLIS_WORKSPACE_PADDED(48) + \
-   ((n) > 512 ? 2 * MOLLIS_WORKSPACE_PADDED(8 * (n)) + 73792 * (((n) + 32767) / 32768) + 204928 : 0) + \
-   MOLLIS_SUM2_WORKSPACE_BYTES_F32(n))
+  (4 * MOLLIS_PADDED(8 * ((size_t)(n) / 2)) + ((n) > 0 ? 1600 : 0) + MOLLIS_PADDED(20 * ((size_t)(n) / 2)) + \
+   4 * MOLLIS_PADDED(8 * (size_t)(n)) + 2 * MOLLIS_PADDED(n) + MOLLIS_PADDED(4 * (((size_t)(n) + 255) / 256)) + \
+   MOLLIS_PADDED(48) + \
+   ((n) > 512 ? 2 * MOLLIS_PADDED(8 * (size_t)(n)) + 73792 * (((size_t)(n) + 32767) / 32768) + 204928 : 0) + \
+   MOLLIS_SUM2_PART_F32(n) + MOLLIS_ALIGN - 1)
 
-
-/**
- * The step will be given densities to advance.
- */
-#define MOLLIS_BLOB_DENSITY 1
-
-/**
- * The step will be asked for velocities.
- */
-#define MOLLIS_BLOB_VELOCITY 2
-
-/**
- * The step will be asked for the velocity's divergence.
- */
-#define MOLLIS_BLOB_DIVERGENCE 4
-
-/**
- * `first_bad` of a report when no value is bad.
- */
-#define MOLLIS_BLOB_NONE_BAD UINT64_MAX
-
-/**
- * The plan chooses.
- */
+/** The plan chooses. */
 #define MOLLIS_METHOD_AUTO 0
-
-/**
- * All pairs.
- */
+/** All pairs. */
 #define MOLLIS_METHOD_DIRECT 1
-
-/**
- * No pair: moments of the sources (even powers).
- */
+/** No pair: moments of the sources (even powers). */
 #define MOLLIS_METHOD_MOMENTS 2
 
 /**
  * One dimension: one sort. All masses have one unit: those below 2^-126 (double: 2^-1022) of the largest lose digits, and count as zero in the end.
  */
 #define MOLLIS_METHOD_SORTED 3
-
-/**
- * Pairs closer than delta alone (the Laplacian of a Newtonian kernel).
- */
+/** Pairs closer than delta alone (the Laplacian of a Newtonian kernel). */
 #define MOLLIS_METHOD_NEIGHBOURS 4
-
-/**
- * Even powers from moments, the other terms over all pairs.
- */
+/** Even powers from moments, the other terms over all pairs. */
 #define MOLLIS_METHOD_SPLIT 5
-
-/**
- * Terms are added up in blocks.
- */
+/** Terms are added up in blocks. */
 #define MOLLIS_ACCUMULATION_BLOCKED 0
-
-/**
- * Each addition's error is carried along: for diagnostics.
- */
+/** Each addition's error is carried along: for diagnostics. */
 #define MOLLIS_ACCUMULATION_COMPENSATED 1
-
-/**
- * No element is bad.
- */
+/** No element is bad. */
 #define MOLLIS_NONE_BAD UINT64_MAX
 
 /**
@@ -193,10 +152,7 @@
  * the smaller mesh width its potential is that at this distance, and its gradient falls linearly to 0.
  */
 #define MOLLIS_WALLS_FREE 0
-
-/**
- * No flux through the border: particles outside act from, and are driven at, their mirror places.
- */
+/** No flux through the border: particles outside act from, and are driven at, their mirror places. */
 #define MOLLIS_WALLS_NO_FLUX 1
 
 /**
@@ -204,40 +160,19 @@
  * Closer to the centre than sqrt(2 |Q| / |M|), Q = sum m (x + i y)^2 about it, where this expansion means nothing, their part grows no more.
  */
 #define MOLLIS_WALLS_FREE_QUADRUPOLE 2
-
-/**
- * Laplacian K = +Dirac: |x|/2, log|x|/(2 pi), -1/(4 pi |x|) in 1, 2, 3 dimensions. No parameter.
- */
+/** Laplacian K = +Dirac: |x|/2, log|x|/(2 pi), -1/(4 pi |x|) in 1, 2, 3 dimensions. No parameter. */
 #define MOLLIS_KERNEL_NEWTONIAN 0
-
-/**
- * |x|^p/p, log|x| for p = 0; parameter[0] = p > 1 - d (and p = 0 in 1D).
- */
+/** |x|^p/p, log|x| for p = 0; parameter[0] = p > 1 - d (and p = 0 in 1D). */
 #define MOLLIS_KERNEL_POWER 1
-
-/**
- * e^{-|x|/l}, a Morse term; parameter[0] = l > 0.
- */
+/** e^{-|x|/l}, a Morse term; parameter[0] = l > 0. */
 #define MOLLIS_KERNEL_EXPONENTIAL 2
-
-/**
- * (Laplacian - k^2) K = Dirac: -e^{-k|x|}/(2k), -K0(k|x|)/(2 pi), -e^{-k|x|}/(4 pi |x|); parameter[0] = k > 0.
- */
+/** (Laplacian - k^2) K = Dirac: -e^{-k|x|}/(2k), -K0(k|x|)/(2 pi), -e^{-k|x|}/(4 pi |x|); parameter[0] = k > 0. */
 #define MOLLIS_KERNEL_SCREENED 3
-
-/**
- * The most terms of a sum, a host's own kernel included.
- */
+/** The most terms of a sum, a host's own kernel included. */
 #define MOLLIS_KERNEL_MAX_TERMS 8
-
-/**
- * No mollifier: the singular kernel of the particle method. Order, exponent and delta are not looked at.
- */
+/** No mollifier: the singular kernel of the particle method. Order, exponent and delta are not looked at. */
 #define MOLLIS_MOLLIFIER_NONE 0
-
-/**
- * Compact polynomial (Anderson): order 2, 4, 6 or 8, exponent 1 to 9; delta is the radius of the support.
- */
+/** Compact polynomial (Anderson): order 2, 4, 6 or 8, exponent 1 to 9; delta is the radius of the support. */
 #define MOLLIS_MOLLIFIER_COMPACT 1
 
 /**
@@ -256,124 +191,108 @@
  * The high-order algebraic kernel of vortex methods (Winckelmans and Leonard): K'/r is (r^2 + (1 + D/2) delta^2) / (S_D (r^2 + delta^2)^(D/2 + 1)) in D dimensions.
  */
 #define MOLLIS_MOLLIFIER_ALGEBRAIC 4
-
-/**
- * Vatistas' vortex with n = 2, in the plane: K'/r is 1 / (2 pi (r^4 + delta^4)^(1/2)).
- */
+/** Vatistas' vortex with n = 2, in the plane: K'/r is 1 / (2 pi (r^4 + delta^4)^(1/2)). */
 #define MOLLIS_MOLLIFIER_VATISTAS 5
-
-/**
- * Collisions by the law of the hitting time of zero.
- */
+/** Collisions by the law of the hitting time of zero. */
 #define MOLLIS_PKS_LAW_EXACT 0
-
-/**
- * Collisions by one Gaussian increment of the second moment, as Zhelezov & Fatkullin print it, (3.11).
- */
+/** Collisions by one Gaussian increment of the second moment, as Zhelezov & Fatkullin print it, (3.11). */
 #define MOLLIS_PKS_LAW_PRINTED 1
-
-/**
- * Every collision merges: nu < 0.
- */
+/** Every collision merges: nu < 0. */
 #define MOLLIS_PKS_MERGE_ALL 0
-
-/**
- * Only collisions that must happen merge: nu <= -1.
- */
+/** Only collisions that must happen merge: nu <= -1. */
 #define MOLLIS_PKS_MERGE_HARD 1
-
-/**
- * Nothing merges.
- */
+/** Nothing merges. */
 #define MOLLIS_PKS_MERGE_NEVER 2
-
-/**
- * Adaptive Euler-Maruyama sub-steps.
- */
+/** Adaptive Euler-Maruyama sub-steps. */
 #define MOLLIS_PKS_SCHEME_EULER_MARUYAMA 0
-
-/**
- * One RK4 step of the drift between two half steps of the noise.
- */
+/** One RK4 step of the drift between two half steps of the noise. */
 #define MOLLIS_PKS_SCHEME_STRANG_RK4 1
-
-/**
- * No attraction.
- */
+/** No attraction. */
 #define MOLLIS_PKS_ATTRACTION_NONE 0
-
-/**
- * The field of a mesh, solved once a step.
- */
+/** The field of a mesh, solved once a step. */
 #define MOLLIS_PKS_ATTRACTION_MESH 1
-
-/**
- * The sum of a prepared kernel over all particles, in every sub-step.
- */
+/** The sum of a prepared kernel over all particles, in every sub-step. */
 #define MOLLIS_PKS_ATTRACTION_SUM 2
-
-/**
- * The fastest instruction set of the machine.
- */
+/** The fastest instruction set of the machine. */
 #define MOLLIS_LEVEL_BEST -1
-
-/**
- * Only + - * / and sqrt, in one stated order: the same bits on every machine.
- */
+/** Only + - * / and sqrt, in one stated order: the same bits on every machine. */
 #define MOLLIS_LEVEL_PORTABLE 0
-
-/**
- * 128-bit vectors of every aarch64.
- */
+/** 128-bit vectors of every aarch64. */
 #define MOLLIS_LEVEL_NEON 1
-
-/**
- * 256-bit vectors with fused multiply-add.
- */
+/** 256-bit vectors with fused multiply-add. */
 #define MOLLIS_LEVEL_AVX2 2
-
-/**
- * 512-bit vectors.
- */
+/** 512-bit vectors. */
 #define MOLLIS_LEVEL_AVX512 3
 
-/**
- * What every function returns: `MOLLIS_OK` or one of `MOLLIS_ERR_*`.
- */
+/** What every function returns: `MOLLIS_OK` or one of `MOLLIS_ERR_*`. */
 typedef int32_t mollis_status;
 
-/**
- * How a run of the blob method is done. Fill it with `mollis_blob_options_init`; null means the defaults.
- */
+/** How a run of the blob method is done. Fill it with `mollis_blob_options_init`; null means the defaults. */
 typedef struct mollis_blob_options {
-  /**
-   * Bytes of this structure, as `mollis_blob_options_init` sets it.
-   */
+  /** Bytes of this structure, as `mollis_blob_options_init` sets it. */
   uint32_t size;
   /**
    * Nonzero: watch the regularised energy, and stop with `MOLLIS_ERR_ENERGY_ROSE` when it rises beyond rounding. Its rate is -sum_i m_i
    * |grad u(x_i)|^2, so it falls if no mass is negative: one that is is refused with `MOLLIS_ERR_MASS`. Default 0.
    */
   int32_t watch_energy;
-  /**
-   * The relative error that field sums may spend for speed; 0 (the default) asks for rounding alone.
-   */
+  /** The relative error that field sums may spend for speed; 0 (the default) asks for rounding alone. */
   double tolerance;
   /**
-   * Called after each step with the number of steps completed in this call and the call's own arrays (`double (*)[D]`
+   * Called after each step with the number of steps completed in this call and arrays without gaps (`double (*)[D]`
    * or `float (*)[D]`; `density` is null if none is advanced), to be read through these pointers and not written.
    * Nonzero stops the run with `MOLLIS_ERR_STOPPED`. May be null.
    */
   int32_t (*after_step)(void *context, size_t steps, const void *positions, const void *density);
-  /**
-   * Passed to `after_step`.
-   */
+  /** Passed to `after_step`. */
   void *context;
 } mollis_blob_options;
 
+/** How a sum is computed. Fill it with `mollis_field_options_init`, then change what you want; null means the defaults. */
+typedef struct mollis_field_options {
+  /** Bytes of this structure, as `mollis_field_options_init` sets it. */
+  uint32_t size;
+  /** `MOLLIS_METHOD_...`. */
+  int32_t method;
+  /** `MOLLIS_ACCUMULATION_...`. */
+  int32_t accumulation;
+  /** 0. */
+  int32_t reserved;
+  /** (a, b): in 2D the gradient output is a grad u + b (grad u rotated by +90 degrees), of the rounded gradient; else (1, 0). */
+  double combination[2];
+  /** The relative error that may be spent for speed; 0 asks for rounding alone. */
+  double tolerance;
+} mollis_field_options;
+
 /**
- * One task of a call: `mollis` passes it to `parallel_for`, which calls it.
+ * The particles of the blob method in the plane, or massless points that follow their flow (tracers). Arrays as in mollis_sources2; null is not there.
  */
+typedef struct mollis_particles2 {
+  /** How many. */
+  size_t n;
+  /** Advanced in place. */
+  double *positions[2];
+  /** From one to the next. */
+  size_t stride;
+  /** Density times h^2, any sign; only read. Of tracers not looked at. */
+  const double *masses;
+  /** From one to the next; 0: 1. */
+  size_t mass_stride;
+  /** Advanced in place, or null; of tracers (if there are any) given if and only if it is of the particles. */
+  double *density;
+  /** From one to the next; 0: 1. */
+  size_t density_stride;
+  /** Overwritten with the velocity at the end, or null. */
+  double *velocity[2];
+  /** From one to the next. */
+  size_t velocity_stride;
+  /** Overwritten with the velocity's divergence at the end, or null; of tracers null. */
+  double *divergence;
+  /** From one to the next; 0: 1. */
+  size_t divergence_stride;
+} mollis_particles2;
+
+/** One task of a call: `mollis` passes it to `parallel_for`, which calls it. */
 typedef int32_t (*mollis_task)(void *data, size_t index, size_t worker);
 
 /**
@@ -385,43 +304,27 @@ typedef int32_t (*mollis_task)(void *data, size_t index, size_t worker);
  * number of threads, bit for bit.
  */
 typedef struct mollis_executor {
-  /**
-   * Passed to `parallel_for`.
-   */
+  /** Passed to `parallel_for`. */
   void *context;
   /**
    * How many tasks may run at a time: 1 to 256. Workspaces are sized for this number; others are refused (`MOLLIS_ERR_OUT_OF_DOMAIN`).
    */
   size_t workers;
-  /**
-   * Runs the tasks.
-   */
+  /** Runs the tasks. */
   int32_t (*parallel_for)(void *context, size_t tasks, mollis_task task, void *data);
 } mollis_executor;
 
-/**
- * How a call runs. Fill it with `mollis_run_init`, then change what you want; null means the defaults.
- */
+/** How a call runs. Fill it with `mollis_run_init`, then change what you want; null means the defaults. */
 typedef struct mollis_run {
-  /**
-   * Bytes of this structure, as `mollis_run_init` sets it.
-   */
+  /** Bytes of this structure, as `mollis_run_init` sets it. */
   uint32_t size;
-  /**
-   * The instruction set: `MOLLIS_LEVEL_*`. Default: the best of the machine.
-   */
+  /** The instruction set: `MOLLIS_LEVEL_*`. Default: the best of the machine. */
   int32_t level;
-  /**
-   * Who runs the tasks; null (the default): the calling thread.
-   */
+  /** Who runs the tasks; null (the default): the calling thread. */
   const struct mollis_executor *executor;
-  /**
-   * Asked between tasks, perhaps from several threads; nonzero stops the call with `MOLLIS_ERR_STOPPED`. May be null.
-   */
+  /** Asked between tasks, perhaps from several threads; nonzero stops the call with `MOLLIS_ERR_STOPPED`. May be null. */
   int32_t (*should_stop)(void *context);
-  /**
-   * Passed to `should_stop`.
-   */
+  /** Passed to `should_stop`. */
   void *stop_context;
   /**
    * Where a step or an evaluation that returns `MOLLIS_ERR_NOT_FINITE` writes the index of the first particle (source) with a
@@ -429,29 +332,53 @@ typedef struct mollis_run {
    * that overflows. Not written otherwise. May be null (the default).
    */
   uint64_t *first_bad;
+  /**
+   * Where a step or an evaluation that returns `MOLLIS_ERR_WORKSPACE_TOO_SMALL` writes the bytes that it needs. Not written otherwise. May be null (the
+   * default).
+   */
+  size_t *bytes_needed;
 } mollis_run;
+
+typedef struct mollis_particles2_f32 {
+  size_t n; float *positions[2]; size_t stride; const float *masses; size_t mass_stride; float *density; size_t density_stride;
+  float *velocity[2]; size_t velocity_stride; float *divergence; size_t divergence_stride;
+} mollis_particles2_f32;
+
+typedef struct mollis_particles1 {
+  size_t n; double *positions[1]; size_t stride; const double *masses; size_t mass_stride; double *density; size_t density_stride;
+  double *velocity[1]; size_t velocity_stride; double *divergence; size_t divergence_stride;
+} mollis_particles1;
+
+typedef struct mollis_particles1_f32 {
+  size_t n; float *positions[1]; size_t stride; const float *masses; size_t mass_stride; float *density; size_t density_stride;
+  float *velocity[1]; size_t velocity_stride; float *divergence; size_t divergence_stride;
+} mollis_particles1_f32;
+
+typedef struct mollis_particles3 {
+  size_t n; double *positions[3]; size_t stride; const double *masses; size_t mass_stride; double *density; size_t density_stride;
+  double *velocity[3]; size_t velocity_stride; double *divergence; size_t divergence_stride;
+} mollis_particles3;
+
+typedef struct mollis_particles3_f32 {
+  size_t n; float *positions[3]; size_t stride; const float *masses; size_t mass_stride; float *density; size_t density_stride;
+  float *velocity[3]; size_t velocity_stride; float *divergence; size_t divergence_stride;
+} mollis_particles3_f32;
 
 /**
  * What a run says about itself. Written by every step that got as far as reading its arrays, also when it then refuses or
  * stops.
  */
 typedef struct mollis_blob_report {
-  /**
-   * Steps completed in this call: the state in the arrays is the one after them.
-   */
+  /** Steps completed in this call: the state in the arrays is the one after them. */
   uint64_t steps;
   /**
    * With `MOLLIS_ERR_NOT_FINITE`: the index of the first particle with a coordinate, mass or density that is not finite
-   * (tracers count after the particles); else `MOLLIS_BLOB_NONE_BAD`.
+   * (tracers count after the particles); else `MOLLIS_NONE_BAD`.
    */
   uint64_t first_bad;
-  /**
-   * The regularised energy before the first step; NaN if not watched.
-   */
+  /** The regularised energy before the first step; NaN if not watched. */
   double energy_first;
-  /**
-   * The last energy computed; NaN if not watched.
-   */
+  /** The last energy computed; NaN if not watched. */
   double energy_last;
 } mollis_blob_report;
 
@@ -463,60 +390,36 @@ typedef struct mollis_blob_report {
  * `sizeof *p / sizeof(double)` is an array of structures; and `{x, y}` are arrays of their own.
  */
 typedef struct mollis_sources2 {
-  /**
-   * How many.
-   */
+  /** How many. */
   size_t n;
-  /**
-   * Their coordinates.
-   */
+  /** Their coordinates. */
   const double *positions[2];
-  /**
-   * From one to the next.
-   */
+  /** From one to the next. */
   size_t stride;
-  /**
-   * Masses of any sign; sources of mass 0 are dropped. Not looked at with vector strengths.
-   */
+  /** Masses of any sign; sources of mass 0 are dropped. Not looked at with vector strengths. */
   const double *masses;
-  /**
-   * From one to the next; 0: 1.
-   */
+  /** From one to the next; 0: 1. */
   size_t mass_stride;
-  /**
-   * Core radii, positive, in place of the kernel's delta: for Newtonian kernels with a mollifier. Null: the kernel's delta.
-   */
+  /** Core radii, positive, in place of the kernel's delta: for Newtonian kernels with a mollifier. Null: the kernel's delta. */
   const double *radii;
-  /**
-   * From one to the next; 0: 1.
-   */
+  /** From one to the next; 0: 1. */
   size_t radius_stride;
   /**
    * In space: vector strengths instead of masses, or null. The gradient is then sum_j grad K_delta(x_i - x_j) x strength_j, the velocity of vortex elements by the law of Biot
    * and Savart for the coefficient 1, of Newtonian kernels. Else null.
    */
   const double *strengths[2];
-  /**
-   * From one to the next.
-   */
+  /** From one to the next. */
   size_t strength_stride;
 } mollis_sources2;
 
-/**
- * Where a sum is evaluated, in the plane: coordinates as in mollis_sources2.
- */
+/** Where a sum is evaluated, in the plane: coordinates as in mollis_sources2. */
 typedef struct mollis_targets2 {
-  /**
-   * How many.
-   */
+  /** How many. */
   size_t n;
-  /**
-   * Their coordinates.
-   */
+  /** Their coordinates. */
   const double *positions[2];
-  /**
-   * From one to the next.
-   */
+  /** From one to the next. */
   size_t stride;
 } mollis_targets2;
 
@@ -524,93 +427,105 @@ typedef struct mollis_targets2 {
  * Where the results of a sum in the plane go: arrays as in mollis_sources2; null is not computed. All zero but the pointers: overwritten.
  */
 typedef struct mollis_outputs2 {
-  /**
-   * u.
-   */
+  /** u. */
   double *potential;
-  /**
-   * From one to the next; 0: 1.
-   */
+  /** From one to the next; 0: 1. */
   size_t potential_stride;
-  /**
-   * grad u, or what `combination` makes of it.
-   */
+  /** grad u, or what `combination` makes of it. */
   double *gradient[2];
-  /**
-   * From one to the next.
-   */
+  /** From one to the next. */
   size_t gradient_stride;
-  /**
-   * The Laplacian of u: the density of the blobs of a Newtonian kernel of coefficient 1.
-   */
+  /** The Laplacian of u: the density of the blobs of a Newtonian kernel of coefficient 1. */
   double *laplacian;
-  /**
-   * From one to the next; 0: 1.
-   */
+  /** From one to the next; 0: 1. */
   size_t laplacian_stride;
-  /**
-   * What all results are multiplied by. 0, a member that was left alone, means 1.
-   */
+  /** What all results are multiplied by. 0, a member that was left alone, means 1. */
   double factor;
-  /**
-   * 1: results are added to what is there; 0: overwritten.
-   */
+  /** 1: results are added to what is there; 0: overwritten. */
   int32_t add;
-  /**
-   * 0.
-   */
+  /** 0. */
   int32_t reserved;
 } mollis_outputs2;
 
-/**
- * How a sum is computed. Fill it with `mollis_field_options_init`, then change what you want; null means the defaults.
- */
-typedef struct mollis_field_options {
-  /**
-   * Bytes of this structure, as `mollis_field_options_init` sets it.
-   */
-  uint32_t size;
-  /**
-   * `MOLLIS_METHOD_...`.
-   */
-  int32_t method;
-  /**
-   * `MOLLIS_ACCUMULATION_...`.
-   */
-  int32_t accumulation;
-  /**
-   * 0.
-   */
-  int32_t reserved;
-  /**
-   * (a, b): in 2D the gradient output is a grad u + b (grad u rotated by +90 degrees), of the rounded gradient; else (1, 0).
-   */
-  double combination[2];
-  /**
-   * The relative error that may be spent for speed; 0 asks for rounding alone.
-   */
-  double tolerance;
-} mollis_field_options;
+typedef struct mollis_sources2_f32 {
+  size_t n; const float *positions[2]; size_t stride; const float *masses; size_t mass_stride; const float *radii;
+  size_t radius_stride; const float *strengths[2]; size_t strength_stride;
+} mollis_sources2_f32;
 
-/**
- * What a sum did. Added to, when the call succeeds.
- */
-typedef struct mollis_counters {
-  /**
-   * Pairs of a target and a source with mass.
-   */
+typedef struct mollis_targets2_f32 {
+  size_t n; const float *positions[2]; size_t stride;
+} mollis_targets2_f32;
+
+typedef struct mollis_outputs2_f32 {
+  float *potential; size_t potential_stride; float *gradient[2]; size_t gradient_stride; float *laplacian;
+  size_t laplacian_stride; double factor; int32_t add; int32_t reserved;
+} mollis_outputs2_f32;
+
+typedef struct mollis_sources1 {
+  size_t n; const double *positions[1]; size_t stride; const double *masses; size_t mass_stride; const double *radii;
+  size_t radius_stride; const double *strengths[1]; size_t strength_stride;
+} mollis_sources1;
+
+typedef struct mollis_targets1 {
+  size_t n; const double *positions[1]; size_t stride;
+} mollis_targets1;
+
+typedef struct mollis_outputs1 {
+  double *potential; size_t potential_stride; double *gradient[1]; size_t gradient_stride; double *laplacian;
+  size_t laplacian_stride; double factor; int32_t add; int32_t reserved;
+} mollis_outputs1;
+
+typedef struct mollis_sources1_f32 {
+  size_t n; const float *positions[1]; size_t stride; const float *masses; size_t mass_stride; const float *radii;
+  size_t radius_stride; const float *strengths[1]; size_t strength_stride;
+} mollis_sources1_f32;
+
+typedef struct mollis_targets1_f32 {
+  size_t n; const float *positions[1]; size_t stride;
+} mollis_targets1_f32;
+
+typedef struct mollis_outputs1_f32 {
+  float *potential; size_t potential_stride; float *gradient[1]; size_t gradient_stride; float *laplacian;
+  size_t laplacian_stride; double factor; int32_t add; int32_t reserved;
+} mollis_outputs1_f32;
+
+typedef struct mollis_sources3 {
+  size_t n; const double *positions[3]; size_t stride; const double *masses; size_t mass_stride; const double *radii;
+  size_t radius_stride; const double *strengths[3]; size_t strength_stride;
+} mollis_sources3;
+
+typedef struct mollis_targets3 {
+  size_t n; const double *positions[3]; size_t stride;
+} mollis_targets3;
+
+typedef struct mollis_outputs3 {
+  double *potential; size_t potential_stride; double *gradient[3]; size_t gradient_stride; double *laplacian;
+  size_t laplacian_stride; double factor; int32_t add; int32_t reserved;
+} mollis_outputs3;
+
+typedef struct mollis_sources3_f32 {
+  size_t n; const float *positions[3]; size_t stride; const float *masses; size_t mass_stride; const float *radii;
+  size_t radius_stride; const float *strengths[3]; size_t strength_stride;
+} mollis_sources3_f32;
+
+typedef struct mollis_targets3_f32 {
+  size_t n; const float *positions[3]; size_t stride;
+} mollis_targets3_f32;
+
+typedef struct mollis_outputs3_f32 {
+  float *potential; size_t potential_stride; float *gradient[3]; size_t gradient_stride; float *laplacian;
+  size_t laplacian_stride; double factor; int32_t add; int32_t reserved;
+} mollis_outputs3_f32;
+
+/** What a sum did. Added to, when the call succeeds. */
+typedef struct mollis_field_counts {
+  /** Pairs of a target and a source with mass. */
   uint64_t pairs;
-  /**
-   * Of these, pairs closer than delta.
-   */
+  /** Of these, pairs closer than delta. */
   uint64_t near_pairs;
-  /**
-   * Blocks (a source against a block of targets) that evaluated the mollifier's polynomial.
-   */
+  /** Blocks (a source against a block of targets) that evaluated the mollifier's polynomial. */
   uint64_t polynomial_blocks;
-  /**
-   * Of these, blocks with every target near, where nothing was divided.
-   */
+  /** Of these, blocks with every target near, where nothing was divided. */
   uint64_t all_near_blocks;
   /**
    * Pairs outside the range of the fast path. Newtonian ones, without core radii and algebraic mollifiers, closer than 2^-28 of the largest coordinate (double: 2^-60) are summed in lanes in
@@ -618,222 +533,50 @@ typedef struct mollis_counters {
    * ends of their table are computed one by one: some 200 ns each.
    */
   uint64_t scaled_pairs;
-  /**
-   * Sources without mass that were dropped.
-   */
+  /** Sources without mass that were dropped. */
   uint64_t massless_sources;
-} mollis_counters;
+} mollis_field_counts;
 
 /**
- * As mollis_sources2, in the plane, single precision.
+ * A rectangle cut into cells[0] by cells[1] equal cells, at least 2 each way. It has (cells[0] + 1) (cells[1] + 1) nodes; arrays over
+ * the nodes run along x first.
  */
-typedef struct mollis_sources2_f32 {
-  size_t n;
-  const float *positions[2];
-  size_t stride;
-  const float *masses;
-  size_t mass_stride;
-  const float *radii;
-  size_t radius_stride;
-  const float *strengths[2];
-  size_t strength_stride;
-} mollis_sources2_f32;
+typedef struct mollis_mesh2 {
+  /** The lower left corner. */
+  double lower[2];
+  /** The upper right corner. */
+  double upper[2];
+  /** Cells along x and y. */
+  size_t cells[2];
+} mollis_mesh2;
 
 /**
- * As mollis_targets2, in the plane, single precision.
+ * Where the results of a field on a mesh go; each is overwritten, null is not computed. Arrays over the nodes run along x first.
  */
-typedef struct mollis_targets2_f32 {
-  size_t n;
-  const float *positions[2];
-  size_t stride;
-} mollis_targets2_f32;
-
-/**
- * As mollis_outputs2, in the plane, single precision.
- */
-typedef struct mollis_outputs2_f32 {
-  float *potential;
-  size_t potential_stride;
-  float *gradient[2];
+typedef struct mollis_grid2_outputs {
+  /** grad u at the targets, as in mollis_outputs2; outside the mesh that of all mass at its centre. */
+  double *gradient[2];
+  /** From one to the next. */
   size_t gradient_stride;
-  float *laplacian;
-  size_t laplacian_stride;
-  double factor;
-  int32_t add;
-  int32_t reserved;
-} mollis_outputs2_f32;
+  /** The mass at each node. */
+  double *node_mass;
+  /** u at the nodes; with order 4 sharpened for interpolation. */
+  double *node_potential;
+  /** Its differences, [nodes][2]. */
+  double (*node_gradient)[2];
+  /** Total mass and its centre: three numbers. */
+  double (*total)[3];
+  /** One number: sources outside the mesh (on its border they are inside); they act through the total mass only. */
+  uint64_t *outside;
+} mollis_grid2_outputs;
 
-/**
- * As mollis_sources2, in one dimension.
- */
-typedef struct mollis_sources1 {
-  size_t n;
-  const double *positions[1];
-  size_t stride;
-  const double *masses;
-  size_t mass_stride;
-  const double *radii;
-  size_t radius_stride;
-  const double *strengths[1];
-  size_t strength_stride;
-} mollis_sources1;
-
-/**
- * As mollis_targets2, in one dimension.
- */
-typedef struct mollis_targets1 {
-  size_t n;
-  const double *positions[1];
-  size_t stride;
-} mollis_targets1;
-
-/**
- * As mollis_outputs2, in one dimension.
- */
-typedef struct mollis_outputs1 {
-  double *potential;
-  size_t potential_stride;
-  double *gradient[1];
-  size_t gradient_stride;
-  double *laplacian;
-  size_t laplacian_stride;
-  double factor;
-  int32_t add;
-  int32_t reserved;
-} mollis_outputs1;
-
-/**
- * As mollis_sources2, in one dimension, single precision.
- */
-typedef struct mollis_sources1_f32 {
-  size_t n;
-  const float *positions[1];
-  size_t stride;
-  const float *masses;
-  size_t mass_stride;
-  const float *radii;
-  size_t radius_stride;
-  const float *strengths[1];
-  size_t strength_stride;
-} mollis_sources1_f32;
-
-/**
- * As mollis_targets2, in one dimension, single precision.
- */
-typedef struct mollis_targets1_f32 {
-  size_t n;
-  const float *positions[1];
-  size_t stride;
-} mollis_targets1_f32;
-
-/**
- * As mollis_outputs2, in one dimension, single precision.
- */
-typedef struct mollis_outputs1_f32 {
-  float *potential;
-  size_t potential_stride;
-  float *gradient[1];
-  size_t gradient_stride;
-  float *laplacian;
-  size_t laplacian_stride;
-  double factor;
-  int32_t add;
-  int32_t reserved;
-} mollis_outputs1_f32;
-
-/**
- * As mollis_sources2, in space.
- */
-typedef struct mollis_sources3 {
-  size_t n;
-  const double *positions[3];
-  size_t stride;
-  const double *masses;
-  size_t mass_stride;
-  const double *radii;
-  size_t radius_stride;
-  const double *strengths[3];
-  size_t strength_stride;
-} mollis_sources3;
-
-/**
- * As mollis_targets2, in space.
- */
-typedef struct mollis_targets3 {
-  size_t n;
-  const double *positions[3];
-  size_t stride;
-} mollis_targets3;
-
-/**
- * As mollis_outputs2, in space.
- */
-typedef struct mollis_outputs3 {
-  double *potential;
-  size_t potential_stride;
-  double *gradient[3];
-  size_t gradient_stride;
-  double *laplacian;
-  size_t laplacian_stride;
-  double factor;
-  int32_t add;
-  int32_t reserved;
-} mollis_outputs3;
-
-/**
- * As mollis_sources2, in space, single precision.
- */
-typedef struct mollis_sources3_f32 {
-  size_t n;
-  const float *positions[3];
-  size_t stride;
-  const float *masses;
-  size_t mass_stride;
-  const float *radii;
-  size_t radius_stride;
-  const float *strengths[3];
-  size_t strength_stride;
-} mollis_sources3_f32;
-
-/**
- * As mollis_targets2, in space, single precision.
- */
-typedef struct mollis_targets3_f32 {
-  size_t n;
-  const float *positions[3];
-  size_t stride;
-} mollis_targets3_f32;
-
-/**
- * As mollis_outputs2, in space, single precision.
- */
-typedef struct mollis_outputs3_f32 {
-  float *potential;
-  size_t potential_stride;
-  float *gradient[3];
-  size_t gradient_stride;
-  float *laplacian;
-  size_t laplacian_stride;
-  double factor;
-  int32_t add;
-  int32_t reserved;
-} mollis_outputs3_f32;
-
-/**
- * Which field a grid solves for. Fill it with `mollis_grid2_options_init`; null means the defaults.
- */
+/** Which field a grid solves for. Fill it with `mollis_grid2_options_init`; null means the defaults. */
 typedef struct mollis_grid2_options {
-  /**
-   * Bytes of this structure, as `mollis_grid2_options_init` sets it.
-   */
+  /** Bytes of this structure, as `mollis_grid2_options_init` sets it. */
   uint32_t size;
-  /**
-   * `MOLLIS_WALLS_*`. Default: free space.
-   */
+  /** `MOLLIS_WALLS_*`. Default: free space. */
   int32_t walls;
-  /**
-   * k >= 0 of Laplacian(u) - k^2 u = density. Default: 0.
-   */
+  /** k >= 0 of Laplacian(u) - k^2 u = density. Default: 0. */
   double screening;
   /**
    * How fast the error of the particles' attraction, summed over many, falls with the mesh width where their density is smooth: 2 (five points; the
@@ -841,105 +584,84 @@ typedef struct mollis_grid2_options {
    * 1.25 and at most 1/k).
    */
   int32_t order;
-  /**
-   * Ignored.
-   */
+  /** Ignored. */
   int32_t reserved;
 } mollis_grid2_options;
 
-/**
- * A rectangle cut into cells[0] by cells[1] equal cells, at least 2 each way. It has (cells[0] + 1) (cells[1] + 1) nodes; arrays over
- * the nodes run along x first.
- */
-typedef struct mollis_mesh2 {
-  /**
-   * The lower left corner.
-   */
-  double lower[2];
-  /**
-   * The upper right corner.
-   */
-  double upper[2];
-  /**
-   * Cells along x and y.
-   */
-  size_t cells[2];
-} mollis_mesh2;
+typedef struct mollis_grid2_outputs_f32 {
+  float *gradient[2]; size_t gradient_stride; float *node_mass; float *node_potential; float (*node_gradient)[2];
+  float (*total)[3]; uint64_t *outside;
+} mollis_grid2_outputs_f32;
 
-/**
- * One term of a kernel sum: coefficient (+1 attracts where K grows, -1 repels) times K.
- */
+/** One term of a kernel sum: coefficient (+1 attracts where K grows, -1 repels) times K. */
 typedef struct mollis_kernel_term {
-  /**
-   * `MOLLIS_KERNEL_...`.
-   */
+  /** `MOLLIS_KERNEL_...`. */
   int32_t kind;
-  /**
-   * 0.
-   */
+  /** 0. */
   int32_t reserved;
-  /**
-   * The factor.
-   */
+  /** The factor. */
   double coefficient;
-  /**
-   * As the kind says; the others are not looked at.
-   */
+  /** As the kind says; the others are not looked at. */
   double parameter[2];
 } mollis_kernel_term;
 
-/**
- * A host's own radial kernel. Called only while a sum is prepared.
- */
+/** A host's own radial kernel. Called only while a sum is prepared. */
 typedef struct mollis_radial_kernel {
-  /**
-   * Passed to `evaluate`.
-   */
+  /** Passed to `evaluate`. */
   void *context;
   /**
    * Writes K(r), K'(r)/r and the Laplacian of K to out[0..2], for r > 0; returns 0, or a status that ends the call and
    * comes back unchanged. r^(d-1) K and r^d K' must be integrable at 0. A value that is not finite is an error.
    */
   mollis_status (*evaluate)(void *context, double r, double *out);
-  /**
-   * The factor.
-   */
+  /** The factor. */
   double coefficient;
-  /**
-   * Pairs further apart get nothing from it. Under a mollifier r goes a little further.
-   */
+  /** Pairs further apart get nothing from it. Under a mollifier r goes a little further. */
   double reach;
 } mollis_radial_kernel;
 
-/**
- * A mollifier without its length delta. A plain value without invariants: fill it and pass it.
- */
+/** A mollifier without its length delta. A plain value without invariants: fill it and pass it. */
 typedef struct mollis_mollifier {
-  /**
-   * `MOLLIS_MOLLIFIER_...`.
-   */
+  /** `MOLLIS_MOLLIFIER_...`. */
   int32_t kind;
-  /**
-   * The order: moments 1 to order - 1 vanish.
-   */
+  /** The order: moments 1 to order - 1 vanish. */
   int32_t order;
-  /**
-   * The exponent M: M - 1 continuous derivatives.
-   */
+  /** The exponent M: M - 1 continuous derivatives. */
   int32_t exponent;
 } mollis_mollifier;
 
-/**
- * What a run is made with. Fill it with `mollis_pks_options_init`, then set at least chi and noise.
- */
+/** Where the attraction comes from; the members of the other kinds are not looked at. */
+typedef struct mollis_pks_attraction {
+  /** `MOLLIS_PKS_ATTRACTION_*`. */
+  int32_t kind;
+  /** 0. */
+  int32_t reserved;
+  /** MESH: its rectangle and cells. */
+  const struct mollis_mesh2 *mesh;
+  /** MESH: walls and screening; null for free space without screening. */
+  const struct mollis_grid2_options *grid;
+  /**
+   * SUM, and MESH with heavy particles: a kernel prepared by mollis_kernel2_prepare (or its _f32); its mollifier bounds the speed.
+   */
+  const void *kernel;
+  /** The bytes of its buffer. */
+  size_t kernel_bytes;
+  /** SUM: the relative error that may be spent for speed; 0 for rounding alone. */
+  double tolerance;
+  /**
+   * MESH: particles of at least this mass, the 64 heaviest at most (of equal masses those that come first in the arrays), act by `kernel` pair
+   * by pair, both ways and at every distance, and not through the mesh, which is wrong within some widths of a particle, and on which a mass below
+   * 4.4e-16 of the total adds nothing (see mollis_grid2_eval). The kernel is V of the mesh's equation, mollified over
+   * a part of a mesh width (a quarter, say); sub-steps become short near them. Not with no-flux walls, nor with a singular kernel. 0: none.
+   */
+  double heavy;
+} mollis_pks_attraction;
+
+/** What a run is made with. Fill it with `mollis_pks_options_init`, then set at least chi and noise. */
 typedef struct mollis_pks_options {
-  /**
-   * Bytes of this structure, as `mollis_pks_options_init` sets it.
-   */
+  /** Bytes of this structure, as `mollis_pks_options_init` sets it. */
   uint32_t size;
-  /**
-   * `MOLLIS_PKS_LAW_*`. Default: exact.
-   */
+  /** `MOLLIS_PKS_LAW_*`. Default: exact. */
   int32_t law;
   /**
    * `MOLLIS_PKS_MERGE_*`. Default: all.
@@ -952,45 +674,25 @@ typedef struct mollis_pks_options {
    * sqrt(noise dt / m), as particles within delta of one another attract each other less.
    */
   int32_t merging;
-  /**
-   * `MOLLIS_PKS_SCHEME_*`. Default: Euler-Maruyama.
-   */
+  /** `MOLLIS_PKS_SCHEME_*`. Default: Euler-Maruyama. */
   int32_t scheme;
-  /**
-   * chi of (1.3), any sign; 0 solves no field. Default: 0.
-   */
+  /** chi of (1.3), any sign; 0 solves no field. Default: 0. */
   double chi;
-  /**
-   * mu~ of (1.3), at least 0: a particle of mass m diffuses with noise / m. 0 draws no random number. Default: 0.
-   */
+  /** mu~ of (1.3), at least 0: a particle of mass m diffuses with noise / m. 0 draws no random number. Default: 0. */
   double noise;
-  /**
-   * The potential is gamma log r near zero. Default: 1 / (2 pi).
-   */
+  /** The potential is gamma log r near zero. Default: 1 / (2 pi). */
   double gamma;
-  /**
-   * eta of (3.1), between 0 and 1. Default: 0.1.
-   */
+  /** eta of (3.1), between 0 and 1. Default: 0.1. */
   double separation;
-  /**
-   * p of (3.2), between 0 and 1: clusters that collide with a smaller probability are left alone. Default: 1e-4.
-   */
+  /** p of (3.2), between 0 and 1: clusters that collide with a smaller probability are left alone. Default: 1e-4. */
   double probability;
-  /**
-   * The expected jump of a sub-step stays below this length; 0: no limit but the mesh width. Default: 0.
-   */
+  /** The expected jump of a sub-step stays below this length; 0: no limit but the mesh width. Default: 0. */
   double width;
-  /**
-   * At least so many sub-steps a step. Default: 1.
-   */
+  /** At least so many sub-steps a step. Default: 1. */
   uint32_t at_least;
-  /**
-   * More sub-steps than this are refused with MOLLIS_ERR_TOO_MANY_SUBSTEPS. Default: 100,000.
-   */
+  /** More sub-steps than this are refused with MOLLIS_ERR_TOO_MANY_SUBSTEPS. Default: 100,000. */
   uint32_t at_most;
-  /**
-   * Cells of the coarse mesh in which clusters are searched for. Default: 1, 1.
-   */
+  /** Cells of the coarse mesh in which clusters are searched for. Default: 1, 1. */
   uint32_t mesh[2];
   /**
    * The box that this mesh covers, beside all particles: lower and upper corner. All 0: the mesh's rectangle, or twice the particles'
@@ -1001,74 +703,37 @@ typedef struct mollis_pks_options {
    * Nonzero: the coarse mesh is shifted from step to step, so that no cluster lies across the same border for long. Default: 1.
    */
   int32_t shifted;
-  /**
-   * 0.
-   */
+  /** 0. */
   int32_t reserved;
+  /** The seed of the built-in generator. Default: 0. */
+  uint64_t seed;
 } mollis_pks_options;
 
-/**
- * Where the attraction comes from; the members of the other kinds are not looked at.
- */
-typedef struct mollis_pks_attraction {
-  /**
-   * `MOLLIS_PKS_ATTRACTION_*`.
-   */
-  int32_t kind;
-  /**
-   * 0.
-   */
-  int32_t reserved;
-  /**
-   * MESH: its rectangle and cells.
-   */
-  const struct mollis_mesh2 *mesh;
-  /**
-   * MESH: walls and screening; null for free space without screening.
-   */
-  const struct mollis_grid2_options *grid;
-  /**
-   * SUM, and MESH with heavy particles: a kernel prepared by mollis_kernel2_prepare (or its _f32); its mollifier bounds the speed.
-   */
-  const void *kernel;
-  /**
-   * The bytes of its buffer.
-   */
-  size_t kernel_bytes;
-  /**
-   * SUM: the relative error that may be spent for speed; 0 for rounding alone.
-   */
-  double tolerance;
-  /**
-   * MESH: particles of at least this mass, the 64 heaviest at most (of equal masses those that come first in the arrays), act by `kernel` pair
-   * by pair, both ways and at every distance, and not through the mesh, which is wrong within some widths of a particle, and on which a mass below
-   * 4.4e-16 of the total adds nothing (see mollis_grid2_eval). The kernel is V of the mesh's equation, mollified over
-   * a part of a mesh width (a quarter, say); sub-steps become short near them. Not with no-flux walls, nor with a singular kernel. 0: none.
-   */
-  double heavy;
-} mollis_pks_attraction;
+/** The arrays of coalescing particles, each with room for as many; the first progress->count are alive. */
+typedef struct mollis_pks_particles {
+  /** Elements of each array. */
+  size_t room;
+  /** [room][2]; read and written. */
+  double (*positions)[2];
+  /** Positive; a merged particle has the sum. */
+  double *masses;
+  /** All different; a merged particle keeps its lowest. */
+  uint64_t *labels;
+  /** Travels with the particles; may be null. */
+  uint32_t *species;
+} mollis_pks_particles;
 
-/**
- * Time, and what a run counts. Zero it, then set `count`; it belongs to the state that a checkpoint saves.
- */
-typedef struct mollis_pks_counters {
-  /**
-   * The time reached.
-   */
+/** Time, and what a run counts. Zero it, then set `count`; it belongs to the state that a checkpoint saves. */
+typedef struct mollis_pks_progress {
+  /** The time reached. */
   double time;
-  /**
-   * Steps made.
-   */
+  /** Steps made. */
   uint64_t step;
-  /**
-   * Particles alive: the first so many elements of the arrays.
-   */
+  /** Particles alive: the first so many elements of the arrays. */
   uint64_t count;
-  /**
-   * Merges of the current step that wait for room in the event buffer; 0 between steps.
-   */
+  /** Merges of the current step that wait for room in the event buffer; 0 between steps. */
   uint64_t pending;
-} mollis_pks_counters;
+} mollis_pks_progress;
 
 /**
  * A host's random generator: one stream of uniform bits, drawn serially in the order of the arrays.
@@ -1077,27 +742,17 @@ typedef struct mollis_pks_counters {
  * run continues bit for bit when the host saves its state with the buffers.
  */
 typedef struct mollis_generator {
-  /**
-   * Passed to `fill`.
-   */
+  /** Passed to `fill`. */
   void *state;
-  /**
-   * Draws the next n words.
-   */
+  /** Draws the next n words. */
   int32_t (*fill)(void *state, uint64_t *out, size_t n);
 } mollis_generator;
 
-/**
- * One merge.
- */
+/** One merge. */
 typedef struct mollis_pks_event {
-  /**
-   * When it happened, inside the step.
-   */
+  /** When it happened, inside the step. */
   double time;
-  /**
-   * The label that goes on: the lowest.
-   */
+  /** The label that goes on: the lowest. */
   uint64_t label;
   /**
    * The mass of the merged particle: the sum of the kept one's mass and the absorbed ones' in the order of their labels, rounded once.
@@ -1107,113 +762,67 @@ typedef struct mollis_pks_event {
    * last bit of the kept one may add nothing.
    */
   double mass;
-  /**
-   * The index nu of the cluster (2.7).
-   */
+  /** The index nu of the cluster (2.7). */
   double index;
-  /**
-   * Where its absorbed labels begin in the label buffer.
-   */
+  /** Where its absorbed labels begin in the label buffer. */
   uint64_t first;
-  /**
-   * How many labels were absorbed, at least 1; ascending.
-   */
+  /** How many labels were absorbed, at least 1; ascending. */
   uint64_t absorbed;
 } mollis_pks_event;
 
-/**
- * Where events go. The host empties the buffers by setting `written` and `labels_written` to 0.
- */
+/** Where events go. The host empties the buffers by setting `written` and `labels_written` to 0. */
 typedef struct mollis_pks_events {
-  /**
-   * The events; appended to.
-   */
+  /** The events; appended to. */
   struct mollis_pks_event *events;
-  /**
-   * Room for events.
-   */
+  /** Room for events. */
   size_t room;
-  /**
-   * Events written so far.
-   */
+  /** Events written so far. */
   size_t written;
-  /**
-   * The labels absorbed, event by event; appended to.
-   */
+  /** The labels absorbed, event by event; appended to. */
   uint64_t *labels;
-  /**
-   * Room for labels.
-   */
+  /** Room for labels. */
   size_t labels_room;
-  /**
-   * Labels written so far.
-   */
+  /** Labels written so far. */
   size_t labels_written;
 } mollis_pks_events;
 
-/**
- * What steps did; added to. What was skipped is not counted.
- */
+/** What steps did; added to. What was skipped is not counted. */
 typedef struct mollis_pks_report {
-  /**
-   * Sub-steps of single particles.
-   */
+  /** Sub-steps of single particles. */
   uint64_t substeps;
-  /**
-   * Pairs of normals drawn.
-   */
+  /** Pairs of normals drawn. */
   uint64_t normals;
-  /**
-   * Fields solved or summed.
-   */
+  /** Fields solved or summed. */
   uint64_t fields;
-  /**
-   * Cluster searches made.
-   */
+  /** Cluster searches made. */
   uint64_t searches;
-  /**
-   * Clusters that were decided.
-   */
+  /** Clusters that were decided. */
   uint64_t clusters;
-  /**
-   * Merges.
-   */
+  /** Merges. */
   uint64_t merges;
-  /**
-   * Particles that ended in another one.
-   */
+  /** Particles that ended in another one. */
   uint64_t absorbed;
 } mollis_pks_report;
 
-/**
- * What is known in closed form of one kind of particles with total mass `mass`, diffusivity mu and sensitivity chi.
- */
+typedef struct mollis_pks_particles_f32 {
+  size_t room; float (*positions)[2]; float *masses; uint64_t *labels; uint32_t *species;
+} mollis_pks_particles_f32;
+
+/** What is known in closed form of one kind of particles with total mass `mass`, diffusivity mu and sensitivity chi. */
 typedef struct mollis_pks_prediction {
-  /**
-   * 8 pi mu / chi (1.6); infinite for chi = 0.
-   */
+  /** 8 pi mu / chi (1.6); infinite for chi = 0. */
   double critical_mass;
-  /**
-   * The bound on the time of blow-up (1.8), infinite for a subcritical mass.
-   */
+  /** The bound on the time of blow-up (1.8), infinite for a subcritical mass. */
   double blow_up_bound;
-  /**
-   * The rate of the second moment divided by the mass, heavy point masses beside the regular part (4.12).
-   */
+  /** The rate of the second moment divided by the mass, heavy point masses beside the regular part (4.12). */
   double second_moment_rate;
 } mollis_pks_prediction;
 
-/**
- * One species: its total mass and diffusivity.
- */
+/** One species: its total mass and diffusivity. */
 typedef struct mollis_pks_species {
-  /**
-   * Total mass M_i.
-   */
+  /** Total mass M_i. */
   double mass;
-  /**
-   * Diffusivity mu_i.
-   */
+  /** Diffusivity mu_i. */
   double mu;
 } mollis_pks_species;
 
@@ -1221,283 +830,65 @@ typedef struct mollis_pks_species {
 extern "C" {
 #endif // __cplusplus
 
-/**
- * As `mollis_blob2_workspace_bytes`, in one dimension.
- *
- * # Safety
- * The contract of this header.
- */
-mollis_status mollis_blob1_workspace_bytes(const void *kernel,
-                                           size_t kernel_bytes,
-                                           size_t n,
-                                           size_t tracers,
-                                           uint32_t wanted,
-                                           const struct mollis_blob_options *options,
-                                           const struct mollis_run *run,
-                                           size_t *bytes);
+/** Fills `options` with the defaults. `size` is `sizeof *options`. */
+mollis_status mollis_blob_options_init(struct mollis_blob_options *options, size_t size);
+
+/** Fills `options` with the defaults. `size` is `sizeof *options`. */
+mollis_status mollis_field_options_init(struct mollis_field_options *options, size_t size);
 
 /**
- * As `mollis_blob2_step`, in one dimension.
- *
- * # Safety
- * The contract of this header.
+ * Bytes of workspace that mollis_blob2_step needs for the same arguments, wherever the workspace begins. Of the arrays only counts, strides and which pointers are null are
+ * looked at. Overwrites `bytes`.
  */
-mollis_status mollis_blob1_step(const void *kernel,
-                                size_t kernel_bytes,
-                                size_t n,
-                                const double *masses,
-                                double (*positions)[1],
-                                double *density,
-                                double (*velocity)[1],
-                                double *divergence,
-                                size_t tracers,
-                                double (*tracer_positions)[1],
-                                double *tracer_density,
-                                double (*tracer_velocity)[1],
-                                double dt,
-                                size_t steps,
-                                const struct mollis_blob_options *options,
-                                const struct mollis_run *run,
-                                struct mollis_blob_report *report,
-                                void *workspace,
-                                size_t workspace_bytes);
-
-/**
- * As `mollis_blob2_workspace_bytes`, in one dimension and float.
- *
- * # Safety
- * The contract of this header.
- */
-mollis_status mollis_blob1_workspace_bytes_f32(const void *kernel,
-                                               size_t kernel_bytes,
-                                               size_t n,
-                                               size_t tracers,
-                                               uint32_t wanted,
-                                               const struct mollis_blob_options *options,
-                                               const struct mollis_run *run,
-                                               size_t *bytes);
-
-/**
- * As `mollis_blob2_step`, in one dimension and float.
- *
- * # Safety
- * The contract of this header.
- */
-mollis_status mollis_blob1_step_f32(const void *kernel,
-                                    size_t kernel_bytes,
-                                    size_t n,
-                                    const float *masses,
-                                    float (*positions)[1],
-                                    float *density,
-                                    float (*velocity)[1],
-                                    float *divergence,
-                                    size_t tracers,
-                                    float (*tracer_positions)[1],
-                                    float *tracer_density,
-                                    float (*tracer_velocity)[1],
-                                    double dt,
-                                    size_t steps,
-                                    const struct mollis_blob_options *options,
-                                    const struct mollis_run *run,
-                                    struct mollis_blob_report *report,
-                                    void *workspace,
-                                    size_t workspace_bytes);
-
-/**
- * Bytes of workspace that `mollis_blob2_step` needs.
- *
- * `kernel` is a block of `mollis_kernel2_prepare`; `n` particles and `tracers` tracers; `wanted` is the sum of
- * `MOLLIS_BLOB_DENSITY`, `_VELOCITY` and `_DIVERGENCE` for which the step will be given arrays (of particles or tracers). Options and
- * run must be those of the step. Overwrites `bytes`.
- *
- * # Safety
- * The contract of this header.
- */
-mollis_status mollis_blob2_workspace_bytes(const void *kernel,
-                                           size_t kernel_bytes,
-                                           size_t n,
-                                           size_t tracers,
-                                           uint32_t wanted,
-                                           const struct mollis_blob_options *options,
-                                           const struct mollis_run *run,
-                                           size_t *bytes);
+mollis_status mollis_blob2_workspace_bytes(const void *kernel, size_t kernel_bytes, const struct mollis_particles2 *particles,
+    const struct mollis_particles2 *tracers, const struct mollis_blob_options *options, const struct mollis_run *run,
+    size_t *bytes);
+mollis_status mollis_blob2_workspace_bytes_f32(const void *kernel, size_t kernel_bytes,
+    const struct mollis_particles2_f32 *particles, const struct mollis_particles2_f32 *tracers,
+    const struct mollis_blob_options *options, const struct mollis_run *run, size_t *bytes);
+mollis_status mollis_blob1_workspace_bytes(const void *kernel, size_t kernel_bytes, const struct mollis_particles1 *particles,
+    const struct mollis_particles1 *tracers, const struct mollis_blob_options *options, const struct mollis_run *run,
+    size_t *bytes);
+mollis_status mollis_blob1_workspace_bytes_f32(const void *kernel, size_t kernel_bytes,
+    const struct mollis_particles1_f32 *particles, const struct mollis_particles1_f32 *tracers,
+    const struct mollis_blob_options *options, const struct mollis_run *run, size_t *bytes);
+mollis_status mollis_blob3_workspace_bytes(const void *kernel, size_t kernel_bytes, const struct mollis_particles3 *particles,
+    const struct mollis_particles3 *tracers, const struct mollis_blob_options *options, const struct mollis_run *run,
+    size_t *bytes);
+mollis_status mollis_blob3_workspace_bytes_f32(const void *kernel, size_t kernel_bytes,
+    const struct mollis_particles3_f32 *particles, const struct mollis_particles3_f32 *tracers,
+    const struct mollis_blob_options *options, const struct mollis_run *run, size_t *bytes);
 
 /**
  * Advances a solution of the aggregation equation by `steps` steps of length `dt` of the classical Runge-Kutta method
  * (Craig & Bertozzi, Definitions 2.2 and 2.3; without a mollifier: the particle method).
  *
- * | array              | shape           |                                                              |
- * |--------------------|-----------------|--------------------------------------------------------------|
- * | `masses`           | `[n]`           | density times h^D, any sign; read only                       |
- * | `positions`        | `[n][2]`        | advanced in place                                            |
- * | `density`          | `[n]`           | advanced in place, or null                                   |
- * | `velocity`         | `[n][2]`        | overwritten with the velocity at the end, or null            |
- * | `divergence`       | `[n]`           | overwritten with the velocity's divergence at the end, or null |
- * | `tracer_positions` | `[tracers][2]`  | massless points, advanced in place; null if there are none   |
- * | `tracer_density`   | `[tracers]`     | advanced in place; given if and only if `density` is         |
- * | `tracer_velocity`  | `[tracers][2]`  | overwritten with the velocity at the end, or null            |
+ * The velocity at x is `-sum_j masses[j] grad K(x - positions[j])`. `tracers`, `options`, `run` and `report` may be null. `steps` may be 0 (then `dt` is not looked at): the
+ * velocities and divergences of the state as it is. The workspace is garbage afterwards. Cost: four field evaluations a step, one more if velocity, divergence or energy are
+ * wanted; arrays with gaps are copied once a call.
  *
- * The velocity at x is `-sum_j masses[j] grad K(x - positions[j])`. `steps` may be 0 (then `dt` is not looked at): the outputs
- * of the state as it is. `options`, `run` and `report` may be null. The workspace is garbage afterwards. Cost: four field evaluations a
- * step, one more if velocity, divergence or energy are wanted.
- *
- * A refused call writes nothing but `report` (and `run->first_bad`). A run that stops (`MOLLIS_ERR_BECAME_NOT_FINITE`, also where only velocity, divergence or
- * energy overflow, `MOLLIS_ERR_STOPPED`, `MOLLIS_ERR_ENERGY_ROSE`, the executor's own status) leaves positions and densities as they were after the last
+ * A refused call writes nothing but `report` (and `run->first_bad`). A run that stops (MOLLIS_ERR_BECAME_NOT_FINITE, also where only velocity, divergence or
+ * energy overflow, MOLLIS_ERR_STOPPED, MOLLIS_ERR_ENERGY_ROSE, the executor's own status) leaves positions and densities as they were after the last
  * completed step, and velocity and divergence unwritten.
- *
- * # Safety
- * The contract of this header.
  */
-mollis_status mollis_blob2_step(const void *kernel,
-                                size_t kernel_bytes,
-                                size_t n,
-                                const double *masses,
-                                double (*positions)[2],
-                                double *density,
-                                double (*velocity)[2],
-                                double *divergence,
-                                size_t tracers,
-                                double (*tracer_positions)[2],
-                                double *tracer_density,
-                                double (*tracer_velocity)[2],
-                                double dt,
-                                size_t steps,
-                                const struct mollis_blob_options *options,
-                                const struct mollis_run *run,
-                                struct mollis_blob_report *report,
-                                void *workspace,
-                                size_t workspace_bytes);
-
-/**
- * As `mollis_blob2_workspace_bytes`, in two dimensions and float.
- *
- * # Safety
- * The contract of this header.
- */
-mollis_status mollis_blob2_workspace_bytes_f32(const void *kernel,
-                                               size_t kernel_bytes,
-                                               size_t n,
-                                               size_t tracers,
-                                               uint32_t wanted,
-                                               const struct mollis_blob_options *options,
-                                               const struct mollis_run *run,
-                                               size_t *bytes);
-
-/**
- * As `mollis_blob2_step`, in two dimensions and float.
- *
- * # Safety
- * The contract of this header.
- */
-mollis_status mollis_blob2_step_f32(const void *kernel,
-                                    size_t kernel_bytes,
-                                    size_t n,
-                                    const float *masses,
-                                    float (*positions)[2],
-                                    float *density,
-                                    float (*velocity)[2],
-                                    float *divergence,
-                                    size_t tracers,
-                                    float (*tracer_positions)[2],
-                                    float *tracer_density,
-                                    float (*tracer_velocity)[2],
-                                    double dt,
-                                    size_t steps,
-                                    const struct mollis_blob_options *options,
-                                    const struct mollis_run *run,
-                                    struct mollis_blob_report *report,
-                                    void *workspace,
-                                    size_t workspace_bytes);
-
-/**
- * As `mollis_blob2_workspace_bytes`, in three dimensions.
- *
- * # Safety
- * The contract of this header.
- */
-mollis_status mollis_blob3_workspace_bytes(const void *kernel,
-                                           size_t kernel_bytes,
-                                           size_t n,
-                                           size_t tracers,
-                                           uint32_t wanted,
-                                           const struct mollis_blob_options *options,
-                                           const struct mollis_run *run,
-                                           size_t *bytes);
-
-/**
- * As `mollis_blob2_step`, in three dimensions.
- *
- * # Safety
- * The contract of this header.
- */
-mollis_status mollis_blob3_step(const void *kernel,
-                                size_t kernel_bytes,
-                                size_t n,
-                                const double *masses,
-                                double (*positions)[3],
-                                double *density,
-                                double (*velocity)[3],
-                                double *divergence,
-                                size_t tracers,
-                                double (*tracer_positions)[3],
-                                double *tracer_density,
-                                double (*tracer_velocity)[3],
-                                double dt,
-                                size_t steps,
-                                const struct mollis_blob_options *options,
-                                const struct mollis_run *run,
-                                struct mollis_blob_report *report,
-                                void *workspace,
-                                size_t workspace_bytes);
-
-/**
- * As `mollis_blob2_workspace_bytes`, in three dimensions and float.
- *
- * # Safety
- * The contract of this header.
- */
-mollis_status mollis_blob3_workspace_bytes_f32(const void *kernel,
-                                               size_t kernel_bytes,
-                                               size_t n,
-                                               size_t tracers,
-                                               uint32_t wanted,
-                                               const struct mollis_blob_options *options,
-                                               const struct mollis_run *run,
-                                               size_t *bytes);
-
-/**
- * As `mollis_blob2_step`, in three dimensions and float.
- *
- * # Safety
- * The contract of this header.
- */
-mollis_status mollis_blob3_step_f32(const void *kernel,
-                                    size_t kernel_bytes,
-                                    size_t n,
-                                    const float *masses,
-                                    float (*positions)[3],
-                                    float *density,
-                                    float (*velocity)[3],
-                                    float *divergence,
-                                    size_t tracers,
-                                    float (*tracer_positions)[3],
-                                    float *tracer_density,
-                                    float (*tracer_velocity)[3],
-                                    double dt,
-                                    size_t steps,
-                                    const struct mollis_blob_options *options,
-                                    const struct mollis_run *run,
-                                    struct mollis_blob_report *report,
-                                    void *workspace,
-                                    size_t workspace_bytes);
-
-/**
- * Fills `options` with the defaults. `size` is `sizeof *options`.
- *
- * # Safety
- * The contract of this header.
- */
-mollis_status mollis_blob_options_init(struct mollis_blob_options *options, size_t size);
+mollis_status mollis_blob2_step(const void *kernel, size_t kernel_bytes, const struct mollis_particles2 *particles,
+    const struct mollis_particles2 *tracers, double dt, size_t steps, const struct mollis_blob_options *options,
+    const struct mollis_run *run, void *workspace, size_t workspace_bytes, struct mollis_blob_report *report);
+mollis_status mollis_blob2_step_f32(const void *kernel, size_t kernel_bytes, const struct mollis_particles2_f32 *particles,
+    const struct mollis_particles2_f32 *tracers, double dt, size_t steps, const struct mollis_blob_options *options,
+    const struct mollis_run *run, void *workspace, size_t workspace_bytes, struct mollis_blob_report *report);
+mollis_status mollis_blob1_step(const void *kernel, size_t kernel_bytes, const struct mollis_particles1 *particles,
+    const struct mollis_particles1 *tracers, double dt, size_t steps, const struct mollis_blob_options *options,
+    const struct mollis_run *run, void *workspace, size_t workspace_bytes, struct mollis_blob_report *report);
+mollis_status mollis_blob1_step_f32(const void *kernel, size_t kernel_bytes, const struct mollis_particles1_f32 *particles,
+    const struct mollis_particles1_f32 *tracers, double dt, size_t steps, const struct mollis_blob_options *options,
+    const struct mollis_run *run, void *workspace, size_t workspace_bytes, struct mollis_blob_report *report);
+mollis_status mollis_blob3_step(const void *kernel, size_t kernel_bytes, const struct mollis_particles3 *particles,
+    const struct mollis_particles3 *tracers, double dt, size_t steps, const struct mollis_blob_options *options,
+    const struct mollis_run *run, void *workspace, size_t workspace_bytes, struct mollis_blob_report *report);
+mollis_status mollis_blob3_step_f32(const void *kernel, size_t kernel_bytes, const struct mollis_particles3_f32 *particles,
+    const struct mollis_particles3_f32 *tracers, double dt, size_t steps, const struct mollis_blob_options *options,
+    const struct mollis_run *run, void *workspace, size_t workspace_bytes, struct mollis_blob_report *report);
 
 /**
  * Writes total mass, sum of |m|, centre of mass (one point; 0 where the total mass is 0) and second moment about it,
@@ -1508,87 +899,19 @@ mollis_status mollis_blob_options_init(struct mollis_blob_options *options, size
  * that are not.
  *
  * Refused: MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_OVERLAP.
- *
- * # Safety
- * The contract of this header.
  */
-mollis_status mollis_moments2_eval(size_t n,
-                                   const double (*positions)[2],
-                                   const double *masses,
-                                   double *mass,
-                                   double *absolute_mass,
-                                   double (*centre)[2],
-                                   double *second);
-
-/**
- * As `mollis_moments2_eval`, in float.
- *
- * # Safety
- * The contract of this header.
- */
-mollis_status mollis_moments2_eval_f32(size_t n,
-                                       const float (*positions)[2],
-                                       const float *masses,
-                                       float *mass,
-                                       float *absolute_mass,
-                                       float (*centre)[2],
-                                       float *second);
-
-/**
- * As `mollis_moments2_eval`, in one dimension.
- *
- * # Safety
- * The contract of this header.
- */
-mollis_status mollis_moments1_eval(size_t n,
-                                   const double (*positions)[1],
-                                   const double *masses,
-                                   double *mass,
-                                   double *absolute_mass,
-                                   double (*centre)[1],
-                                   double *second);
-
-/**
- * As `mollis_moments2_eval`, in one dimension and float.
- *
- * # Safety
- * The contract of this header.
- */
-mollis_status mollis_moments1_eval_f32(size_t n,
-                                       const float (*positions)[1],
-                                       const float *masses,
-                                       float *mass,
-                                       float *absolute_mass,
-                                       float (*centre)[1],
-                                       float *second);
-
-/**
- * As `mollis_moments2_eval`, in three dimensions.
- *
- * # Safety
- * The contract of this header.
- */
-mollis_status mollis_moments3_eval(size_t n,
-                                   const double (*positions)[3],
-                                   const double *masses,
-                                   double *mass,
-                                   double *absolute_mass,
-                                   double (*centre)[3],
-                                   double *second);
-
-/**
- * As `mollis_moments2_eval`, in three dimensions and float.
- *
- * # Safety
- * The contract of this header.
- */
-mollis_status mollis_moments3_eval_f32(size_t n,
-                                       const float (*positions)[3],
-                                       const float *masses,
-                                       float *mass,
-                                       float *absolute_mass,
-                                       float (*centre)[3],
-                                       float *second);
+mollis_status mollis_moments2(size_t n, const double (*positions)[2], const double *masses, double *mass, double *absolute_mass,
+    double (*centre)[2], double *second);
+mollis_status mollis_moments2_f32(size_t n, const float (*positions)[2], const float *masses, float *mass, float *absolute_mass,
+    float (*centre)[2], float *second);
+mollis_status mollis_moments1(size_t n, const double (*positions)[1], const double *masses, double *mass, double *absolute_mass,
+    double (*centre)[1], double *second);
+mollis_status mollis_moments1_f32(size_t n, const float (*positions)[1], const float *masses, float *mass, float *absolute_mass,
+    float (*centre)[1], float *second);
+mollis_status mollis_moments3(size_t n, const double (*positions)[3], const double *masses, double *mass, double *absolute_mass,
+    double (*centre)[3], double *second);
+mollis_status mollis_moments3_f32(size_t n, const float (*positions)[3], const float *masses, float *mass, float *absolute_mass,
+    float (*centre)[3], float *second);
 
 /**
  * Writes a time step with which the classical Runge-Kutta method is stable at this state of n particles in two dimensions: 2.785
@@ -1600,160 +923,42 @@ mollis_status mollis_moments3_eval_f32(size_t n,
  * Refused, with `step` as it was: MOLLIS_ERR_NOT_FINITE (a position, a mass, or the bound itself; a pair at one place, or whose distance,
  * or the kernel's second derivatives at it, are beyond the scalar's range, however small the masses), the codes of an unprepared kernel (see `mollis_kernel2_eval`), MOLLIS_ERR_NULL_POINTER,
  * MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_OVERLAP.
- *
- * # Safety
- * The contract of this header.
  */
-mollis_status mollis_stable_step2_eval(const void *kernel,
-                                       size_t kernel_bytes,
-                                       size_t n,
-                                       const double *masses,
-                                       const double (*positions)[2],
-                                       double *step);
-
-/**
- * As `mollis_stable_step2_eval`, in float.
- *
- * # Safety
- * The contract of this header.
- */
-mollis_status mollis_stable_step2_eval_f32(const void *kernel,
-                                           size_t kernel_bytes,
-                                           size_t n,
-                                           const float *masses,
-                                           const float (*positions)[2],
-                                           float *step);
-
-/**
- * As `mollis_stable_step2_eval`, in one dimension.
- *
- * # Safety
- * The contract of this header.
- */
-mollis_status mollis_stable_step1_eval(const void *kernel,
-                                       size_t kernel_bytes,
-                                       size_t n,
-                                       const double *masses,
-                                       const double (*positions)[1],
-                                       double *step);
-
-/**
- * As `mollis_stable_step2_eval`, in one dimension and float.
- *
- * # Safety
- * The contract of this header.
- */
-mollis_status mollis_stable_step1_eval_f32(const void *kernel,
-                                           size_t kernel_bytes,
-                                           size_t n,
-                                           const float *masses,
-                                           const float (*positions)[1],
-                                           float *step);
-
-/**
- * As `mollis_stable_step2_eval`, in three dimensions.
- *
- * # Safety
- * The contract of this header.
- */
-mollis_status mollis_stable_step3_eval(const void *kernel,
-                                       size_t kernel_bytes,
-                                       size_t n,
-                                       const double *masses,
-                                       const double (*positions)[3],
-                                       double *step);
-
-/**
- * As `mollis_stable_step2_eval`, in three dimensions and float.
- *
- * # Safety
- * The contract of this header.
- */
-mollis_status mollis_stable_step3_eval_f32(const void *kernel,
-                                           size_t kernel_bytes,
-                                           size_t n,
-                                           const float *masses,
-                                           const float (*positions)[3],
-                                           float *step);
+mollis_status mollis_stable_step2(const void *kernel, size_t kernel_bytes, size_t n, const double (*positions)[2],
+    const double *masses, double *step);
+mollis_status mollis_stable_step2_f32(const void *kernel, size_t kernel_bytes, size_t n, const float (*positions)[2],
+    const float *masses, float *step);
+mollis_status mollis_stable_step1(const void *kernel, size_t kernel_bytes, size_t n, const double (*positions)[1],
+    const double *masses, double *step);
+mollis_status mollis_stable_step1_f32(const void *kernel, size_t kernel_bytes, size_t n, const float (*positions)[1],
+    const float *masses, float *step);
+mollis_status mollis_stable_step3(const void *kernel, size_t kernel_bytes, size_t n, const double (*positions)[3],
+    const double *masses, double *step);
+mollis_status mollis_stable_step3_f32(const void *kernel, size_t kernel_bytes, size_t n, const float (*positions)[3],
+    const float *masses, float *step);
 
 /**
  * Writes a time step with which the Runge-Kutta method is stable at every state of this total |mass| in which no two
- * particles are farther apart than `diameter`, in two dimensions: shorter than `mollis_stable_step2_eval`'s, but good for a whole run.
+ * particles are farther apart than `diameter`, in two dimensions: shorter than `mollis_stable_step2`'s, but good for a whole run.
  *
  * Refused, with `step` as it was: MOLLIS_ERR_NOT_FINITE (an argument, or no such step: a kernel without a mollifier, unless each of its
  * terms is a power with p >= 2; a host's own kernel is not known to be one; or the kernel's second derivatives leave the scalar's range within
  * `diameter`, however small the mass),
  * MOLLIS_ERR_OUT_OF_DOMAIN (a negative argument), the codes of an unprepared kernel, MOLLIS_ERR_NULL_POINTER,
  * MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_OVERLAP.
- *
- * # Safety
- * The contract of this header.
  */
-mollis_status mollis_stable_step_anywhere2_eval(const void *kernel,
-                                                size_t kernel_bytes,
-                                                double absolute_mass,
-                                                double diameter,
-                                                double *step);
-
-/**
- * As `mollis_stable_step_anywhere2_eval`, in float.
- *
- * # Safety
- * The contract of this header.
- */
-mollis_status mollis_stable_step_anywhere2_eval_f32(const void *kernel,
-                                                    size_t kernel_bytes,
-                                                    float absolute_mass,
-                                                    float diameter,
-                                                    float *step);
-
-/**
- * As `mollis_stable_step_anywhere2_eval`, in one dimension.
- *
- * # Safety
- * The contract of this header.
- */
-mollis_status mollis_stable_step_anywhere1_eval(const void *kernel,
-                                                size_t kernel_bytes,
-                                                double absolute_mass,
-                                                double diameter,
-                                                double *step);
-
-/**
- * As `mollis_stable_step_anywhere2_eval`, in one dimension and float.
- *
- * # Safety
- * The contract of this header.
- */
-mollis_status mollis_stable_step_anywhere1_eval_f32(const void *kernel,
-                                                    size_t kernel_bytes,
-                                                    float absolute_mass,
-                                                    float diameter,
-                                                    float *step);
-
-/**
- * As `mollis_stable_step_anywhere2_eval`, in three dimensions.
- *
- * # Safety
- * The contract of this header.
- */
-mollis_status mollis_stable_step_anywhere3_eval(const void *kernel,
-                                                size_t kernel_bytes,
-                                                double absolute_mass,
-                                                double diameter,
-                                                double *step);
-
-/**
- * As `mollis_stable_step_anywhere2_eval`, in three dimensions and float.
- *
- * # Safety
- * The contract of this header.
- */
-mollis_status mollis_stable_step_anywhere3_eval_f32(const void *kernel,
-                                                    size_t kernel_bytes,
-                                                    float absolute_mass,
-                                                    float diameter,
-                                                    float *step);
+mollis_status mollis_stable_step2_anywhere(const void *kernel, size_t kernel_bytes, double absolute_mass, double diameter,
+    double *step);
+mollis_status mollis_stable_step2_anywhere_f32(const void *kernel, size_t kernel_bytes, float absolute_mass, float diameter,
+    float *step);
+mollis_status mollis_stable_step1_anywhere(const void *kernel, size_t kernel_bytes, double absolute_mass, double diameter,
+    double *step);
+mollis_status mollis_stable_step1_anywhere_f32(const void *kernel, size_t kernel_bytes, float absolute_mass, float diameter,
+    float *step);
+mollis_status mollis_stable_step3_anywhere(const void *kernel, size_t kernel_bytes, double absolute_mass, double diameter,
+    double *step);
+mollis_status mollis_stable_step3_anywhere_f32(const void *kernel, size_t kernel_bytes, float absolute_mass, float diameter,
+    float *step);
 
 /**
  * Writes the smallest overlap of n blobs in two dimensions: delta over the spacing (m/density)^(1/2), which is what the sum of blobs
@@ -1762,102 +967,62 @@ mollis_status mollis_stable_step_anywhere3_eval_f32(const void *kernel,
  *
  * Refused, with `smallest` as it was: MOLLIS_ERR_DELTA, MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_TOO_LARGE,
  * MOLLIS_ERR_OVERLAP.
- *
- * # Safety
- * The contract of this header.
  */
-mollis_status mollis_overlap2_eval(size_t n,
-                                   double delta,
-                                   const double *masses,
-                                   const double *densities,
-                                   double *smallest);
-
-/**
- * As `mollis_overlap2_eval`, in float.
- *
- * # Safety
- * The contract of this header.
- */
-mollis_status mollis_overlap2_eval_f32(size_t n,
-                                       float delta,
-                                       const float *masses,
-                                       const float *densities,
-                                       float *smallest);
-
-/**
- * As `mollis_overlap2_eval`, in one dimension.
- *
- * # Safety
- * The contract of this header.
- */
-mollis_status mollis_overlap1_eval(size_t n,
-                                   double delta,
-                                   const double *masses,
-                                   const double *densities,
-                                   double *smallest);
-
-/**
- * As `mollis_overlap2_eval`, in one dimension and float.
- *
- * # Safety
- * The contract of this header.
- */
-mollis_status mollis_overlap1_eval_f32(size_t n,
-                                       float delta,
-                                       const float *masses,
-                                       const float *densities,
-                                       float *smallest);
-
-/**
- * As `mollis_overlap2_eval`, in three dimensions.
- *
- * # Safety
- * The contract of this header.
- */
-mollis_status mollis_overlap3_eval(size_t n,
-                                   double delta,
-                                   const double *masses,
-                                   const double *densities,
-                                   double *smallest);
-
-/**
- * As `mollis_overlap2_eval`, in three dimensions and float.
- *
- * # Safety
- * The contract of this header.
- */
-mollis_status mollis_overlap3_eval_f32(size_t n,
-                                       float delta,
-                                       const float *masses,
-                                       const float *densities,
-                                       float *smallest);
+mollis_status mollis_overlap2(size_t n, double delta, const double *masses, const double *densities, double *smallest);
+mollis_status mollis_overlap2_f32(size_t n, float delta, const float *masses, const float *densities, float *smallest);
+mollis_status mollis_overlap1(size_t n, double delta, const double *masses, const double *densities, double *smallest);
+mollis_status mollis_overlap1_f32(size_t n, float delta, const float *masses, const float *densities, float *smallest);
+mollis_status mollis_overlap3(size_t n, double delta, const double *masses, const double *densities, double *smallest);
+mollis_status mollis_overlap3_f32(size_t n, float delta, const float *masses, const float *densities, float *smallest);
 
 /**
  * Bytes of workspace that mollis_field2_eval needs for the same arguments, wherever the workspace begins. Only counts, strides and which pointers are null are looked
  * at.
  */
-mollis_status mollis_field2_workspace_bytes(const void *kernel,
-                                            size_t kernel_bytes,
-                                            const struct mollis_sources2 *sources,
-                                            const struct mollis_targets2 *targets,
-                                            const struct mollis_outputs2 *outputs,
-                                            const struct mollis_field_options *options,
-                                            const struct mollis_run *run,
-                                            size_t *bytes);
+mollis_status mollis_field2_workspace_bytes(const void *kernel, size_t kernel_bytes, const struct mollis_sources2 *sources,
+    const struct mollis_targets2 *targets, const struct mollis_outputs2 *outputs, const struct mollis_field_options *options,
+    const struct mollis_run *run, size_t *bytes);
+mollis_status mollis_field2_workspace_bytes_f32(const void *kernel, size_t kernel_bytes,
+    const struct mollis_sources2_f32 *sources, const struct mollis_targets2_f32 *targets,
+    const struct mollis_outputs2_f32 *outputs, const struct mollis_field_options *options, const struct mollis_run *run,
+    size_t *bytes);
+mollis_status mollis_field1_workspace_bytes(const void *kernel, size_t kernel_bytes, const struct mollis_sources1 *sources,
+    const struct mollis_targets1 *targets, const struct mollis_outputs1 *outputs, const struct mollis_field_options *options,
+    const struct mollis_run *run, size_t *bytes);
+mollis_status mollis_field1_workspace_bytes_f32(const void *kernel, size_t kernel_bytes,
+    const struct mollis_sources1_f32 *sources, const struct mollis_targets1_f32 *targets,
+    const struct mollis_outputs1_f32 *outputs, const struct mollis_field_options *options, const struct mollis_run *run,
+    size_t *bytes);
+mollis_status mollis_field3_workspace_bytes(const void *kernel, size_t kernel_bytes, const struct mollis_sources3 *sources,
+    const struct mollis_targets3 *targets, const struct mollis_outputs3 *outputs, const struct mollis_field_options *options,
+    const struct mollis_run *run, size_t *bytes);
+mollis_status mollis_field3_workspace_bytes_f32(const void *kernel, size_t kernel_bytes,
+    const struct mollis_sources3_f32 *sources, const struct mollis_targets3_f32 *targets,
+    const struct mollis_outputs3_f32 *outputs, const struct mollis_field_options *options, const struct mollis_run *run,
+    size_t *bytes);
 
 /**
  * Writes a sentence that says which method will run, why, and what is skipped: at most `text_bytes` with the zero at its end. `length` (may be null): the whole
  * sentence's length, without the zero.
  */
-mollis_status mollis_field2_text(const void *kernel,
-                                 size_t kernel_bytes,
-                                 const struct mollis_sources2 *sources,
-                                 const struct mollis_targets2 *targets,
-                                 const struct mollis_outputs2 *outputs,
-                                 const struct mollis_field_options *options,
-                                 char *text,
-                                 size_t text_bytes,
-                                 size_t *length);
+mollis_status mollis_field2_text(const void *kernel, size_t kernel_bytes, const struct mollis_sources2 *sources,
+    const struct mollis_targets2 *targets, const struct mollis_outputs2 *outputs, const struct mollis_field_options *options,
+    char *text, size_t text_bytes, size_t *length);
+mollis_status mollis_field2_text_f32(const void *kernel, size_t kernel_bytes, const struct mollis_sources2_f32 *sources,
+    const struct mollis_targets2_f32 *targets, const struct mollis_outputs2_f32 *outputs,
+    const struct mollis_field_options *options, char *text, size_t text_bytes, size_t *length);
+mollis_status mollis_field1_text(const void *kernel, size_t kernel_bytes, const struct mollis_sources1 *sources,
+    const struct mollis_targets1 *targets, const struct mollis_outputs1 *outputs, const struct mollis_field_options *options,
+    char *text, size_t text_bytes, size_t *length);
+mollis_status mollis_field1_text_f32(const void *kernel, size_t kernel_bytes, const struct mollis_sources1_f32 *sources,
+    const struct mollis_targets1_f32 *targets, const struct mollis_outputs1_f32 *outputs,
+    const struct mollis_field_options *options, char *text, size_t text_bytes, size_t *length);
+mollis_status mollis_field3_text(const void *kernel, size_t kernel_bytes, const struct mollis_sources3 *sources,
+    const struct mollis_targets3 *targets, const struct mollis_outputs3 *outputs, const struct mollis_field_options *options,
+    char *text, size_t text_bytes, size_t *length);
+mollis_status mollis_field3_text_f32(const void *kernel, size_t kernel_bytes, const struct mollis_sources3_f32 *sources,
+    const struct mollis_targets3_f32 *targets, const struct mollis_outputs3_f32 *outputs,
+    const struct mollis_field_options *options, char *text, size_t text_bytes, size_t *length);
 
 /**
  * Sums over sources: u(x_i) = sum_j m_j K_delta(x_i - x_j) at every target, its gradient and its Laplacian.
@@ -1893,270 +1058,46 @@ mollis_status mollis_field2_text(const void *kernel,
  * MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_OVERLAP, MOLLIS_ERR_NOT_FINITE, MOLLIS_ERR_DELTA (a core radius that is not positive),
  * MOLLIS_ERR_UNSUPPORTED, MOLLIS_ERR_UNKNOWN_VALUE, MOLLIS_ERR_WORKSPACE_TOO_SMALL, MOLLIS_ERR_NOT_PREPARED and those of an unprepared kernel.
  */
-mollis_status mollis_field2_eval(const void *kernel,
-                                 size_t kernel_bytes,
-                                 const struct mollis_sources2 *sources,
-                                 const struct mollis_targets2 *targets,
-                                 const struct mollis_outputs2 *outputs,
-                                 const struct mollis_field_options *options,
-                                 const struct mollis_run *run,
-                                 void *workspace,
-                                 size_t workspace_bytes,
-                                 struct mollis_counters *counters);
+mollis_status mollis_field2_eval(const void *kernel, size_t kernel_bytes, const struct mollis_sources2 *sources,
+    const struct mollis_targets2 *targets, const struct mollis_outputs2 *outputs, const struct mollis_field_options *options,
+    const struct mollis_run *run, void *workspace, size_t workspace_bytes, struct mollis_field_counts *counters);
+mollis_status mollis_field2_eval_f32(const void *kernel, size_t kernel_bytes, const struct mollis_sources2_f32 *sources,
+    const struct mollis_targets2_f32 *targets, const struct mollis_outputs2_f32 *outputs,
+    const struct mollis_field_options *options, const struct mollis_run *run, void *workspace, size_t workspace_bytes,
+    struct mollis_field_counts *counters);
+mollis_status mollis_field1_eval(const void *kernel, size_t kernel_bytes, const struct mollis_sources1 *sources,
+    const struct mollis_targets1 *targets, const struct mollis_outputs1 *outputs, const struct mollis_field_options *options,
+    const struct mollis_run *run, void *workspace, size_t workspace_bytes, struct mollis_field_counts *counters);
+mollis_status mollis_field1_eval_f32(const void *kernel, size_t kernel_bytes, const struct mollis_sources1_f32 *sources,
+    const struct mollis_targets1_f32 *targets, const struct mollis_outputs1_f32 *outputs,
+    const struct mollis_field_options *options, const struct mollis_run *run, void *workspace, size_t workspace_bytes,
+    struct mollis_field_counts *counters);
+mollis_status mollis_field3_eval(const void *kernel, size_t kernel_bytes, const struct mollis_sources3 *sources,
+    const struct mollis_targets3 *targets, const struct mollis_outputs3 *outputs, const struct mollis_field_options *options,
+    const struct mollis_run *run, void *workspace, size_t workspace_bytes, struct mollis_field_counts *counters);
+mollis_status mollis_field3_eval_f32(const void *kernel, size_t kernel_bytes, const struct mollis_sources3_f32 *sources,
+    const struct mollis_targets3_f32 *targets, const struct mollis_outputs3_f32 *outputs,
+    const struct mollis_field_options *options, const struct mollis_run *run, void *workspace, size_t workspace_bytes,
+    struct mollis_field_counts *counters);
 
 /**
- * As mollis_field2_workspace_bytes, in the plane, single precision.
- */
-mollis_status mollis_field2_workspace_bytes_f32(const void *kernel,
-                                                size_t kernel_bytes,
-                                                const struct mollis_sources2_f32 *sources,
-                                                const struct mollis_targets2_f32 *targets,
-                                                const struct mollis_outputs2_f32 *outputs,
-                                                const struct mollis_field_options *options,
-                                                const struct mollis_run *run,
-                                                size_t *bytes);
-
-/**
- * As mollis_field2_text, in the plane, single precision.
- */
-mollis_status mollis_field2_text_f32(const void *kernel,
-                                     size_t kernel_bytes,
-                                     const struct mollis_sources2_f32 *sources,
-                                     const struct mollis_targets2_f32 *targets,
-                                     const struct mollis_outputs2_f32 *outputs,
-                                     const struct mollis_field_options *options,
-                                     char *text,
-                                     size_t text_bytes,
-                                     size_t *length);
-
-/**
- * As mollis_field2_eval, in the plane, single precision.
- */
-mollis_status mollis_field2_eval_f32(const void *kernel,
-                                     size_t kernel_bytes,
-                                     const struct mollis_sources2_f32 *sources,
-                                     const struct mollis_targets2_f32 *targets,
-                                     const struct mollis_outputs2_f32 *outputs,
-                                     const struct mollis_field_options *options,
-                                     const struct mollis_run *run,
-                                     void *workspace,
-                                     size_t workspace_bytes,
-                                     struct mollis_counters *counters);
-
-/**
- * As mollis_field2_workspace_bytes, in one dimension.
- */
-mollis_status mollis_field1_workspace_bytes(const void *kernel,
-                                            size_t kernel_bytes,
-                                            const struct mollis_sources1 *sources,
-                                            const struct mollis_targets1 *targets,
-                                            const struct mollis_outputs1 *outputs,
-                                            const struct mollis_field_options *options,
-                                            const struct mollis_run *run,
-                                            size_t *bytes);
-
-/**
- * As mollis_field2_text, in one dimension.
- */
-mollis_status mollis_field1_text(const void *kernel,
-                                 size_t kernel_bytes,
-                                 const struct mollis_sources1 *sources,
-                                 const struct mollis_targets1 *targets,
-                                 const struct mollis_outputs1 *outputs,
-                                 const struct mollis_field_options *options,
-                                 char *text,
-                                 size_t text_bytes,
-                                 size_t *length);
-
-/**
- * As mollis_field2_eval, in one dimension.
- */
-mollis_status mollis_field1_eval(const void *kernel,
-                                 size_t kernel_bytes,
-                                 const struct mollis_sources1 *sources,
-                                 const struct mollis_targets1 *targets,
-                                 const struct mollis_outputs1 *outputs,
-                                 const struct mollis_field_options *options,
-                                 const struct mollis_run *run,
-                                 void *workspace,
-                                 size_t workspace_bytes,
-                                 struct mollis_counters *counters);
-
-/**
- * As mollis_field2_workspace_bytes, in one dimension, single precision.
- */
-mollis_status mollis_field1_workspace_bytes_f32(const void *kernel,
-                                                size_t kernel_bytes,
-                                                const struct mollis_sources1_f32 *sources,
-                                                const struct mollis_targets1_f32 *targets,
-                                                const struct mollis_outputs1_f32 *outputs,
-                                                const struct mollis_field_options *options,
-                                                const struct mollis_run *run,
-                                                size_t *bytes);
-
-/**
- * As mollis_field2_text, in one dimension, single precision.
- */
-mollis_status mollis_field1_text_f32(const void *kernel,
-                                     size_t kernel_bytes,
-                                     const struct mollis_sources1_f32 *sources,
-                                     const struct mollis_targets1_f32 *targets,
-                                     const struct mollis_outputs1_f32 *outputs,
-                                     const struct mollis_field_options *options,
-                                     char *text,
-                                     size_t text_bytes,
-                                     size_t *length);
-
-/**
- * As mollis_field2_eval, in one dimension, single precision.
- */
-mollis_status mollis_field1_eval_f32(const void *kernel,
-                                     size_t kernel_bytes,
-                                     const struct mollis_sources1_f32 *sources,
-                                     const struct mollis_targets1_f32 *targets,
-                                     const struct mollis_outputs1_f32 *outputs,
-                                     const struct mollis_field_options *options,
-                                     const struct mollis_run *run,
-                                     void *workspace,
-                                     size_t workspace_bytes,
-                                     struct mollis_counters *counters);
-
-/**
- * As mollis_field2_workspace_bytes, in space.
- */
-mollis_status mollis_field3_workspace_bytes(const void *kernel,
-                                            size_t kernel_bytes,
-                                            const struct mollis_sources3 *sources,
-                                            const struct mollis_targets3 *targets,
-                                            const struct mollis_outputs3 *outputs,
-                                            const struct mollis_field_options *options,
-                                            const struct mollis_run *run,
-                                            size_t *bytes);
-
-/**
- * As mollis_field2_text, in space.
- */
-mollis_status mollis_field3_text(const void *kernel,
-                                 size_t kernel_bytes,
-                                 const struct mollis_sources3 *sources,
-                                 const struct mollis_targets3 *targets,
-                                 const struct mollis_outputs3 *outputs,
-                                 const struct mollis_field_options *options,
-                                 char *text,
-                                 size_t text_bytes,
-                                 size_t *length);
-
-/**
- * As mollis_field2_eval, in space.
- */
-mollis_status mollis_field3_eval(const void *kernel,
-                                 size_t kernel_bytes,
-                                 const struct mollis_sources3 *sources,
-                                 const struct mollis_targets3 *targets,
-                                 const struct mollis_outputs3 *outputs,
-                                 const struct mollis_field_options *options,
-                                 const struct mollis_run *run,
-                                 void *workspace,
-                                 size_t workspace_bytes,
-                                 struct mollis_counters *counters);
-
-/**
- * As mollis_field2_workspace_bytes, in space, single precision.
- */
-mollis_status mollis_field3_workspace_bytes_f32(const void *kernel,
-                                                size_t kernel_bytes,
-                                                const struct mollis_sources3_f32 *sources,
-                                                const struct mollis_targets3_f32 *targets,
-                                                const struct mollis_outputs3_f32 *outputs,
-                                                const struct mollis_field_options *options,
-                                                const struct mollis_run *run,
-                                                size_t *bytes);
-
-/**
- * As mollis_field2_text, in space, single precision.
- */
-mollis_status mollis_field3_text_f32(const void *kernel,
-                                     size_t kernel_bytes,
-                                     const struct mollis_sources3_f32 *sources,
-                                     const struct mollis_targets3_f32 *targets,
-                                     const struct mollis_outputs3_f32 *outputs,
-                                     const struct mollis_field_options *options,
-                                     char *text,
-                                     size_t text_bytes,
-                                     size_t *length);
-
-/**
- * As mollis_field2_eval, in space, single precision.
- */
-mollis_status mollis_field3_eval_f32(const void *kernel,
-                                     size_t kernel_bytes,
-                                     const struct mollis_sources3_f32 *sources,
-                                     const struct mollis_targets3_f32 *targets,
-                                     const struct mollis_outputs3_f32 *outputs,
-                                     const struct mollis_field_options *options,
-                                     const struct mollis_run *run,
-                                     void *workspace,
-                                     size_t workspace_bytes,
-                                     struct mollis_counters *counters);
-
-/**
- * Fills `options` with the defaults. `size` is `sizeof *options`.
- *
- * # Safety
- * The contract of this header.
- */
-mollis_status mollis_field_options_init(struct mollis_field_options *options, size_t size);
-
-/**
- * Writes the index of the first of n elements of `each` numbers (n points in D dimensions: `each` is D) that holds one that is not finite, or
- * `MOLLIS_NONE_BAD`: which element a function meant that returned `MOLLIS_ERR_NOT_FINITE` and takes no `mollis_run` to tell it.
- *
- * Refused, with `first` as it was: MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_OVERLAP.
- *
- * # Safety
- * The contract of this header.
- */
-mollis_status mollis_first_bad_eval(size_t n,
-                                    size_t each,
-                                    const double *values,
-                                    uint64_t *first);
-
-/**
- * As `mollis_first_bad_eval`, in float.
- *
- * # Safety
- * The contract of this header.
- */
-mollis_status mollis_first_bad_eval_f32(size_t n, size_t each, const float *values, uint64_t *first);
-
-/**
- * Fills `options` with the defaults. `size` is `sizeof *options`.
- */
-mollis_status mollis_grid2_options_init(struct mollis_grid2_options *options, size_t size);
-
-/**
- * The exact size of the workspace that mollis_grid2_eval needs for this mesh and these options, with this run's executor.
+ * Bytes of workspace that mollis_grid2_eval needs for the same arguments, wherever it begins, with this run's executor. Of the arrays only counts, strides and which
+ * pointers are null are looked at.
  *
  * Refused: MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_NOT_FINITE, MOLLIS_ERR_OUT_OF_DOMAIN (an empty rectangle, fewer than 2 cells, a corner beyond
  * 2^-13 of the scalar's largest number, a mesh width below its normal range, cells more than 2^40 times as long as wide),
  * MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_UNKNOWN_VALUE (walls, order), MOLLIS_ERR_KERNEL_PARAMETER (screening), MOLLIS_ERR_UNSUPPORTED (second
  * moments with screening; order 4 with long or coarse cells), MOLLIS_ERR_OPTIONS_SIZE, MOLLIS_ERR_NOT_INITIALISED.
  */
-mollis_status mollis_grid2_workspace_bytes(const struct mollis_mesh2 *mesh,
-                                           const struct mollis_grid2_options *options,
-                                           const struct mollis_run *run,
-                                           size_t *bytes);
+mollis_status mollis_grid2_workspace_bytes(const struct mollis_mesh2 *mesh, const struct mollis_sources2 *sources,
+    const struct mollis_targets2 *targets, const struct mollis_grid2_outputs *outputs, const struct mollis_grid2_options *options,
+    const struct mollis_run *run, size_t *bytes);
+mollis_status mollis_grid2_workspace_bytes_f32(const struct mollis_mesh2 *mesh, const struct mollis_sources2_f32 *sources,
+    const struct mollis_targets2_f32 *targets, const struct mollis_grid2_outputs_f32 *outputs,
+    const struct mollis_grid2_options *options, const struct mollis_run *run, size_t *bytes);
 
 /**
- * As mollis_grid2_workspace_bytes, for mollis_grid2_eval_f32.
- */
-mollis_status mollis_grid2_workspace_bytes_f32(const struct mollis_mesh2 *mesh,
-                                               const struct mollis_grid2_options *options,
-                                               const struct mollis_run *run,
-                                               size_t *bytes);
-
-/**
- * The field of n_sources masses (any sign) on a mesh: u = sum_j masses[j] V(x - sources[j]), V = log r / (2 pi), or -K0(k r) / (2 pi) with
+ * The field of masses of any sign on a mesh: u(x) = sum_j masses[j] V(x - x_j), V = log r / (2 pi), or -K0(k r) / (2 pi) with
  * screening k. Cloud-in-cell deposit in 64-bit fixed point, the five-point scheme solved exactly, bilinear interpolation of its centred
  * differences (Zhelezov & Fatkullin, (3.6) to (3.10), whose c is -u); or the scheme of fourth order, see mollis_grid2_options.
  *
@@ -2167,58 +1108,19 @@ mollis_status mollis_grid2_workspace_bytes_f32(const struct mollis_mesh2 *mesh,
  * Range: the sum of |masses| over a cell's width, and over the distance of a target outside, has to be in range; where it is not, gradients are infinite
  * or NaN.
  *
- * | output            | shape        |                                                                                  |
- * |-------------------|--------------|----------------------------------------------------------------------------------|
- * | gradient          | n_targets, 2 | grad u at the targets; outside the mesh that of all mass at its centre            |
- * | node_mass         | nodes        | the mass at each node                                                            |
- * | node_potential    | nodes        | u at the nodes; with order 4 sharpened for interpolation                          |
- * | node_gradient     | nodes, 2     | its differences                                                                  |
- * | total             | 3            | total mass and its centre                                                        |
- * | outside           | 1            | sources outside the mesh (on its border they are inside); they act through the total mass only |
- *
- * Each output is overwritten, null is "not wanted"; what no output needs is not computed. The bits do not depend on the order of the
+ * What no output needs is not computed. Sources have masses alone (MOLLIS_ERR_UNSUPPORTED: core radii, vector strengths); null targets are the sources. The bits do not depend on the order of the
  * sources, on the executor or on the level. The workspace is scratch, of mollis_grid2_workspace_bytes.
  *
  * Refused, with nothing written: the errors of mollis_grid2_workspace_bytes, MOLLIS_ERR_WORKSPACE_TOO_SMALL, MOLLIS_ERR_MISALIGNED,
  * MOLLIS_ERR_OVERLAP, MOLLIS_ERR_NOT_FINITE (run->first_bad: sources, then targets). MOLLIS_ERR_STOPPED, MOLLIS_ERR_EXECUTOR, the executor's
  * own: outputs are then undefined.
  */
-mollis_status mollis_grid2_eval(const struct mollis_mesh2 *mesh,
-                                const struct mollis_grid2_options *options,
-                                size_t n_sources,
-                                const double (*sources)[2],
-                                const double *masses,
-                                size_t n_targets,
-                                const double (*targets)[2],
-                                double (*gradient)[2],
-                                double *node_mass,
-                                double *node_potential,
-                                double (*node_gradient)[2],
-                                double (*total)[3],
-                                uint64_t *outside,
-                                void *workspace,
-                                size_t bytes,
-                                const struct mollis_run *run);
-
-/**
- * As mollis_grid2_eval, in single precision.
- */
-mollis_status mollis_grid2_eval_f32(const struct mollis_mesh2 *mesh,
-                                    const struct mollis_grid2_options *options,
-                                    size_t n_sources,
-                                    const float (*sources)[2],
-                                    const float *masses,
-                                    size_t n_targets,
-                                    const float (*targets)[2],
-                                    float (*gradient)[2],
-                                    float *node_mass,
-                                    float *node_potential,
-                                    float (*node_gradient)[2],
-                                    float (*total)[3],
-                                    uint64_t *outside,
-                                    void *workspace,
-                                    size_t bytes,
-                                    const struct mollis_run *run);
+mollis_status mollis_grid2_eval(const struct mollis_mesh2 *mesh, const struct mollis_sources2 *sources,
+    const struct mollis_targets2 *targets, const struct mollis_grid2_outputs *outputs, const struct mollis_grid2_options *options,
+    const struct mollis_run *run, void *workspace, size_t workspace_bytes);
+mollis_status mollis_grid2_eval_f32(const struct mollis_mesh2 *mesh, const struct mollis_sources2_f32 *sources,
+    const struct mollis_targets2_f32 *targets, const struct mollis_grid2_outputs_f32 *outputs,
+    const struct mollis_grid2_options *options, const struct mollis_run *run, void *workspace, size_t workspace_bytes);
 
 /**
  * Writes the exact size in bytes of a prepared kernel in two dimensions: the sum of n_terms terms (at most
@@ -2228,11 +1130,18 @@ mollis_status mollis_grid2_eval_f32(const struct mollis_mesh2 *mesh,
  * MOLLIS_ERR_UNKNOWN_VALUE, MOLLIS_ERR_ORDER, MOLLIS_ERR_EXPONENT, MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_MISALIGNED,
  * MOLLIS_ERR_OVERLAP.
  */
-mollis_status mollis_kernel2_workspace_bytes(const struct mollis_kernel_term *terms,
-                                             size_t n_terms,
-                                             const struct mollis_radial_kernel *own,
-                                             struct mollis_mollifier mollifier,
-                                             size_t *bytes);
+mollis_status mollis_kernel2_bytes(const struct mollis_kernel_term *terms, size_t n_terms, const struct mollis_radial_kernel *own,
+    struct mollis_mollifier mollifier, size_t *bytes);
+mollis_status mollis_kernel2_bytes_f32(const struct mollis_kernel_term *terms, size_t n_terms,
+    const struct mollis_radial_kernel *own, struct mollis_mollifier mollifier, size_t *bytes);
+mollis_status mollis_kernel1_bytes(const struct mollis_kernel_term *terms, size_t n_terms, const struct mollis_radial_kernel *own,
+    struct mollis_mollifier mollifier, size_t *bytes);
+mollis_status mollis_kernel1_bytes_f32(const struct mollis_kernel_term *terms, size_t n_terms,
+    const struct mollis_radial_kernel *own, struct mollis_mollifier mollifier, size_t *bytes);
+mollis_status mollis_kernel3_bytes(const struct mollis_kernel_term *terms, size_t n_terms, const struct mollis_radial_kernel *own,
+    struct mollis_mollifier mollifier, size_t *bytes);
+mollis_status mollis_kernel3_bytes_f32(const struct mollis_kernel_term *terms, size_t n_terms,
+    const struct mollis_radial_kernel *own, struct mollis_mollifier mollifier, size_t *bytes);
 
 /**
  * Prepares the sum of n_terms terms and, if not null, a host's own kernel, mollified over the length delta, in two dimensions.
@@ -2248,13 +1157,18 @@ mollis_status mollis_kernel2_workspace_bytes(const struct mollis_kernel_term *te
  * distances of about delta, without a mollifier of about its length), MOLLIS_ERR_NOT_FINITE (the own kernel returned such a value), or the status
  * that the own kernel returned. After an error the block is not prepared, unless it was before and the size query or MOLLIS_ERR_DELTA refused.
  */
-mollis_status mollis_kernel2_prepare(void *kernel,
-                                     size_t bytes,
-                                     const struct mollis_kernel_term *terms,
-                                     size_t n_terms,
-                                     const struct mollis_radial_kernel *own,
-                                     struct mollis_mollifier mollifier,
-                                     double delta);
+mollis_status mollis_kernel2_prepare(void *kernel, size_t bytes, const struct mollis_kernel_term *terms, size_t n_terms,
+    const struct mollis_radial_kernel *own, struct mollis_mollifier mollifier, double delta);
+mollis_status mollis_kernel2_prepare_f32(void *kernel, size_t bytes, const struct mollis_kernel_term *terms, size_t n_terms,
+    const struct mollis_radial_kernel *own, struct mollis_mollifier mollifier, float delta);
+mollis_status mollis_kernel1_prepare(void *kernel, size_t bytes, const struct mollis_kernel_term *terms, size_t n_terms,
+    const struct mollis_radial_kernel *own, struct mollis_mollifier mollifier, double delta);
+mollis_status mollis_kernel1_prepare_f32(void *kernel, size_t bytes, const struct mollis_kernel_term *terms, size_t n_terms,
+    const struct mollis_radial_kernel *own, struct mollis_mollifier mollifier, float delta);
+mollis_status mollis_kernel3_prepare(void *kernel, size_t bytes, const struct mollis_kernel_term *terms, size_t n_terms,
+    const struct mollis_radial_kernel *own, struct mollis_mollifier mollifier, double delta);
+mollis_status mollis_kernel3_prepare_f32(void *kernel, size_t bytes, const struct mollis_kernel_term *terms, size_t n_terms,
+    const struct mollis_radial_kernel *own, struct mollis_mollifier mollifier, float delta);
 
 /**
  * Writes K_delta(r), K_delta'(r)/r and the Laplacian of K_delta at n distances (their magnitudes), of a kernel prepared in
@@ -2272,358 +1186,18 @@ mollis_status mollis_kernel2_prepare(void *kernel,
  * MOLLIS_ERR_WRONG_BYTE_ORDER, MOLLIS_ERR_WORKSPACE_TOO_SMALL, MOLLIS_ERR_NOT_FINITE (some r), MOLLIS_ERR_NULL_POINTER,
  * MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_OVERLAP.
  */
-mollis_status mollis_kernel2_eval(const void *kernel,
-                                  size_t bytes,
-                                  size_t n,
-                                  const double *r,
-                                  double *value,
-                                  double *gradient_factor,
-                                  double *laplacian);
-
-/**
- * As `mollis_kernel2_workspace_bytes`, in two dimensions and single precision.
- */
-mollis_status mollis_kernel2_workspace_bytes_f32(const struct mollis_kernel_term *terms,
-                                                 size_t n_terms,
-                                                 const struct mollis_radial_kernel *own,
-                                                 struct mollis_mollifier mollifier,
-                                                 size_t *bytes);
-
-/**
- * As `mollis_kernel2_prepare`, in two dimensions and single precision.
- */
-mollis_status mollis_kernel2_prepare_f32(void *kernel,
-                                         size_t bytes,
-                                         const struct mollis_kernel_term *terms,
-                                         size_t n_terms,
-                                         const struct mollis_radial_kernel *own,
-                                         struct mollis_mollifier mollifier,
-                                         float delta);
-
-/**
- * As `mollis_kernel2_eval`, in two dimensions and single precision.
- */
-mollis_status mollis_kernel2_eval_f32(const void *kernel,
-                                      size_t bytes,
-                                      size_t n,
-                                      const float *r,
-                                      float *value,
-                                      float *gradient_factor,
-                                      float *laplacian);
-
-/**
- * As `mollis_kernel2_workspace_bytes`, in one dimension.
- */
-mollis_status mollis_kernel1_workspace_bytes(const struct mollis_kernel_term *terms,
-                                             size_t n_terms,
-                                             const struct mollis_radial_kernel *own,
-                                             struct mollis_mollifier mollifier,
-                                             size_t *bytes);
-
-/**
- * As `mollis_kernel2_prepare`, in one dimension.
- */
-mollis_status mollis_kernel1_prepare(void *kernel,
-                                     size_t bytes,
-                                     const struct mollis_kernel_term *terms,
-                                     size_t n_terms,
-                                     const struct mollis_radial_kernel *own,
-                                     struct mollis_mollifier mollifier,
-                                     double delta);
-
-/**
- * As `mollis_kernel2_eval`, in one dimension.
- */
-mollis_status mollis_kernel1_eval(const void *kernel,
-                                  size_t bytes,
-                                  size_t n,
-                                  const double *r,
-                                  double *value,
-                                  double *gradient_factor,
-                                  double *laplacian);
-
-/**
- * As `mollis_kernel2_workspace_bytes`, in one dimension and single precision.
- */
-mollis_status mollis_kernel1_workspace_bytes_f32(const struct mollis_kernel_term *terms,
-                                                 size_t n_terms,
-                                                 const struct mollis_radial_kernel *own,
-                                                 struct mollis_mollifier mollifier,
-                                                 size_t *bytes);
-
-/**
- * As `mollis_kernel2_prepare`, in one dimension and single precision.
- */
-mollis_status mollis_kernel1_prepare_f32(void *kernel,
-                                         size_t bytes,
-                                         const struct mollis_kernel_term *terms,
-                                         size_t n_terms,
-                                         const struct mollis_radial_kernel *own,
-                                         struct mollis_mollifier mollifier,
-                                         float delta);
-
-/**
- * As `mollis_kernel2_eval`, in one dimension and single precision.
- */
-mollis_status mollis_kernel1_eval_f32(const void *kernel,
-                                      size_t bytes,
-                                      size_t n,
-                                      const float *r,
-                                      float *value,
-                                      float *gradient_factor,
-                                      float *laplacian);
-
-/**
- * As `mollis_kernel2_workspace_bytes`, in three dimensions.
- */
-mollis_status mollis_kernel3_workspace_bytes(const struct mollis_kernel_term *terms,
-                                             size_t n_terms,
-                                             const struct mollis_radial_kernel *own,
-                                             struct mollis_mollifier mollifier,
-                                             size_t *bytes);
-
-/**
- * As `mollis_kernel2_prepare`, in three dimensions.
- */
-mollis_status mollis_kernel3_prepare(void *kernel,
-                                     size_t bytes,
-                                     const struct mollis_kernel_term *terms,
-                                     size_t n_terms,
-                                     const struct mollis_radial_kernel *own,
-                                     struct mollis_mollifier mollifier,
-                                     double delta);
-
-/**
- * As `mollis_kernel2_eval`, in three dimensions.
- */
-mollis_status mollis_kernel3_eval(const void *kernel,
-                                  size_t bytes,
-                                  size_t n,
-                                  const double *r,
-                                  double *value,
-                                  double *gradient_factor,
-                                  double *laplacian);
-
-/**
- * As `mollis_kernel2_workspace_bytes`, in three dimensions and single precision.
- */
-mollis_status mollis_kernel3_workspace_bytes_f32(const struct mollis_kernel_term *terms,
-                                                 size_t n_terms,
-                                                 const struct mollis_radial_kernel *own,
-                                                 struct mollis_mollifier mollifier,
-                                                 size_t *bytes);
-
-/**
- * As `mollis_kernel2_prepare`, in three dimensions and single precision.
- */
-mollis_status mollis_kernel3_prepare_f32(void *kernel,
-                                         size_t bytes,
-                                         const struct mollis_kernel_term *terms,
-                                         size_t n_terms,
-                                         const struct mollis_radial_kernel *own,
-                                         struct mollis_mollifier mollifier,
-                                         float delta);
-
-/**
- * As `mollis_kernel2_eval`, in three dimensions and single precision.
- */
-mollis_status mollis_kernel3_eval_f32(const void *kernel,
-                                      size_t bytes,
-                                      size_t n,
-                                      const float *r,
-                                      float *value,
-                                      float *gradient_factor,
-                                      float *laplacian);
-
-/**
- * A Richardson combination in two dimensions (Anderson (8) to (10)): the sum over j of weight[j] B_gamma, gamma = radii[j], of one
- * mollifier at lengths radii[j] * delta, 1 to 4 different radii in (0, 1]. Of order p + 2 (n_radii - 1) for a mollifier of order p.
- *
- * weights[n_radii] is written if not null; the functions of n distances r[n] are those of mollis_mollifier2_eval.
- *
- * Errors are below 1 ulp where the parts do not cancel, for lengths radii[j] * delta as they are rounded to the scalar. (The rounding of
- * that product moves each part by up to half an ulp of its length; it is exact for powers of two.)
- *
- * Refused as there; also MOLLIS_ERR_LENGTH_MISMATCH (no radius or more than 4), MOLLIS_ERR_OUT_OF_DOMAIN (a radius outside (0, 1] or
- * two equal ones), MOLLIS_ERR_UNSUPPORTED (no mollifier).
- */
-mollis_status mollis_richardson2_eval(struct mollis_mollifier mollifier,
-                                      double delta,
-                                      size_t n_radii,
-                                      const double *radii,
-                                      double *weights,
-                                      size_t n,
-                                      const double *r,
-                                      double *density,
-                                      double *density_slope,
-                                      double *potential,
-                                      double *gradient_factor,
-                                      double *hessian_factor,
-                                      double *enclosed_mass);
-
-/**
- * As mollis_richardson2_eval, in single precision.
- */
-mollis_status mollis_richardson2_eval_f32(struct mollis_mollifier mollifier,
-                                          float delta,
-                                          size_t n_radii,
-                                          const float *radii,
-                                          float *weights,
-                                          size_t n,
-                                          const float *r,
-                                          float *density,
-                                          float *density_slope,
-                                          float *potential,
-                                          float *gradient_factor,
-                                          float *hessian_factor,
-                                          float *enclosed_mass);
-
-/**
- * As mollis_richardson2_eval, in one dimension.
- */
-mollis_status mollis_richardson1_eval(struct mollis_mollifier mollifier,
-                                      double delta,
-                                      size_t n_radii,
-                                      const double *radii,
-                                      double *weights,
-                                      size_t n,
-                                      const double *r,
-                                      double *density,
-                                      double *density_slope,
-                                      double *potential,
-                                      double *gradient_factor,
-                                      double *hessian_factor,
-                                      double *enclosed_mass);
-
-/**
- * As mollis_richardson2_eval, in one dimension, single precision.
- */
-mollis_status mollis_richardson1_eval_f32(struct mollis_mollifier mollifier,
-                                          float delta,
-                                          size_t n_radii,
-                                          const float *radii,
-                                          float *weights,
-                                          size_t n,
-                                          const float *r,
-                                          float *density,
-                                          float *density_slope,
-                                          float *potential,
-                                          float *gradient_factor,
-                                          float *hessian_factor,
-                                          float *enclosed_mass);
-
-/**
- * As mollis_richardson2_eval, in three dimensions.
- */
-mollis_status mollis_richardson3_eval(struct mollis_mollifier mollifier,
-                                      double delta,
-                                      size_t n_radii,
-                                      const double *radii,
-                                      double *weights,
-                                      size_t n,
-                                      const double *r,
-                                      double *density,
-                                      double *density_slope,
-                                      double *potential,
-                                      double *gradient_factor,
-                                      double *hessian_factor,
-                                      double *enclosed_mass);
-
-/**
- * As mollis_richardson2_eval, in three dimensions, single precision.
- */
-mollis_status mollis_richardson3_eval_f32(struct mollis_mollifier mollifier,
-                                          float delta,
-                                          size_t n_radii,
-                                          const float *radii,
-                                          float *weights,
-                                          size_t n,
-                                          const float *r,
-                                          float *density,
-                                          float *density_slope,
-                                          float *potential,
-                                          float *gradient_factor,
-                                          float *hessian_factor,
-                                          float *enclosed_mass);
-
-/**
- * A mollifier's Newtonian field about a particle of unit mass at the origin, at n points x[n][2] of the plane: density[n],
- * potential[n], gradient[n][2], hessian[n][2][2] (symmetric, its trace the density), overwritten; null ones are not computed.
- *
- * Of compact mollifiers values are within 1 ulp, but for the density at points closer to the edge of the support than rounding of
- * x can tell. Gaussians are evaluated plainly, in tens of nanoseconds (their Hessian in tens of microseconds): to a few ulp, the
- * density of its maximum, the potential in 2D of 1 + |log delta|. Without a mollifier everything is 0 at x = 0.
- *
- * Refused as mollis_mollifier2_eval does; MOLLIS_ERR_NOT_FINITE for any coordinate.
- */
-mollis_status mollis_mollifier_field2_eval(struct mollis_mollifier mollifier,
-                                           double delta,
-                                           size_t n,
-                                           const double (*x)[2],
-                                           double *density,
-                                           double *potential,
-                                           double (*gradient)[2],
-                                           double (*hessian)[2][2]);
-
-/**
- * As mollis_mollifier_field2_eval, in single precision: x[n][2].
- */
-mollis_status mollis_mollifier_field2_eval_f32(struct mollis_mollifier mollifier,
-                                               float delta,
-                                               size_t n,
-                                               const float (*x)[2],
-                                               float *density,
-                                               float *potential,
-                                               float (*gradient)[2],
-                                               float (*hessian)[2][2]);
-
-/**
- * As mollis_mollifier_field2_eval, in one dimension: x[n][1].
- */
-mollis_status mollis_mollifier_field1_eval(struct mollis_mollifier mollifier,
-                                           double delta,
-                                           size_t n,
-                                           const double (*x)[1],
-                                           double *density,
-                                           double *potential,
-                                           double (*gradient)[1],
-                                           double (*hessian)[1][1]);
-
-/**
- * As mollis_mollifier_field2_eval, in one dimension, single precision: x[n][1].
- */
-mollis_status mollis_mollifier_field1_eval_f32(struct mollis_mollifier mollifier,
-                                               float delta,
-                                               size_t n,
-                                               const float (*x)[1],
-                                               float *density,
-                                               float *potential,
-                                               float (*gradient)[1],
-                                               float (*hessian)[1][1]);
-
-/**
- * As mollis_mollifier_field2_eval, in three dimensions: x[n][3].
- */
-mollis_status mollis_mollifier_field3_eval(struct mollis_mollifier mollifier,
-                                           double delta,
-                                           size_t n,
-                                           const double (*x)[3],
-                                           double *density,
-                                           double *potential,
-                                           double (*gradient)[3],
-                                           double (*hessian)[3][3]);
-
-/**
- * As mollis_mollifier_field2_eval, in three dimensions, single precision: x[n][3].
- */
-mollis_status mollis_mollifier_field3_eval_f32(struct mollis_mollifier mollifier,
-                                               float delta,
-                                               size_t n,
-                                               const float (*x)[3],
-                                               float *density,
-                                               float *potential,
-                                               float (*gradient)[3],
-                                               float (*hessian)[3][3]);
+mollis_status mollis_kernel2_eval(const void *kernel, size_t bytes, size_t n, const double *r, double *value,
+    double *gradient_factor, double *laplacian);
+mollis_status mollis_kernel2_eval_f32(const void *kernel, size_t bytes, size_t n, const float *r, float *value,
+    float *gradient_factor, float *laplacian);
+mollis_status mollis_kernel1_eval(const void *kernel, size_t bytes, size_t n, const double *r, double *value,
+    double *gradient_factor, double *laplacian);
+mollis_status mollis_kernel1_eval_f32(const void *kernel, size_t bytes, size_t n, const float *r, float *value,
+    float *gradient_factor, float *laplacian);
+mollis_status mollis_kernel3_eval(const void *kernel, size_t bytes, size_t n, const double *r, double *value,
+    double *gradient_factor, double *laplacian);
+mollis_status mollis_kernel3_eval_f32(const void *kernel, size_t bytes, size_t n, const float *r, float *value,
+    float *gradient_factor, float *laplacian);
 
 /**
  * A mollifier and its Newtonian field in two dimensions, as functions of n distances r[n] (their magnitudes).
@@ -2640,86 +1214,18 @@ mollis_status mollis_mollifier_field3_eval_f32(struct mollis_mollifier mollifier
  * MOLLIS_ERR_NOT_FINITE (some r), MOLLIS_ERR_NULL_POINTER (r, with n > 0), MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_TOO_LARGE,
  * MOLLIS_ERR_OVERLAP.
  */
-mollis_status mollis_mollifier2_eval(struct mollis_mollifier mollifier,
-                                     double delta,
-                                     size_t n,
-                                     const double *r,
-                                     double *density,
-                                     double *density_slope,
-                                     double *potential,
-                                     double *gradient_factor,
-                                     double *hessian_factor,
-                                     double *enclosed_mass);
-
-/**
- * As mollis_mollifier2_eval, in single precision.
- */
-mollis_status mollis_mollifier2_eval_f32(struct mollis_mollifier mollifier,
-                                         float delta,
-                                         size_t n,
-                                         const float *r,
-                                         float *density,
-                                         float *density_slope,
-                                         float *potential,
-                                         float *gradient_factor,
-                                         float *hessian_factor,
-                                         float *enclosed_mass);
-
-/**
- * As mollis_mollifier2_eval, in one dimension: K = |x|/2.
- */
-mollis_status mollis_mollifier1_eval(struct mollis_mollifier mollifier,
-                                     double delta,
-                                     size_t n,
-                                     const double *r,
-                                     double *density,
-                                     double *density_slope,
-                                     double *potential,
-                                     double *gradient_factor,
-                                     double *hessian_factor,
-                                     double *enclosed_mass);
-
-/**
- * As mollis_mollifier2_eval, in one dimension, single precision: K = |x|/2.
- */
-mollis_status mollis_mollifier1_eval_f32(struct mollis_mollifier mollifier,
-                                         float delta,
-                                         size_t n,
-                                         const float *r,
-                                         float *density,
-                                         float *density_slope,
-                                         float *potential,
-                                         float *gradient_factor,
-                                         float *hessian_factor,
-                                         float *enclosed_mass);
-
-/**
- * As mollis_mollifier2_eval, in three dimensions: K = -1/(4 pi |x|).
- */
-mollis_status mollis_mollifier3_eval(struct mollis_mollifier mollifier,
-                                     double delta,
-                                     size_t n,
-                                     const double *r,
-                                     double *density,
-                                     double *density_slope,
-                                     double *potential,
-                                     double *gradient_factor,
-                                     double *hessian_factor,
-                                     double *enclosed_mass);
-
-/**
- * As mollis_mollifier2_eval, in three dimensions, single precision: K = -1/(4 pi |x|).
- */
-mollis_status mollis_mollifier3_eval_f32(struct mollis_mollifier mollifier,
-                                         float delta,
-                                         size_t n,
-                                         const float *r,
-                                         float *density,
-                                         float *density_slope,
-                                         float *potential,
-                                         float *gradient_factor,
-                                         float *hessian_factor,
-                                         float *enclosed_mass);
+mollis_status mollis_mollifier2_eval(struct mollis_mollifier mollifier, double delta, size_t n, const double *r, double *density,
+    double *density_slope, double *potential, double *gradient_factor, double *hessian_factor, double *enclosed_mass);
+mollis_status mollis_mollifier2_eval_f32(struct mollis_mollifier mollifier, float delta, size_t n, const float *r, float *density,
+    float *density_slope, float *potential, float *gradient_factor, float *hessian_factor, float *enclosed_mass);
+mollis_status mollis_mollifier1_eval(struct mollis_mollifier mollifier, double delta, size_t n, const double *r, double *density,
+    double *density_slope, double *potential, double *gradient_factor, double *hessian_factor, double *enclosed_mass);
+mollis_status mollis_mollifier1_eval_f32(struct mollis_mollifier mollifier, float delta, size_t n, const float *r, float *density,
+    float *density_slope, float *potential, float *gradient_factor, float *hessian_factor, float *enclosed_mass);
+mollis_status mollis_mollifier3_eval(struct mollis_mollifier mollifier, double delta, size_t n, const double *r, double *density,
+    double *density_slope, double *potential, double *gradient_factor, double *hessian_factor, double *enclosed_mass);
+mollis_status mollis_mollifier3_eval_f32(struct mollis_mollifier mollifier, float delta, size_t n, const float *r, float *density,
+    float *density_slope, float *potential, float *gradient_factor, float *hessian_factor, float *enclosed_mass);
 
 /**
  * The smooth Heaviside function of a mollifier in one dimension at n places x[n]: the integral of psi_delta from -infinity
@@ -2727,20 +1233,10 @@ mollis_status mollis_mollifier3_eval_f32(struct mollis_mollifier mollifier,
  *
  * Refused as mollis_mollifier1_eval does; values must not be null for n > 0.
  */
-mollis_status mollis_heaviside1_eval(struct mollis_mollifier mollifier,
-                                     double delta,
-                                     size_t n,
-                                     const double *x,
-                                     double *values);
-
-/**
- * As mollis_heaviside1_eval, in single precision.
- */
-mollis_status mollis_heaviside1_eval_f32(struct mollis_mollifier mollifier,
-                                         float delta,
-                                         size_t n,
-                                         const float *x,
-                                         float *values);
+mollis_status mollis_mollifier1_heaviside(struct mollis_mollifier mollifier, double delta, size_t n, const double *x,
+    double *values);
+mollis_status mollis_mollifier1_heaviside_f32(struct mollis_mollifier mollifier, float delta, size_t n, const float *x,
+    float *values);
 
 /**
  * The moment of order k of a mollifier in two dimensions: the integral of |x|^k psi_delta(x), written to *value.
@@ -2749,44 +1245,66 @@ mollis_status mollis_heaviside1_eval_f32(struct mollis_mollifier mollifier,
  * Refused: MOLLIS_ERR_OUT_OF_DOMAIN (k > 64), MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_DELTA, MOLLIS_ERR_ORDER, MOLLIS_ERR_EXPONENT,
  * MOLLIS_ERR_UNKNOWN_VALUE.
  */
-mollis_status mollis_moment2_eval(struct mollis_mollifier mollifier,
-                                  double delta,
-                                  uint32_t k,
-                                  double *value);
+mollis_status mollis_mollifier2_moment(struct mollis_mollifier mollifier, double delta, uint32_t k, double *value);
+mollis_status mollis_mollifier2_moment_f32(struct mollis_mollifier mollifier, float delta, uint32_t k, float *value);
+mollis_status mollis_mollifier1_moment(struct mollis_mollifier mollifier, double delta, uint32_t k, double *value);
+mollis_status mollis_mollifier1_moment_f32(struct mollis_mollifier mollifier, float delta, uint32_t k, float *value);
+mollis_status mollis_mollifier3_moment(struct mollis_mollifier mollifier, double delta, uint32_t k, double *value);
+mollis_status mollis_mollifier3_moment_f32(struct mollis_mollifier mollifier, float delta, uint32_t k, float *value);
 
 /**
- * As mollis_moment2_eval, in single precision.
+ * A mollifier's Newtonian field about a particle of unit mass at the origin, at n points x[n][2] of the plane: density[n],
+ * potential[n], gradient[n][2], hessian[n][2][2] (symmetric, its trace the density), overwritten; null ones are not computed.
+ *
+ * Of compact mollifiers values are within 1 ulp, but for the density at points closer to the edge of the support than rounding of
+ * x can tell. Gaussians are evaluated plainly, in tens of nanoseconds (their Hessian in tens of microseconds): to a few ulp, the
+ * density of its maximum, the potential in 2D of 1 + |log delta|. Without a mollifier everything is 0 at x = 0.
+ *
+ * Refused as mollis_mollifier2_eval does; MOLLIS_ERR_NOT_FINITE for any coordinate.
  */
-mollis_status mollis_moment2_eval_f32(struct mollis_mollifier mollifier,
-                                      float delta,
-                                      uint32_t k,
-                                      float *value);
+mollis_status mollis_mollifier2_field(struct mollis_mollifier mollifier, double delta, size_t n, const double (*x)[2],
+    double *density, double *potential, double (*gradient)[2], double (*hessian)[2][2]);
+mollis_status mollis_mollifier2_field_f32(struct mollis_mollifier mollifier, float delta, size_t n, const float (*x)[2],
+    float *density, float *potential, float (*gradient)[2], float (*hessian)[2][2]);
+mollis_status mollis_mollifier1_field(struct mollis_mollifier mollifier, double delta, size_t n, const double (*x)[1],
+    double *density, double *potential, double (*gradient)[1], double (*hessian)[1][1]);
+mollis_status mollis_mollifier1_field_f32(struct mollis_mollifier mollifier, float delta, size_t n, const float (*x)[1],
+    float *density, float *potential, float (*gradient)[1], float (*hessian)[1][1]);
+mollis_status mollis_mollifier3_field(struct mollis_mollifier mollifier, double delta, size_t n, const double (*x)[3],
+    double *density, double *potential, double (*gradient)[3], double (*hessian)[3][3]);
+mollis_status mollis_mollifier3_field_f32(struct mollis_mollifier mollifier, float delta, size_t n, const float (*x)[3],
+    float *density, float *potential, float (*gradient)[3], float (*hessian)[3][3]);
 
 /**
- * As mollis_moment2_eval, in one dimension.
+ * A Richardson combination in two dimensions (Anderson (8) to (10)): the sum over j of weight[j] B_gamma, gamma = radii[j], of one
+ * mollifier at lengths radii[j] * delta, 1 to 4 different radii in (0, 1]. Of order p + 2 (n_radii - 1) for a mollifier of order p.
+ *
+ * weights[n_radii] is written if not null; the functions of n distances r[n] are those of mollis_mollifier2_eval.
+ *
+ * Errors are below 1 ulp where the parts do not cancel, for lengths radii[j] * delta as they are rounded to the scalar. (The rounding of
+ * that product moves each part by up to half an ulp of its length; it is exact for powers of two.)
+ *
+ * Refused as there; also MOLLIS_ERR_LENGTH_MISMATCH (no radius or more than 4), MOLLIS_ERR_OUT_OF_DOMAIN (a radius outside (0, 1] or
+ * two equal ones), MOLLIS_ERR_UNSUPPORTED (no mollifier).
  */
-mollis_status mollis_moment1_eval(struct mollis_mollifier mollifier, double delta, uint32_t k, double *value);
-
-/**
- * As mollis_moment2_eval, in one dimension, single precision.
- */
-mollis_status mollis_moment1_eval_f32(struct mollis_mollifier mollifier,
-                                      float delta,
-                                      uint32_t k,
-                                      float *value);
-
-/**
- * As mollis_moment2_eval, in three dimensions.
- */
-mollis_status mollis_moment3_eval(struct mollis_mollifier mollifier, double delta, uint32_t k, double *value);
-
-/**
- * As mollis_moment2_eval, in three dimensions, single precision.
- */
-mollis_status mollis_moment3_eval_f32(struct mollis_mollifier mollifier,
-                                      float delta,
-                                      uint32_t k,
-                                      float *value);
+mollis_status mollis_mollifier2_richardson(struct mollis_mollifier mollifier, double delta, size_t n_radii, const double *radii,
+    double *weights, size_t n, const double *r, double *density, double *density_slope, double *potential,
+    double *gradient_factor, double *hessian_factor, double *enclosed_mass);
+mollis_status mollis_mollifier2_richardson_f32(struct mollis_mollifier mollifier, float delta, size_t n_radii, const float *radii,
+    float *weights, size_t n, const float *r, float *density, float *density_slope, float *potential, float *gradient_factor,
+    float *hessian_factor, float *enclosed_mass);
+mollis_status mollis_mollifier1_richardson(struct mollis_mollifier mollifier, double delta, size_t n_radii, const double *radii,
+    double *weights, size_t n, const double *r, double *density, double *density_slope, double *potential,
+    double *gradient_factor, double *hessian_factor, double *enclosed_mass);
+mollis_status mollis_mollifier1_richardson_f32(struct mollis_mollifier mollifier, float delta, size_t n_radii, const float *radii,
+    float *weights, size_t n, const float *r, float *density, float *density_slope, float *potential, float *gradient_factor,
+    float *hessian_factor, float *enclosed_mass);
+mollis_status mollis_mollifier3_richardson(struct mollis_mollifier mollifier, double delta, size_t n_radii, const double *radii,
+    double *weights, size_t n, const double *r, double *density, double *density_slope, double *potential,
+    double *gradient_factor, double *hessian_factor, double *enclosed_mass);
+mollis_status mollis_mollifier3_richardson_f32(struct mollis_mollifier mollifier, float delta, size_t n_radii, const float *radii,
+    float *weights, size_t n, const float *r, float *density, float *density_slope, float *potential, float *gradient_factor,
+    float *hessian_factor, float *enclosed_mass);
 
 /**
  * Writes the L^p_h norm (sum |v_i|^p cell)^(1/p) of n values, cell = h^d, 1 <= p; the largest |v_i| for infinite p. The sum is
@@ -2794,155 +1312,33 @@ mollis_status mollis_moment3_eval_f32(struct mollis_mollifier mollifier,
  *
  * Refused, with `norm` as it was: MOLLIS_ERR_OUT_OF_DOMAIN (p or cell), MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_MISALIGNED,
  * MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_OVERLAP. NaN gives NaN.
- *
- * # Safety
- * The contract of this header.
  */
-mollis_status mollis_norm_eval(size_t n,
-                               const double *values,
-                               double cell,
-                               double p,
-                               double *norm);
-
-/**
- * As `mollis_norm_eval`, in float.
- *
- * # Safety
- * The contract of this header.
- */
-mollis_status mollis_norm_eval_f32(size_t n, const float *values, float cell, float p, float *norm);
+mollis_status mollis_norm(size_t n, const double *values, double cell, double p, double *norm);
+mollis_status mollis_norm_f32(size_t n, const float *values, float cell, float p, float *norm);
 
 /**
  * Writes the L^p_h norm of the distances |a_i - b_i| of n pairs of points in two dimensions: the error of trajectories.
  *
- * Refused as by `mollis_norm_eval`.
- *
- * # Safety
- * The contract of this header.
+ * Refused as by `mollis_norm`.
  */
-mollis_status mollis_distance2_eval(size_t n,
-                                    const double (*a)[2],
-                                    const double (*b)[2],
-                                    double cell,
-                                    double p,
-                                    double *norm);
+mollis_status mollis_distance_norm2(size_t n, const double (*a)[2], const double (*b)[2], double cell, double p, double *norm);
+mollis_status mollis_distance_norm2_f32(size_t n, const float (*a)[2], const float (*b)[2], float cell, float p, float *norm);
+mollis_status mollis_distance_norm1(size_t n, const double (*a)[1], const double (*b)[1], double cell, double p, double *norm);
+mollis_status mollis_distance_norm1_f32(size_t n, const float (*a)[1], const float (*b)[1], float cell, float p, float *norm);
+mollis_status mollis_distance_norm3(size_t n, const double (*a)[3], const double (*b)[3], double cell, double p, double *norm);
+mollis_status mollis_distance_norm3_f32(size_t n, const float (*a)[3], const float (*b)[3], float cell, float p, float *norm);
 
 /**
- * As `mollis_distance2_eval`, in float.
- *
- * # Safety
- * The contract of this header.
- */
-mollis_status mollis_distance2_eval_f32(size_t n,
-                                        const float (*a)[2],
-                                        const float (*b)[2],
-                                        float cell,
-                                        float p,
-                                        float *norm);
-
-/**
- * As `mollis_distance2_eval`, in one dimension.
- *
- * # Safety
- * The contract of this header.
- */
-mollis_status mollis_distance1_eval(size_t n,
-                                    const double (*a)[1],
-                                    const double (*b)[1],
-                                    double cell,
-                                    double p,
-                                    double *norm);
-
-/**
- * As `mollis_distance2_eval`, in one dimension and float.
- *
- * # Safety
- * The contract of this header.
- */
-mollis_status mollis_distance1_eval_f32(size_t n,
-                                        const float (*a)[1],
-                                        const float (*b)[1],
-                                        float cell,
-                                        float p,
-                                        float *norm);
-
-/**
- * As `mollis_distance2_eval`, in three dimensions.
- *
- * # Safety
- * The contract of this header.
- */
-mollis_status mollis_distance3_eval(size_t n,
-                                    const double (*a)[3],
-                                    const double (*b)[3],
-                                    double cell,
-                                    double p,
-                                    double *norm);
-
-/**
- * As `mollis_distance2_eval`, in three dimensions and float.
- *
- * # Safety
- * The contract of this header.
- */
-mollis_status mollis_distance3_eval_f32(size_t n,
-                                        const float (*a)[3],
-                                        const float (*b)[3],
-                                        float cell,
-                                        float p,
-                                        float *norm);
-
-/**
- * Writes the bytes of workspace that `mollis_dual_norm2_eval` needs for a box of points[0] x points[1] lattice points (one
+ * Writes the bytes of workspace that `mollis_dual_norm2` needs for a box of points[0] x points[1] lattice points (one
  * array of two sizes) and this margin.
  *
  * Refused: MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_OVERLAP.
- *
- * # Safety
- * The contract of this header.
  */
-mollis_status mollis_dual_norm2_workspace_bytes(const size_t (*points)[2],
-                                                size_t margin,
-                                                size_t *bytes);
-
-/**
- * As `mollis_dual_norm2_workspace_bytes`, in float.
- *
- * # Safety
- * The contract of this header.
- */
+mollis_status mollis_dual_norm2_workspace_bytes(const size_t (*points)[2], size_t margin, size_t *bytes);
 mollis_status mollis_dual_norm2_workspace_bytes_f32(const size_t (*points)[2], size_t margin, size_t *bytes);
-
-/**
- * As `mollis_dual_norm2_workspace_bytes`, in one dimension.
- *
- * # Safety
- * The contract of this header.
- */
 mollis_status mollis_dual_norm1_workspace_bytes(const size_t (*points)[1], size_t margin, size_t *bytes);
-
-/**
- * As `mollis_dual_norm2_workspace_bytes`, in one dimension and float.
- *
- * # Safety
- * The contract of this header.
- */
 mollis_status mollis_dual_norm1_workspace_bytes_f32(const size_t (*points)[1], size_t margin, size_t *bytes);
-
-/**
- * As `mollis_dual_norm2_workspace_bytes`, in three dimensions.
- *
- * # Safety
- * The contract of this header.
- */
 mollis_status mollis_dual_norm3_workspace_bytes(const size_t (*points)[3], size_t margin, size_t *bytes);
-
-/**
- * As `mollis_dual_norm2_workspace_bytes`, in three dimensions and float.
- *
- * # Safety
- * The contract of this header.
- */
 mollis_status mollis_dual_norm3_workspace_bytes_f32(const size_t (*points)[3], size_t margin, size_t *bytes);
 
 /**
@@ -2954,126 +1350,49 @@ mollis_status mollis_dual_norm3_workspace_bytes_f32(const size_t (*points)[3], s
  *
  * Refused, with `norm` as it was: MOLLIS_ERR_NOT_FINITE (a value), MOLLIS_ERR_OUT_OF_DOMAIN (the spacing), MOLLIS_ERR_TOO_LARGE,
  * MOLLIS_ERR_WORKSPACE_TOO_SMALL, MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_OVERLAP.
- *
- * # Safety
- * The contract of this header.
  */
-mollis_status mollis_dual_norm2_eval(const size_t (*points)[2],
-                                     double spacing,
-                                     size_t margin,
-                                     const double *values,
-                                     double *norm,
-                                     void *workspace,
-                                     size_t workspace_bytes);
+mollis_status mollis_dual_norm2(const size_t (*points)[2], double spacing, size_t margin, const double *values, double *norm,
+    void *workspace, size_t workspace_bytes);
+mollis_status mollis_dual_norm2_f32(const size_t (*points)[2], float spacing, size_t margin, const float *values, float *norm,
+    void *workspace, size_t workspace_bytes);
+mollis_status mollis_dual_norm1(const size_t (*points)[1], double spacing, size_t margin, const double *values, double *norm,
+    void *workspace, size_t workspace_bytes);
+mollis_status mollis_dual_norm1_f32(const size_t (*points)[1], float spacing, size_t margin, const float *values, float *norm,
+    void *workspace, size_t workspace_bytes);
+mollis_status mollis_dual_norm3(const size_t (*points)[3], double spacing, size_t margin, const double *values, double *norm,
+    void *workspace, size_t workspace_bytes);
+mollis_status mollis_dual_norm3_f32(const size_t (*points)[3], float spacing, size_t margin, const float *values, float *norm,
+    void *workspace, size_t workspace_bytes);
 
 /**
- * As `mollis_dual_norm2_eval`, in float.
+ * Writes the index of the first of n elements of `each` numbers (n points in D dimensions: `each` is D) that holds one that is not finite, or
+ * `MOLLIS_NONE_BAD`: which element a function meant that returned `MOLLIS_ERR_NOT_FINITE` and takes no `mollis_run` to tell it.
  *
- * # Safety
- * The contract of this header.
+ * Refused, with `first` as it was: MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_OVERLAP.
  */
-mollis_status mollis_dual_norm2_eval_f32(const size_t (*points)[2],
-                                         float spacing,
-                                         size_t margin,
-                                         const float *values,
-                                         float *norm,
-                                         void *workspace,
-                                         size_t workspace_bytes);
+mollis_status mollis_first_bad(size_t n, size_t each, const double *values, uint64_t *first);
+mollis_status mollis_first_bad_f32(size_t n, size_t each, const float *values, uint64_t *first);
 
 /**
- * As `mollis_dual_norm2_eval`, in one dimension.
- *
- * # Safety
- * The contract of this header.
- */
-mollis_status mollis_dual_norm1_eval(const size_t (*points)[1],
-                                     double spacing,
-                                     size_t margin,
-                                     const double *values,
-                                     double *norm,
-                                     void *workspace,
-                                     size_t workspace_bytes);
-
-/**
- * As `mollis_dual_norm2_eval`, in one dimension and float.
- *
- * # Safety
- * The contract of this header.
- */
-mollis_status mollis_dual_norm1_eval_f32(const size_t (*points)[1],
-                                         float spacing,
-                                         size_t margin,
-                                         const float *values,
-                                         float *norm,
-                                         void *workspace,
-                                         size_t workspace_bytes);
-
-/**
- * As `mollis_dual_norm2_eval`, in three dimensions.
- *
- * # Safety
- * The contract of this header.
- */
-mollis_status mollis_dual_norm3_eval(const size_t (*points)[3],
-                                     double spacing,
-                                     size_t margin,
-                                     const double *values,
-                                     double *norm,
-                                     void *workspace,
-                                     size_t workspace_bytes);
-
-/**
- * As `mollis_dual_norm2_eval`, in three dimensions and float.
- *
- * # Safety
- * The contract of this header.
- */
-mollis_status mollis_dual_norm3_eval_f32(const size_t (*points)[3],
-                                         float spacing,
-                                         size_t margin,
-                                         const float *values,
-                                         float *norm,
-                                         void *workspace,
-                                         size_t workspace_bytes);
-
-/**
- * The exact size of the workspace that mollis_pks_step needs for arrays with room for so many particles, with this run's executor.
+ * Bytes of the workspace that mollis_pks_step needs for arrays with room for so many particles, wherever it begins, with this run's executor.
  *
  * Refused: MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_OVERLAP, MOLLIS_ERR_OPTIONS_SIZE, MOLLIS_ERR_NOT_INITIALISED, MOLLIS_ERR_UNKNOWN_VALUE, MOLLIS_ERR_NOT_FINITE,
  * MOLLIS_ERR_OUT_OF_DOMAIN (a negative noise, separation or probability not between 0 and 1, an empty mesh),
  * MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_UNSUPPORTED (heavy particles in a box, or by a singular kernel), and those of an unprepared kernel.
  */
-mollis_status mollis_pks_workspace_bytes(size_t room,
-                                         const struct mollis_pks_options *options,
-                                         const struct mollis_pks_attraction *attraction,
-                                         const struct mollis_run *run,
-                                         size_t *bytes);
-
-/**
- * As mollis_pks_workspace_bytes, for mollis_pks_step_f32.
- */
-mollis_status mollis_pks_workspace_bytes_f32(size_t room,
-                                             const struct mollis_pks_options *options,
-                                             const struct mollis_pks_attraction *attraction,
-                                             const struct mollis_run *run,
-                                             size_t *bytes);
+mollis_status mollis_pks_workspace_bytes(size_t room, const struct mollis_pks_attraction *attraction,
+    const struct mollis_pks_options *options, const struct mollis_run *run, size_t *bytes);
+mollis_status mollis_pks_workspace_bytes_f32(size_t room, const struct mollis_pks_attraction *attraction,
+    const struct mollis_pks_options *options, const struct mollis_run *run, size_t *bytes);
 
 /**
  * Advances coalescing particles by `steps` steps of length dt (Zhelezov & Fatkullin, Section 3.2): finds the clusters that may collide, moves
  * every particle by chi times the attraction and its own noise, decides the collisions and merges at the centre of mass.
  *
- * | argument  | shape   |                                                                                             |
- * |-----------|---------|---------------------------------------------------------------------------------------------|
- * | positions | room, 2 | read and written; the first counters->count are alive                                       |
- * | masses    | room    | positive; a merged particle has the sum                                                     |
- * | labels    | room    | all different; a merged particle keeps its lowest                                           |
- * | species   | room    | travels with the particles; may be null                                                     |
- * | counters  | 1       | read and written                                                                            |
- * | generator |         | the host's stream, drawn in array order, then for heavy particles; null: the built-in one with `seed`, a stream a label |
- * | events    | 1       | every merge is appended                                                                     |
- * | report    | 1       | added to; may be null                                                                       |
+ * Events are appended: every merge. `generator`: the host's stream, drawn in array order, then for heavy particles; null: the built-in one with options->seed, a
+ * stream a label. The report is added to, and may be null, as `run` may.
  *
- * Merging lowers counters->count; the particles that are left keep their order. Arrays, counters and the generator's state are all that a
+ * Merging lowers progress->count; the particles that are left keep their order. Arrays, progress and the generator's state are all that a
  * run is: copied away and back between calls it continues bit for bit. With the built-in generator the result does not
  * depend on the executor.
  *
@@ -3084,78 +1403,59 @@ mollis_status mollis_pks_workspace_bytes_f32(size_t room,
  * Masses below 1e-19 of M (f32; 1e-154 for f64) do not collide with one another.
  *
  * MOLLIS_ERR_EVENTS_FULL: the step stopped before a merge that has no room; empty the buffers (or give larger ones) and call again with the
- * same workspace content: it goes on with counters->pending merges. Any other status leaves the state of the last completed step:
+ * same workspace content: it goes on with progress->pending merges. Any other status leaves the state of the last completed step:
  * MOLLIS_ERR_TOO_MANY_SUBSTEPS, MOLLIS_ERR_BECAME_NOT_FINITE, MOLLIS_ERR_STOPPED, the generator's or executor's own, as they returned it. Refused with nothing
  * written: MOLLIS_ERR_NOT_FINITE (run->first_bad: the particle), MOLLIS_ERR_MASS, MOLLIS_ERR_TIME_STEP, MOLLIS_ERR_OUT_OF_DOMAIN, MOLLIS_ERR_LENGTH_MISMATCH (count > room),
  * MOLLIS_ERR_OVERLAP, MOLLIS_ERR_UNSUPPORTED (heavy particles in a box, or by a singular kernel), MOLLIS_ERR_WORKSPACE_TOO_SMALL, MOLLIS_ERR_NOT_PREPARED (pending merges that the workspace does not hold).
  */
-mollis_status mollis_pks_step(const struct mollis_pks_options *options,
-                              const struct mollis_pks_attraction *attraction,
-                              size_t room,
-                              double (*positions)[2],
-                              double *masses,
-                              uint64_t *labels,
-                              uint32_t *species,
-                              struct mollis_pks_counters *counters,
-                              const struct mollis_generator *generator,
-                              uint64_t seed,
-                              double dt,
-                              size_t steps,
-                              struct mollis_pks_events *events,
-                              struct mollis_pks_report *report,
-                              void *workspace,
-                              size_t workspace_bytes,
-                              const struct mollis_run *run);
+mollis_status mollis_pks_step(const struct mollis_pks_particles *particles, struct mollis_pks_progress *progress,
+    const struct mollis_pks_attraction *attraction, const struct mollis_generator *generator, double dt, size_t steps,
+    struct mollis_pks_events *events, const struct mollis_pks_options *options, const struct mollis_run *run, void *workspace,
+    size_t workspace_bytes, struct mollis_pks_report *report);
+mollis_status mollis_pks_step_f32(const struct mollis_pks_particles_f32 *particles, struct mollis_pks_progress *progress,
+    const struct mollis_pks_attraction *attraction, const struct mollis_generator *generator, double dt, size_t steps,
+    struct mollis_pks_events *events, const struct mollis_pks_options *options, const struct mollis_run *run, void *workspace,
+    size_t workspace_bytes, struct mollis_pks_report *report);
 
 /**
- * As mollis_pks_step, in single precision.
+ * Overwrites normals[i] with two independent standard normal numbers for the particle labels[i], i < n: what mollis_normals
+ * makes of words 0 and 1 of mollis_philox_words, many particles at a time. The bits are the same on every machine.
+ *
+ * Refused: MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_OVERLAP.
  */
-mollis_status mollis_pks_step_f32(const struct mollis_pks_options *options,
-                                  const struct mollis_pks_attraction *attraction,
-                                  size_t room,
-                                  float (*positions)[2],
-                                  float *masses,
-                                  uint64_t *labels,
-                                  uint32_t *species,
-                                  struct mollis_pks_counters *counters,
-                                  const struct mollis_generator *generator,
-                                  uint64_t seed,
-                                  float dt,
-                                  size_t steps,
-                                  struct mollis_pks_events *events,
-                                  struct mollis_pks_report *report,
-                                  void *workspace,
-                                  size_t workspace_bytes,
-                                  const struct mollis_run *run);
+mollis_status mollis_philox_normals(uint64_t seed, size_t n, const uint64_t *labels, uint32_t step, uint32_t substep,
+    double (*normals)[2]);
+mollis_status mollis_philox_normals_f32(uint64_t seed, size_t n, const uint64_t *labels, uint32_t step, uint32_t substep,
+    float (*normals)[2]);
 
 /**
- * Fills `options` with the defaults. `size` is `sizeof *options`.
+ * Overwrites out[0 .. n] with independent standard normal numbers from uniform 64-bit words (Box & Muller 1958). `words` holds n
+ * words, n + 1 if n is odd. The bits are the same on every machine; |out| <= 8.58.
+ *
+ * Refused: MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_OVERLAP.
  */
+mollis_status mollis_normals(size_t n, const uint64_t *words, double *out);
+mollis_status mollis_normals_f32(size_t n, const uint64_t *words, float *out);
+
+/** Fills `options` with the defaults. `size` is `sizeof *options`. */
+mollis_status mollis_grid2_options_init(struct mollis_grid2_options *options, size_t size);
+
+/** Fills `options` with the defaults. `size` is `sizeof *options`. */
 mollis_status mollis_pks_options_init(struct mollis_pks_options *options, size_t size);
 
 /**
  * Overwrites `out` with what is known of a mass: `second_moment` is the integral of |x|^2 rho about its centre, `heavy` the n_heavy masses that
  * have become points (their sum at most the mass). The rate of no mass is 0. MOLLIS_ERR_NOT_FINITE: some number is not.
  */
-mollis_status mollis_pks_prediction_eval(double mass,
-                                         double mu,
-                                         double chi,
-                                         double second_moment,
-                                         size_t n_heavy,
-                                         const double *heavy,
-                                         struct mollis_pks_prediction *out);
+mollis_status mollis_pks_predict(double mass, double mu, double chi, double second_moment, size_t n_heavy, const double *heavy,
+    struct mollis_pks_prediction *out);
 
 /**
  * Overwrites index[0] with nu of (2.7), (4.30) for n particles of these masses, and index[1], index[2] with alpha and beta^2 of (2.4).
  *
  * gamma: the potential is gamma log r near zero, 1 / (2 pi) for the logarithmic and the screened one. Without mass alpha and beta^2 are 0.
  */
-mollis_status mollis_pks_index_eval(size_t n,
-                                    const double *masses,
-                                    double chi,
-                                    double noise,
-                                    double gamma,
-                                    double *index);
+mollis_status mollis_pks_index(size_t n, const double *masses, double chi, double noise, double gamma, double *index);
 
 /**
  * What represents n species by `particles` particles with one noise: overwrites share[i] with eta_i, the share of the particles that species i
@@ -3163,13 +1463,8 @@ mollis_status mollis_pks_index_eval(size_t n,
  *
  * From (4.25), mu_i = M eta_i mu / M_i.
  */
-mollis_status mollis_pks_species_eval(size_t n,
-                                      const struct mollis_pks_species *species,
-                                      double chi,
-                                      size_t particles,
-                                      double *share,
-                                      double *noise,
-                                      double *rate);
+mollis_status mollis_pks_represent_species(size_t n, const struct mollis_pks_species *species, double chi, size_t particles,
+    double *share, double *noise, double *rate);
 
 /**
  * Overwrites out[0 .. n] with uniform 64-bit words of the built-in generator for the particle `label` at time step `step`,
@@ -3181,67 +1476,15 @@ mollis_status mollis_pks_species_eval(size_t n,
  *
  * Refused: MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_TOO_LARGE.
  */
-mollis_status mollis_philox_eval(uint64_t seed,
-                                 uint64_t label,
-                                 uint32_t step,
-                                 uint32_t substep,
-                                 size_t n,
-                                 uint64_t *out);
+mollis_status mollis_philox_words(uint64_t seed, uint64_t label, uint32_t step, uint32_t substep, size_t n, uint64_t *out);
 
-/**
- * Overwrites normals[i] with two independent standard normal numbers for the particle labels[i], i < n: what mollis_normal_eval
- * makes of words 0 and 1 of mollis_philox_eval, many particles at a time. The bits are the same on every machine.
- *
- * Refused: MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_OVERLAP.
- */
-mollis_status mollis_philox2_eval(uint64_t seed,
-                                  size_t n,
-                                  const uint64_t *labels,
-                                  uint32_t step,
-                                  uint32_t substep,
-                                  double (*normals)[2]);
-
-/**
- * As mollis_philox2_eval, in single precision.
- */
-mollis_status mollis_philox2_eval_f32(uint64_t seed,
-                                      size_t n,
-                                      const uint64_t *labels,
-                                      uint32_t step,
-                                      uint32_t substep,
-                                      float (*normals)[2]);
-
-/**
- * Overwrites out[0 .. n] with independent standard normal numbers from uniform 64-bit words (Box & Muller 1958). `words` holds n
- * words, n + 1 if n is odd. The bits are the same on every machine; |out| <= 8.58.
- *
- * Refused: MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_OVERLAP.
- */
-mollis_status mollis_normal_eval(size_t n,
-                                 const uint64_t *words,
-                                 double *out);
-
-/**
- * As mollis_normal_eval, in single precision.
- */
-mollis_status mollis_normal_eval_f32(size_t n, const uint64_t *words, float *out);
-
-/**
- * Fills `run` with the defaults. `size` is `sizeof *run`.
- *
- * # Safety
- * The contract of this header.
- */
+/** Fills `run` with the defaults. `size` is `sizeof *run`. */
 mollis_status mollis_run_init(struct mollis_run *run, size_t size);
 
-/**
- * A sentence that explains a status. Static text, never null; any value is accepted.
- */
+/** A sentence that explains a status. Static text, never null; any value is accepted. */
 const char *mollis_status_text(mollis_status status);
 
-/**
- * The version of the binary interface: it changes when a program built with an older header may break.
- */
+/** The version of the binary interface: it changes when a program built with an older header may break. */
 uint32_t mollis_abi_version(void);
 
 #ifdef __cplusplus

@@ -134,7 +134,7 @@ fn elements() {
     let (mut kernel_bytes, mut bytes) = (0, 0);
     // SAFETY: every pointer is to a buffer of the stated size that lives through the calls.
     unsafe {
-        ok(mollis_kernel3_workspace_bytes(&NEWTONIAN, 1, null(), compact, &raw mut kernel_bytes));
+        ok(mollis_kernel3_bytes(&NEWTONIAN, 1, null(), compact, &raw mut kernel_bytes));
         let mut block = aligned(kernel_bytes);
         let kernel = start(&mut block);
         ok(mollis_kernel3_prepare(kernel, kernel_bytes, &NEWTONIAN, 1, null(), compact, 1.0));
@@ -183,7 +183,7 @@ fn gravity() {
     let (mut kernel_bytes, mut bytes) = (0, 0);
     // SAFETY: every pointer is to a buffer of the stated size that lives through the calls.
     unsafe {
-        ok(mollis_kernel3_workspace_bytes(&NEWTONIAN, 1, null(), plummer, &raw mut kernel_bytes));
+        ok(mollis_kernel3_bytes(&NEWTONIAN, 1, null(), plummer, &raw mut kernel_bytes));
         let mut block = aligned(kernel_bytes);
         let kernel = start(&mut block);
         ok(mollis_kernel3_prepare(kernel, kernel_bytes, &NEWTONIAN, 1, null(), plummer, softening));
@@ -235,7 +235,7 @@ fn vortices() {
     let (mut kernel_bytes, mut bytes) = (0, 0);
     // SAFETY: as above.
     unsafe {
-        ok(mollis_kernel2_workspace_bytes_f32(&NEWTONIAN, 1, null(), vatistas, &raw mut kernel_bytes));
+        ok(mollis_kernel2_bytes_f32(&NEWTONIAN, 1, null(), vatistas, &raw mut kernel_bytes));
         let mut block = aligned(kernel_bytes);
         let kernel = start(&mut block);
         ok(mollis_kernel2_prepare_f32(kernel, kernel_bytes, &NEWTONIAN, 1, null(), vatistas, 1.0));

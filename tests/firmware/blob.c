@@ -6,8 +6,9 @@
 enum { SIDE = 8, N = SIDE * SIDE, STEPS = 4 };
 
 static float positions[N][2], masses[N], density[N];
-static _Alignas(MOLLIS_WORKSPACE_ALIGN) unsigned char kernel[MOLLIS_KERNEL2_NEWTONIAN_BYTES_F32];
-static _Alignas(MOLLIS_WORKSPACE_ALIGN) unsigned char workspace[MOLLIS_BLOB2_WORKSPACE_BYTES_F32(N)];
+static _Alignas(MOLLIS_ALIGN) unsigned char kernel[MOLLIS_KERNEL2_NEWTONIAN_BYTES_F32];
+static _Alignas(MOLLIS_ALIGN) unsigned char workspace[MOLLIS_BLOB2_WORKSPACE_BYTES_F32(N)];
+static const mollis_particles2_f32 particles = {.n = N, .positions = {&positions[0][0]}, .masses = masses, .density = density};
 static mollis_run portable;
 
 static void start(void) {
@@ -25,8 +26,7 @@ static void start(void) {
 }
 
 static int32_t step(double dt, size_t steps, size_t bytes) {
-  return mollis_blob2_step_f32(kernel, sizeof kernel, N, masses, positions, density, 0, 0, 0, 0, 0, 0, dt, steps, 0,
-                               &portable, 0, workspace, bytes);
+  return mollis_blob2_step_f32(kernel, sizeof kernel, &particles, 0, dt, steps, 0, &portable, workspace, bytes, 0);
 }
 
 int run(void) {

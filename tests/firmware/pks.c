@@ -9,10 +9,11 @@ enum { N = 200, STEPS = 8 };
 static float positions[N][2], masses[N];
 static uint64_t labels[N], absorbed[N];
 static mollis_pks_event log_of_merges[N];
-static _Alignas(MOLLIS_WORKSPACE_ALIGN) unsigned char kernel[MOLLIS_KERNEL2_NEWTONIAN_BYTES_F32];
-static _Alignas(MOLLIS_WORKSPACE_ALIGN) unsigned char workspace[MOLLIS_PKS_WORKSPACE_BYTES_F32(N)];
+static _Alignas(MOLLIS_ALIGN) unsigned char kernel[MOLLIS_KERNEL2_NEWTONIAN_BYTES_F32];
+static _Alignas(MOLLIS_ALIGN) unsigned char workspace[MOLLIS_PKS_WORKSPACE_BYTES_F32(N)];
 static mollis_pks_events events = {log_of_merges, N, 0, absorbed, N, 0};
-static mollis_pks_counters counters = {0.0, 0, N, 0};
+static const mollis_pks_particles_f32 particles = {N, positions, masses, labels, 0};
+static mollis_pks_progress progress = {0.0, 0, N, 0};
 static mollis_pks_options options;
 static mollis_pks_attraction attraction;
 static mollis_run portable;
@@ -47,9 +48,9 @@ static void start(void) {
   }
 }
 
-static int32_t step(float dt, size_t steps, size_t bytes) {
-  return mollis_pks_step_f32(&options, &attraction, N, positions, masses, labels, 0, &counters, &generator, 0, dt, steps, &events,
-                             0, workspace, bytes, &portable);
+static int32_t step(double dt, size_t steps, size_t bytes) {
+  return mollis_pks_step_f32(&particles, &progress, &attraction, &generator, dt, steps, &events, &options, &portable, workspace,
+                             bytes, 0);
 }
 
 static void put_double(double value) {
@@ -78,16 +79,16 @@ int run(void) {
   put_status("prepare", mollis_kernel2_prepare_f32(kernel, sizeof kernel, &newtonian, 1, 0, mollifier, 0.0625f));
   start();
   before = board_instructions();
-  put_status("step", step(0.0009765625f, 1, sizeof workspace));
+  put_status("step", step(0.0009765625, 1, sizeof workspace));
   all = board_instructions() - before;
   put_measure("step", all);
   put_measure("pair", all / (N * N));
-  put_status("steps", step(0.0009765625f, STEPS - 1, sizeof workspace));
-  put_number((uint32_t)counters.step);
-  put_number((uint32_t)counters.count);
-  put_double(counters.time);
+  put_status("steps", step(0.0009765625, STEPS - 1, sizeof workspace));
+  put_number((uint32_t)progress.step);
+  put_number((uint32_t)progress.count);
+  put_double(progress.time);
   put_line();
-  for (k = 0; k < counters.count; ++k) {
+  for (k = 0; k < progress.count; ++k) {
     put_number((uint32_t)labels[k]);
     put_float(positions[k][0]);
     put_float(positions[k][1]);
@@ -107,7 +108,7 @@ int run(void) {
   }
   for (k = 0; k < events.labels_written; ++k) put_number((uint32_t)absorbed[k]);
   put_line();
-  put_status("a byte too few", step(0.1f, 1, sizeof workspace - 1));
+  put_status("a byte too few", step(0.1, 1, sizeof workspace - 1));
   put_measure("stack", board_stack());
   return 0;
 }

@@ -11,9 +11,11 @@ static const double WIDE_INFINITE = 1.0 / 0.0;
 static float r[N], values[N], positions[N][2], masses[N], density[N];
 static uint64_t labels[N], absorbed[N];
 static mollis_pks_event log_of_merges[N];
-static _Alignas(MOLLIS_WORKSPACE_ALIGN) unsigned char kernel[MOLLIS_KERNEL2_NEWTONIAN_BYTES_F32];
-static _Alignas(MOLLIS_WORKSPACE_ALIGN) unsigned char blob_workspace[MOLLIS_BLOB2_WORKSPACE_BYTES_F32(N) + 64];
-static _Alignas(MOLLIS_WORKSPACE_ALIGN) unsigned char pks_workspace[MOLLIS_PKS_WORKSPACE_BYTES_F32(N)];
+static _Alignas(MOLLIS_ALIGN) unsigned char kernel[MOLLIS_KERNEL2_NEWTONIAN_BYTES_F32];
+static _Alignas(MOLLIS_ALIGN) unsigned char blob_workspace[MOLLIS_BLOB2_WORKSPACE_BYTES_F32(N) + 64];
+static _Alignas(MOLLIS_ALIGN) unsigned char pks_workspace[MOLLIS_PKS_WORKSPACE_BYTES_F32(N)];
+static const mollis_particles2_f32 blob = {.n = N, .positions = {&positions[0][0]}, .masses = masses, .density = density};
+static const mollis_pks_particles_f32 coalescing = {N, positions, masses, labels, 0};
 static mollis_run portable;
 
 static void good_arrays(void) {
@@ -74,14 +76,14 @@ static void kernels(void) {
 }
 
 static int32_t advance(const void *with, double dt, void *workspace, size_t bytes, const mollis_blob_options *options) {
-  return mollis_blob2_step_f32(with, sizeof kernel, N, masses, positions, density, 0, 0, 0, 0, 0, 0, dt, 1, options,
-                               &portable, 0, workspace, bytes);
+  return mollis_blob2_step_f32(with, sizeof kernel, &blob, 0, dt, 1, options, &portable, workspace, bytes, 0);
 }
 
 static void blobs(void) {
   const size_t bytes = MOLLIS_BLOB2_WORKSPACE_BYTES_F32(N);
   static mollis_blob_options options;
   float *before = &positions[0][0];
+  mollis_particles2_f32 changed;
   put_status("options of no size", mollis_blob_options_init(&options, 0));
   put_status("options too large", mollis_blob_options_init(&options, sizeof options + 1));
   put_status("null options", mollis_blob_options_init(0, sizeof options));
@@ -94,12 +96,23 @@ static void blobs(void) {
   put_status("infinite dt", advance(kernel, WIDE_INFINITE, blob_workspace, bytes, 0));
   put_status("null workspace", advance(kernel, 0.125, 0, bytes, 0));
   put_status("a byte too few", advance(kernel, 0.125, blob_workspace, bytes - 1, 0));
-  put_status("misaligned workspace", advance(kernel, 0.125, blob_workspace + 4, bytes, 0));
+  put_status("workspace anywhere", advance(kernel, 0.125, blob_workspace + 4, bytes, 0));
+  good_arrays();
   put_status("workspace in the way", advance(blob_workspace, 0.125, blob_workspace, bytes, 0));
-  put_status("kernel of a byte too few", mollis_blob2_step_f32(kernel, 63, N, masses, positions, density, 0, 0, 0, 0, 0, 0,
-                                                               0.125, 1, 0, &portable, 0, blob_workspace, bytes));
-  put_status("null positions", mollis_blob2_step_f32(kernel, sizeof kernel, N, masses, 0, density, 0, 0, 0, 0, 0, 0, 0.125,
-                                                     1, 0, &portable, 0, blob_workspace, bytes));
+  put_status("kernel of a byte too few",
+             mollis_blob2_step_f32(kernel, 63, &blob, 0, 0.125, 1, 0, &portable, blob_workspace, bytes, 0));
+  put_status("null particles",
+             mollis_blob2_step_f32(kernel, sizeof kernel, 0, 0, 0.125, 1, 0, &portable, blob_workspace, bytes, 0));
+  put_status("tracers", mollis_blob2_step_f32(kernel, sizeof kernel, &blob, &blob, 0.125, 1, 0, &portable, blob_workspace,
+                                              bytes, 0));
+  changed = blob;
+  changed.positions[0] = 0;
+  put_status("null positions",
+             mollis_blob2_step_f32(kernel, sizeof kernel, &changed, 0, 0.125, 1, 0, &portable, blob_workspace, bytes, 0));
+  changed = blob;
+  changed.stride = 3;
+  put_status("stride 3",
+             mollis_blob2_step_f32(kernel, sizeof kernel, &changed, 0, 0.125, 1, 0, &portable, blob_workspace, bytes, 0));
   options.tolerance = -1.0;
   put_status("negative tolerance", advance(kernel, 0.125, blob_workspace, bytes, &options));
   options.tolerance = WIDE_INFINITE;
@@ -139,12 +152,12 @@ static uint64_t state;
 static mollis_generator generator;
 static mollis_pks_options options;
 static mollis_pks_attraction attraction;
-static mollis_pks_counters counters;
+static mollis_pks_progress progress;
 static mollis_pks_events events;
 
 static void good_run(void) {
   const mollis_generator drawing = {&state, draw};
-  const mollis_pks_counters start = {0.0, 0, N, 0};
+  const mollis_pks_progress start = {0.0, 0, N, 0};
   const mollis_pks_events empty = {log_of_merges, N, 0, absorbed, N, 0};
   good_arrays();
   mollis_pks_options_init(&options, sizeof options);
@@ -155,24 +168,24 @@ static void good_run(void) {
   attraction.kernel_bytes = sizeof kernel;
   attraction.tolerance = 0.0;
   generator = drawing;
-  counters = start;
+  progress = start;
   events = empty;
 }
 
 /* One step with the current arguments, which are then reset to valid ones. */
-static void step(const char *name, float dt, size_t bytes) {
-  put_status(name, mollis_pks_step_f32(&options, &attraction, N, positions, masses, labels, 0, &counters, &generator, 0, dt, 1,
-                                       &events, 0, pks_workspace, bytes, &portable));
+static void step(const char *name, double dt, size_t bytes) {
+  put_status(name, mollis_pks_step_f32(&coalescing, &progress, &attraction, &generator, dt, 1, &events, &options, &portable,
+                                       pks_workspace, bytes, 0));
   good_run();
 }
 
 static void coalescence(void) {
   const size_t all = sizeof pks_workspace;
-  const float dt = 0.0078125f;
+  const double dt = 0.0078125;
   good_run();
   step("good", dt, all);
-  step("dt 0", 0.0f, all);
-  step("infinite dt", INFINITE, all);
+  step("dt 0", 0.0, all);
+  step("infinite dt", WIDE_INFINITE, all);
   step("a byte too few", dt, all - 1);
   options.size = 2;
   step("options of two bytes", dt, all);
@@ -209,11 +222,11 @@ static void coalescence(void) {
   step("null generator", dt, all);
   generator.fill = fail;
   step("generator that fails", dt, all);
-  counters.count = N + 1;
+  progress.count = N + 1;
   step("more than there is room for", dt, all);
-  counters.pending = 1;
+  progress.pending = 1;
   step("pending merges that are not there", dt, all);
-  counters.step = (uint64_t)1 << 32;
+  progress.step = (uint64_t)1 << 32;
   step("too many steps", dt, all);
   events.written = N + 1;
   step("more events than room", dt, all);
@@ -231,7 +244,7 @@ static void coalescence(void) {
   step("position no number", dt, all);
   options.width = 1e-6;
   options.at_most = 10;
-  step("too many sub-steps", 1.0f, all);
+  step("too many sub-steps", 1.0, all);
 }
 
 int run(void) {

@@ -1,6 +1,7 @@
 //! Helpers for several tests.
 
 pub mod exceptions;
+pub mod positional;
 pub mod sums;
 
 use std::ffi::c_void;
@@ -38,6 +39,12 @@ impl Aligned {
     /// The pointer to the bytes, for C.
     pub fn pointer(&mut self) -> *mut c_void {
         self.bytes().as_mut_ptr().cast()
+    }
+
+    /// The pointer to the bytes, to read.
+    #[must_use]
+    pub fn start(&self) -> *const c_void {
+        self.memory[self.start..].as_ptr().cast()
     }
 
     /// Whether nothing was written, neither inside nor around.

@@ -20,6 +20,7 @@ use mollis_core::memory::ALIGN;
 use mollis_core::mollifier::{Blob, Mollifier, Quantity, Richardson};
 use mollis_core::real::Real;
 use mollis_tests::Aligned;
+use mollis_tests::positional::*;
 use mollis_tests::sums::Sum;
 
 fn number(k: usize) -> f64 {
@@ -150,11 +151,11 @@ macro_rules! same {
             let (mut wanted_bytes, mut report) = (0, MaybeUninit::<mollis_blob_report>::zeroed());
             good(unsafe {
                 let (block, to) = (c_block.pointer(), &raw mut wanted_bytes);
-                $bb(block, bytes, n, 0, MOLLIS_BLOB_DENSITY, null(), null(), to)
+                $bb(block, bytes, n, 0, DENSITY, null(), null(), to)
             });
             let plan_wanted = aggregation::Wanted { density: true, ..aggregation::Wanted::default() };
             let plan = aggregation::plan(&kernel, n, 0, plan_wanted, &Options::default()).unwrap();
-            assert_eq!(wanted_bytes, plan.workspace_bytes::<$t, $d>(1).unwrap());
+            assert_eq!(wanted_bytes, plan.workspace_bytes::<$t, $d>(1).unwrap() + ALIGN - 1);
             let mass = masses::<$t>(n);
             let (mut c_x, mut c_rho) = (points::<$t, $d>(n, 3), vec![1.0 as $t; n]);
             let (mut x, mut rho) = (c_x.clone(), c_rho.clone());
@@ -247,38 +248,38 @@ macro_rules! same {
 }
 
 same! { one_dimension_f64, f64, 1,
-kernel mollis_kernel1_workspace_bytes mollis_kernel1_prepare mollis_kernel1_eval,
+kernel mollis_kernel1_bytes mollis_kernel1_prepare mollis_kernel1_eval,
 field mollis_field1_workspace_bytes mollis_field1_text mollis_field1_eval,
-blob mollis_blob1_workspace_bytes mollis_blob1_step,
-mollifier mollis_mollifier1_eval mollis_mollifier_field1_eval mollis_richardson1_eval mollis_moment1_eval }
+blob blob1_workspace_bytes blob1_step,
+mollifier mollis_mollifier1_eval mollis_mollifier1_field mollis_mollifier1_richardson mollis_mollifier1_moment }
 same! { two_dimensions_f64, f64, 2,
-kernel mollis_kernel2_workspace_bytes mollis_kernel2_prepare mollis_kernel2_eval,
+kernel mollis_kernel2_bytes mollis_kernel2_prepare mollis_kernel2_eval,
 field mollis_field2_workspace_bytes mollis_field2_text mollis_field2_eval,
-blob mollis_blob2_workspace_bytes mollis_blob2_step,
-mollifier mollis_mollifier2_eval mollis_mollifier_field2_eval mollis_richardson2_eval mollis_moment2_eval }
+blob blob2_workspace_bytes blob2_step,
+mollifier mollis_mollifier2_eval mollis_mollifier2_field mollis_mollifier2_richardson mollis_mollifier2_moment }
 same! { three_dimensions_f64, f64, 3,
-kernel mollis_kernel3_workspace_bytes mollis_kernel3_prepare mollis_kernel3_eval,
+kernel mollis_kernel3_bytes mollis_kernel3_prepare mollis_kernel3_eval,
 field mollis_field3_workspace_bytes mollis_field3_text mollis_field3_eval,
-blob mollis_blob3_workspace_bytes mollis_blob3_step,
-mollifier mollis_mollifier3_eval mollis_mollifier_field3_eval mollis_richardson3_eval mollis_moment3_eval }
+blob blob3_workspace_bytes blob3_step,
+mollifier mollis_mollifier3_eval mollis_mollifier3_field mollis_mollifier3_richardson mollis_mollifier3_moment }
 same! { one_dimension_f32, f32, 1,
-kernel mollis_kernel1_workspace_bytes_f32 mollis_kernel1_prepare_f32 mollis_kernel1_eval_f32,
+kernel mollis_kernel1_bytes_f32 mollis_kernel1_prepare_f32 mollis_kernel1_eval_f32,
 field mollis_field1_workspace_bytes_f32 mollis_field1_text_f32 mollis_field1_eval_f32,
-blob mollis_blob1_workspace_bytes_f32 mollis_blob1_step_f32,
-mollifier mollis_mollifier1_eval_f32 mollis_mollifier_field1_eval_f32 mollis_richardson1_eval_f32
-mollis_moment1_eval_f32 }
+blob blob1_workspace_bytes_f32 blob1_step_f32,
+mollifier mollis_mollifier1_eval_f32 mollis_mollifier1_field_f32 mollis_mollifier1_richardson_f32
+mollis_mollifier1_moment_f32 }
 same! { two_dimensions_f32, f32, 2,
-kernel mollis_kernel2_workspace_bytes_f32 mollis_kernel2_prepare_f32 mollis_kernel2_eval_f32,
+kernel mollis_kernel2_bytes_f32 mollis_kernel2_prepare_f32 mollis_kernel2_eval_f32,
 field mollis_field2_workspace_bytes_f32 mollis_field2_text_f32 mollis_field2_eval_f32,
-blob mollis_blob2_workspace_bytes_f32 mollis_blob2_step_f32,
-mollifier mollis_mollifier2_eval_f32 mollis_mollifier_field2_eval_f32 mollis_richardson2_eval_f32
-mollis_moment2_eval_f32 }
+blob blob2_workspace_bytes_f32 blob2_step_f32,
+mollifier mollis_mollifier2_eval_f32 mollis_mollifier2_field_f32 mollis_mollifier2_richardson_f32
+mollis_mollifier2_moment_f32 }
 same! { three_dimensions_f32, f32, 3,
-kernel mollis_kernel3_workspace_bytes_f32 mollis_kernel3_prepare_f32 mollis_kernel3_eval_f32,
+kernel mollis_kernel3_bytes_f32 mollis_kernel3_prepare_f32 mollis_kernel3_eval_f32,
 field mollis_field3_workspace_bytes_f32 mollis_field3_text_f32 mollis_field3_eval_f32,
-blob mollis_blob3_workspace_bytes_f32 mollis_blob3_step_f32,
-mollifier mollis_mollifier3_eval_f32 mollis_mollifier_field3_eval_f32 mollis_richardson3_eval_f32
-mollis_moment3_eval_f32 }
+blob blob3_workspace_bytes_f32 blob3_step_f32,
+mollifier mollis_mollifier3_eval_f32 mollis_mollifier3_field_f32 mollis_mollifier3_richardson_f32
+mollis_mollifier3_moment_f32 }
 
 #[test]
 fn heaviside_and_version() {
@@ -289,13 +290,15 @@ fn heaviside_and_version() {
     let x32 = x.map(|x| x as f32);
     // SAFETY: live arrays of the stated lengths.
     unsafe {
-        assert_eq!(mollis_heaviside1_eval(MOLLIFIER, DELTA, 5, x.as_ptr(), values.as_mut_ptr()), 0);
+        assert_eq!(mollis_mollifier1_heaviside(MOLLIFIER, DELTA, 5, x.as_ptr(), values.as_mut_ptr()), 0);
         let (from, to) = (x32.as_ptr(), values32.as_mut_ptr());
-        assert_eq!(mollis_heaviside1_eval_f32(MOLLIFIER, DELTA as f32, 5, from, to), 0);
+        assert_eq!(mollis_mollifier1_heaviside_f32(MOLLIFIER, DELTA as f32, 5, from, to), 0);
     }
     assert_eq!(values, x.map(|x| blob.heaviside(x)));
     assert_eq!(values32, x32.map(|x| single.heaviside(x)));
     assert_eq!(mollis_abi_version(), 1);
+    let header = include_str!("../../include/mollis.h");
+    assert!(header.contains("#define MOLLIS_ABI_VERSION 1\n"));
 }
 
 /// Arguments of `mollis_field2_eval`. Each case makes one of them invalid.
@@ -323,7 +326,7 @@ fn a_field_sum_refuses_with_its_own_code_and_writes_nothing() {
     let mut bytes = 0;
     // SAFETY: live buffers of the stated sizes, here and below.
     unsafe {
-        assert_eq!(mollis_kernel2_workspace_bytes(terms.as_ptr(), 1, null(), MOLLIFIER, &raw mut bytes), 0);
+        assert_eq!(mollis_kernel2_bytes(terms.as_ptr(), 1, null(), MOLLIFIER, &raw mut bytes), 0);
     }
     let mut block = Aligned::new(bytes);
     let prepared =
@@ -445,7 +448,7 @@ fn a_kernel_refuses_with_its_own_code_and_leaves_the_buffer() {
     let good = c_terms();
     let mut bytes = 0;
     // SAFETY: live buffers of the stated sizes, here and below.
-    unsafe { assert_eq!(mollis_kernel2_workspace_bytes(good.as_ptr(), 2, null(), MOLLIFIER, &raw mut bytes), 0) };
+    unsafe { assert_eq!(mollis_kernel2_bytes(good.as_ptr(), 2, null(), MOLLIFIER, &raw mut bytes), 0) };
     let compact = |order, exponent| mollis_mollifier { order, exponent, ..MOLLIFIER };
     let with = |kind, parameter| {
         let mut terms = good;

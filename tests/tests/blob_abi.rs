@@ -9,6 +9,7 @@ use mollis_core::Error;
 use mollis_core::kernel::{Kernel, Law, Term};
 use mollis_core::memory::ALIGN;
 use mollis_core::mollifier::Mollifier;
+use mollis_tests::positional::*;
 
 /// Bytes aligned to 64 between canaries. Every check compares the canaries too.
 #[derive(Clone)]
@@ -112,12 +113,12 @@ impl Call {
             assert_eq!(mollis_run_init(run.as_mut_ptr(), size_of::<mollis_run>()), 0);
             (options.assume_init(), run.assume_init())
         };
-        let wanted = MOLLIS_BLOB_DENSITY | MOLLIS_BLOB_VELOCITY | MOLLIS_BLOB_DIVERGENCE;
+        let wanted = DENSITY | VELOCITY | DIVERGENCE;
         let block = kernel.pointer::<c_void>();
         // SAFETY: as above.
         let code = unsafe {
             let bytes = &raw mut workspace_bytes;
-            mollis_blob2_workspace_bytes(block, kernel_bytes, N, TRACERS, wanted, &raw const options, null(), bytes)
+            blob2_workspace_bytes(block, kernel_bytes, N, TRACERS, wanted, &raw const options, null(), bytes)
         };
         assert_eq!(code, 0);
         Self {
@@ -162,7 +163,7 @@ impl Call {
         spoil(&mut p);
         // SAFETY: live blocks of the stated sizes, or invalid arguments that the library must detect before it uses them.
         unsafe {
-            mollis_blob2_step(
+            blob2_step(
                 p.kernel,
                 self.kernel_bytes,
                 self.n,
@@ -233,7 +234,7 @@ fn a_good_call_steps() {
     let same: Vec<bool> = before.iter().zip(&after).map(|(a, b)| a == b).collect();
     assert_eq!(same, [true, true, false, false, false, false, false, false, false, true, true]);
     let report = call.report();
-    assert_eq!((report.steps, report.first_bad), (2, MOLLIS_BLOB_NONE_BAD));
+    assert_eq!((report.steps, report.first_bad), (2, MOLLIS_NONE_BAD));
     assert!(report.energy_first.is_nan() && report.energy_last.is_nan());
     assert!(call.velocity.read::<f64>(2 * N).iter().all(|v| v.is_finite()));
     // Options, run and report may be null.
@@ -281,7 +282,7 @@ fn sizes_that_overflow() {
         // SAFETY: pointers to live locals.
         let code = unsafe {
             let block = kernel.pointer::<c_void>();
-            mollis_blob2_workspace_bytes(block, length, n, n, 0, null(), null(), &raw mut bytes)
+            blob2_workspace_bytes(block, length, n, n, 0, null(), null(), &raw mut bytes)
         };
         assert_eq!((code, bytes), (Error::TooLarge as i32, 77));
     }
@@ -292,12 +293,19 @@ fn workspaces() {
     let none = |_: &mut Pointers| {};
     refused(Error::WorkspaceTooSmall, |c| c.workspace_bytes -= 1, none);
     refused(Error::WorkspaceTooSmall, |c| c.workspace_bytes = 0, none);
+    // It may begin anywhere, and the bytes that are needed are told.
+    let mut needed = 0;
+    let change = |c: &mut Call| {
+        (c.workspace_bytes, c.run.bytes_needed) = (c.workspace_bytes - 1, &raw mut needed);
+    };
+    let call = refused(Error::WorkspaceTooSmall, change, none);
+    assert_eq!(needed, call.workspace_bytes + 1);
     for by in [1, 8, 32] {
-        refused(
-            Error::Misaligned,
-            |c| c.workspace_bytes -= by,
-            move |p| p.workspace = p.workspace.wrapping_byte_add(by),
-        );
+        let mut call = Call::new();
+        call.workspace = Block::new(needed + by);
+        let before = call.snapshot();
+        assert_eq!(call.step(move |p| p.workspace = p.workspace.wrapping_byte_add(by)), 0);
+        assert_eq!(before[9..], call.snapshot()[9..], "a canary of the workspace");
     }
 }
 
@@ -363,14 +371,6 @@ fn options_and_run() {
     refused(Error::NotFinite, |c| c.options.tolerance = f64::NAN, none);
     refused(Error::OutOfDomain, |c| c.options.tolerance = -1e-3, none);
     refused(Error::UnknownValue, |c| c.run.level = 77, none);
-    let mut bytes = 77_usize;
-    let mut kernel = kernel_block();
-    let length = bytes_of(&kernel);
-    // SAFETY: pointers to live locals.
-    let code = unsafe {
-        mollis_blob2_workspace_bytes(kernel.pointer::<c_void>(), length, 1, 0, 8, null(), null(), &raw mut bytes)
-    };
-    assert_eq!((code, bytes), (Error::UnknownValue as i32, 77));
 }
 
 #[test]
@@ -391,7 +391,7 @@ fn kernels_of_another_kind() {
         // SAFETY: without particles there are no arrays.
         unsafe {
             code = if three {
-                mollis_blob3_step(
+                blob3_step(
                     block,
                     length,
                     0,
@@ -413,7 +413,7 @@ fn kernels_of_another_kind() {
                     call.workspace_bytes,
                 )
             } else {
-                mollis_blob2_step_f32(
+                blob2_step_f32(
                     block,
                     length,
                     0,
@@ -476,9 +476,8 @@ fn a_watched_energy_has_no_negative_mass() {
         let mut bytes = 0_usize;
         let (block, options) = (call.kernel.pointer::<c_void>(), &raw const call.options);
         // SAFETY: pointers to live locals.
-        let code = unsafe {
-            mollis_blob2_workspace_bytes(block, call.kernel_bytes, N, TRACERS, 7, options, null(), &raw mut bytes)
-        };
+        let code =
+            unsafe { blob2_workspace_bytes(block, call.kernel_bytes, N, TRACERS, 7, options, null(), &raw mut bytes) };
         assert_eq!(code, 0);
         (call.workspace, call.workspace_bytes) = (Block::new(bytes), bytes);
     };
@@ -488,7 +487,7 @@ fn a_watched_energy_has_no_negative_mass() {
             spoil(&mut c.masses, index, -0.1);
         };
         let call = refused(Error::Mass, change, |_| {});
-        assert_eq!((call.report().steps, call.report().first_bad), (0, MOLLIS_BLOB_NONE_BAD));
+        assert_eq!((call.report().steps, call.report().first_bad), (0, MOLLIS_NONE_BAD));
         // Without the watch negative masses are valid. With it a mass of 0 is valid.
         let mut call = Call::new();
         spoil(&mut call.masses, index, -0.1);
@@ -511,7 +510,7 @@ fn the_energy_is_reported() {
     let code = unsafe {
         let block = call.kernel.pointer::<c_void>();
         let options = &raw const call.options;
-        mollis_blob2_workspace_bytes(block, length, N, TRACERS, 7, options, null(), &raw mut bytes)
+        blob2_workspace_bytes(block, length, N, TRACERS, 7, options, null(), &raw mut bytes)
     };
     assert_eq!(code, 0);
     call.workspace = Block::new(bytes);

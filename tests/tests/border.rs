@@ -9,6 +9,7 @@ use std::ptr::{null, null_mut};
 
 use mollis_abi::*;
 use mollis_tests::Aligned;
+use mollis_tests::positional::*;
 
 const WALLS: [i32; 3] = [MOLLIS_WALLS_FREE, MOLLIS_WALLS_NO_FLUX, MOLLIS_WALLS_FREE_QUADRUPOLE];
 
@@ -72,8 +73,8 @@ macro_rules! field {
     };
 }
 
-field!(fields_in_double_precision, f64; mollis_grid2_workspace_bytes() mollis_grid2_eval());
-field!(fields_in_single_precision, f32; mollis_grid2_workspace_bytes_f32() mollis_grid2_eval_f32());
+field!(fields_in_double_precision, f64; grid2_workspace_bytes() grid2_eval());
+field!(fields_in_single_precision, f32; grid2_workspace_bytes_f32() grid2_eval_f32());
 
 macro_rules! steps {
     ($name:ident, $t:ty; $bytes:ident() $step:ident() $kernel_bytes:ident() $prepare:ident()) => {
@@ -119,7 +120,7 @@ macro_rules! steps {
                     let mut positions = [x.map(|x| x as $t), inside(0.3), inside(0.7)];
                     let mut masses = [1.0 as $t, 0.1, 0.1];
                     let mut labels = [1_u64, 2, 3];
-                    let mut counters = mollis_pks_counters { time: 0.0, step: 0, count: 3, pending: 0 };
+                    let mut counters = mollis_pks_progress { time: 0.0, step: 0, count: 3, pending: 0 };
                     let mut events = mollis_pks_events {
                         events: null_mut(),
                         room: 0,
@@ -160,7 +161,7 @@ macro_rules! steps {
     };
 }
 
-steps!(steps_in_double_precision, f64; mollis_pks_workspace_bytes() mollis_pks_step() mollis_kernel2_workspace_bytes()
+steps!(steps_in_double_precision, f64; pks_workspace_bytes() pks_step() mollis_kernel2_bytes()
     mollis_kernel2_prepare());
-steps!(steps_in_single_precision, f32; mollis_pks_workspace_bytes_f32() mollis_pks_step_f32()
-    mollis_kernel2_workspace_bytes_f32() mollis_kernel2_prepare_f32());
+steps!(steps_in_single_precision, f32; pks_workspace_bytes_f32() pks_step_f32()
+    mollis_kernel2_bytes_f32() mollis_kernel2_prepare_f32());

@@ -12,6 +12,7 @@ use std::ptr::{null, null_mut};
 
 use mollis_abi::*;
 use mollis_core::Error;
+use mollis_tests::positional::*;
 use mollis_tests::sums::Sum;
 use mollis_tests::{Aligned, Split};
 
@@ -33,7 +34,7 @@ fn kernel(kind: i32, coefficient: f64, parameter: f64, mollifier: mollis_mollifi
     let term = mollis_kernel_term { kind, reserved: 0, coefficient, parameter: [parameter, 0.0] };
     let mut bytes = 0;
     unsafe {
-        assert_eq!(mollis_kernel2_workspace_bytes(&raw const term, 1, null(), mollifier, &raw mut bytes), OK);
+        assert_eq!(mollis_kernel2_bytes(&raw const term, 1, null(), mollifier, &raw mut bytes), OK);
         let mut block = Aligned::new(bytes);
         let made = mollis_kernel2_prepare(block.pointer(), bytes, &raw const term, 1, null(), mollifier, delta);
         assert_eq!(made, OK);
@@ -86,22 +87,22 @@ fn options_end_where_a_member_ends() {
     let (x, m, mut gradient) = ([[0.0; 2]; 3], [1.0; 3], [[0.0; 2]; 3]);
     let to = (null_mut(), gradient.as_mut_ptr(), null_mut());
     let sum = Sum::<f64, 2>::new((3, x.as_ptr(), m.as_ptr()), (3, x.as_ptr()), to);
-    takes_ends_of_members(&[4, 8, 16, 24, 32, 40], mollis_run_init, |run| unsafe {
+    takes_ends_of_members(&[4, 8, 16, 24, 32, 40, 48], mollis_run_init, |run| unsafe {
         mollis_field2_workspace_bytes(kernel, length, sum.sources(), null(), sum.outputs(), null(), run, &mut 0)
     });
     takes_ends_of_members(&[4, 8, 12, 16, 32, 40], mollis_field_options_init, |options| unsafe {
         mollis_field2_workspace_bytes(kernel, length, sum.sources(), null(), sum.outputs(), options, null(), &mut 0)
     });
     takes_ends_of_members(&[4, 8, 16, 24, 32], mollis_blob_options_init, |options| unsafe {
-        mollis_blob2_workspace_bytes(kernel, length, 3, 0, 0, options, null(), &mut 0)
+        blob2_workspace_bytes(kernel, length, 3, 0, 0, options, null(), &mut 0)
     });
     let mesh = mollis_mesh2 { lower: [0.0; 2], upper: [1.0; 2], cells: [8, 8] };
     takes_ends_of_members(&[4, 8, 16, 20, 24], mollis_grid2_options_init, |options| unsafe {
-        mollis_grid2_workspace_bytes(&raw const mesh, options, null(), &mut 0)
+        grid2_workspace_bytes(&raw const mesh, options, null(), &mut 0)
     });
-    let ends = [4, 8, 12, 16, 24, 32, 40, 48, 56, 64, 68, 72, 80, 112, 116, 120];
+    let ends = [4, 8, 12, 16, 24, 32, 40, 48, 56, 64, 68, 72, 80, 112, 116, 120, 128];
     takes_ends_of_members(&ends, mollis_pks_options_init, |options| unsafe {
-        mollis_pks_workspace_bytes(3, options, &NOTHING, null(), &mut 0)
+        pks_workspace_bytes(3, options, &NOTHING, null(), &mut 0)
     });
     let text = unsafe { CStr::from_ptr(mollis_status_text(Error::NotInitialised as i32)) };
     assert_eq!(text, c"the options structure was not filled by its _init function");
@@ -180,21 +181,21 @@ impl Calls {
                     (mollis_field2_eval(block, length, sources, at, to, options, run, pointer, size, none), 0, x)
                 }
                 "grid" => {
-                    assert_eq!(mollis_grid2_workspace_bytes(&raw const MESH, null(), run, &raw mut bytes), OK);
+                    assert_eq!(grid2_workspace_bytes(&raw const MESH, null(), run, &raw mut bytes), OK);
                     (space, size) = space_of(bytes);
                     #[rustfmt::skip]
-                    let code = mollis_grid2_eval(&raw const MESH, null(), N, sources, m.as_ptr(), N, targets, to, none, none,
+                    let code = grid2_eval(&raw const MESH, null(), N, sources, m.as_ptr(), N, targets, to, none, none,
                         null_mut(), null_mut(), null_mut(), space.pointer(), size, run);
                     (code, 0, x)
                 }
                 "blob" => {
-                    let sized = mollis_blob2_workspace_bytes(block, length, N, N, 0, null(), run, &raw mut bytes);
+                    let sized = blob2_workspace_bytes(block, length, N, N, 0, null(), run, &raw mut bytes);
                     assert_eq!(sized, OK);
                     (space, size) = space_of(bytes);
                     let mut report = mollis_blob_report { steps: 0, first_bad: 0, energy_first: 0.0, energy_last: 0.0 };
                     let mut tracers = self.targets.clone();
                     #[rustfmt::skip]
-                    let code = mollis_blob2_step(block, length, N, m.as_ptr(), sources, none, null_mut(), none, N,
+                    let code = blob2_step(block, length, N, m.as_ptr(), sources, none, null_mut(), none, N,
                         tracers.as_mut_ptr(), none, null_mut(), 0.01, self.steps, null(), run, &raw mut report,
                         space.pointer(), size);
                     (code, report.steps, x)
@@ -203,13 +204,12 @@ impl Calls {
                     let attraction =
                         mollis_pks_attraction { kind: MOLLIS_PKS_ATTRACTION_MESH, mesh: &raw const MESH, ..NOTHING };
                     let good = mollis_pks_options { chi: 0.5, ..self.pks };
-                    let sized =
-                        mollis_pks_workspace_bytes(N, &raw const good, &raw const attraction, run, &raw mut bytes);
+                    let sized = pks_workspace_bytes(N, &raw const good, &raw const attraction, run, &raw mut bytes);
                     assert_eq!(sized, OK);
                     (space, size) = space_of(bytes);
                     let mut labels: Vec<u64> = (0..N as u64).collect();
                     // The last particle is not alive.
-                    let mut counters = mollis_pks_counters { time: 0.0, step: 0, count: N as u64 - 1, pending: 0 };
+                    let mut counters = mollis_pks_progress { time: 0.0, step: 0, count: N as u64 - 1, pending: 0 };
                     let mut events = mollis_pks_events {
                         events: null_mut(),
                         room: 0,
@@ -219,7 +219,7 @@ impl Calls {
                         labels_written: 0,
                     };
                     #[rustfmt::skip]
-                    let code = mollis_pks_step(&raw const self.pks, &raw const attraction, N, sources, m.as_mut_ptr(),
+                    let code = pks_step(&raw const self.pks, &raw const attraction, N, sources, m.as_mut_ptr(),
                         labels.as_mut_ptr(), null_mut(), &raw mut counters, self.generator, 7, 1e-4, self.steps,
                         &raw mut events, null_mut(), space.pointer(), size, run);
                     (code, counters.step, x)
@@ -351,14 +351,15 @@ fn sizes_are_checked_before_data_are_read() {
         let mut space = Aligned::new(bytes);
         let mut dual = |bytes| {
             let memory = space.pointer();
-            mollis_dual_norm2_eval(&raw const points, 0.5, 4, values.as_ptr(), &raw mut norm, memory, bytes)
+            mollis_dual_norm2(&raw const points, 0.5, 4, values.as_ptr(), &raw mut norm, memory, bytes)
         };
         assert_eq!(dual(bytes - 1), Error::WorkspaceTooSmall as i32);
         assert_eq!(dual(bytes), Error::NotFinite as i32);
         assert_eq!(norm, 7.0);
         let species = [mollis_pks_species { mass: f64::NAN, mu: f64::NAN }];
         let none = null_mut();
-        let eval = |n, particles| mollis_pks_species_eval(n, species.as_ptr(), f64::NAN, particles, none, none, none);
+        let eval =
+            |n, particles| mollis_pks_represent_species(n, species.as_ptr(), f64::NAN, particles, none, none, none);
         assert_eq!((eval(0, 10), eval(1, 0)), (Error::OutOfDomain as i32, Error::OutOfDomain as i32));
         assert_eq!(eval(1, 10), Error::NotFinite as i32);
     }
@@ -437,20 +438,20 @@ fn the_first_bad_element_has_a_place_of_its_own() {
         let (run_at, space) = (&raw const run, space.pointer());
         let code = mollis_field2_eval(kernel, length, sources, at, to, null(), run_at, space, bytes, null_mut());
         assert_eq!(code, Error::Overlap as i32);
-        assert_eq!(mollis_grid2_workspace_bytes(&raw const MESH, null(), null(), &raw mut bytes), OK);
+        assert_eq!(grid2_workspace_bytes(&raw const MESH, null(), null(), &raw mut bytes), OK);
         let mut space = Aligned::new(bytes);
         #[rustfmt::skip]
-        let code = mollis_grid2_eval(&raw const MESH, null(), 2, p, m.as_ptr(), 2, p, gradient.as_mut_ptr(), none, none,
+        let code = grid2_eval(&raw const MESH, null(), 2, p, m.as_ptr(), 2, p, gradient.as_mut_ptr(), none, none,
             null_mut(), null_mut(), null_mut(), space.pointer(), bytes, &raw const run);
         assert_eq!(code, Error::Overlap as i32);
-        assert_eq!(mollis_blob2_workspace_bytes(kernel, length, 2, 0, 0, null(), null(), &raw mut bytes), OK);
+        assert_eq!(blob2_workspace_bytes(kernel, length, 2, 0, 0, null(), null(), &raw mut bytes), OK);
         let mut space = Aligned::new(bytes);
         #[rustfmt::skip]
-        let code = mollis_blob2_step(kernel, length, 2, m.as_ptr(), x.as_mut_ptr(), none, null_mut(), none, 0, null_mut(),
+        let code = blob2_step(kernel, length, 2, m.as_ptr(), x.as_mut_ptr(), none, null_mut(), none, 0, null_mut(),
             none, null_mut(), 0.1, 1, null(), &raw const run, null_mut(), space.pointer(), bytes);
         assert_eq!(code, Error::Overlap as i32);
         let (options, mut masses, mut labels) = (filled(mollis_pks_options_init), m, [0_u64, 1]);
-        let mut counters = mollis_pks_counters { time: 0.0, step: 0, count: 2, pending: 0 };
+        let mut counters = mollis_pks_progress { time: 0.0, step: 0, count: 2, pending: 0 };
         let mut events = mollis_pks_events {
             events: null_mut(),
             room: 0,
@@ -459,10 +460,10 @@ fn the_first_bad_element_has_a_place_of_its_own() {
             labels_room: 0,
             labels_written: 0,
         };
-        assert_eq!(mollis_pks_workspace_bytes(2, &raw const options, &NOTHING, null(), &raw mut bytes), OK);
+        assert_eq!(pks_workspace_bytes(2, &raw const options, &NOTHING, null(), &raw mut bytes), OK);
         let mut space = Aligned::new(bytes);
         #[rustfmt::skip]
-        let code = mollis_pks_step(&raw const options, &NOTHING, 2, x.as_mut_ptr(), masses.as_mut_ptr(), labels.as_mut_ptr(),
+        let code = pks_step(&raw const options, &NOTHING, 2, x.as_mut_ptr(), masses.as_mut_ptr(), labels.as_mut_ptr(),
             null_mut(), &raw mut counters, null(), 7, 0.1, 1, &raw mut events, null_mut(), space.pointer(), bytes,
             &raw const run);
         assert_eq!(code, Error::Overlap as i32);
@@ -485,9 +486,9 @@ impl Calls {
                     let (sources, at, to) = (sum.sources(), sum.targets(), sum.outputs());
                     mollis_field2_workspace_bytes(block, length, sources, at, to, null(), run, &raw mut bytes)
                 }
-                "grid" => mollis_grid2_workspace_bytes(&raw const MESH, null(), run, &raw mut bytes),
-                "blob" => mollis_blob2_workspace_bytes(block, length, N, N, 0, null(), run, &raw mut bytes),
-                _ => mollis_pks_workspace_bytes(N, &raw const self.pks, &NOTHING, run, &raw mut bytes),
+                "grid" => grid2_workspace_bytes(&raw const MESH, null(), run, &raw mut bytes),
+                "blob" => blob2_workspace_bytes(block, length, N, N, 0, null(), run, &raw mut bytes),
+                _ => pks_workspace_bytes(N, &raw const self.pks, &NOTHING, run, &raw mut bytes),
             }
         };
         assert_eq!(bytes, 77);
@@ -501,24 +502,24 @@ fn the_first_bad_element_is_found() {
     let mut values = [0.0, -1.0, f64::MAX, f64::MIN_POSITIVE, 5e-324, -0.0];
     let at = &raw mut first;
     unsafe {
-        assert_eq!((mollis_first_bad_eval(6, 1, values.as_ptr(), at), *at), (OK, MOLLIS_NONE_BAD));
-        assert_eq!((mollis_first_bad_eval(0, 3, null(), at), *at), (OK, MOLLIS_NONE_BAD));
-        assert_eq!((mollis_first_bad_eval(6, 0, null(), at), *at), (OK, MOLLIS_NONE_BAD));
+        assert_eq!((mollis_first_bad(6, 1, values.as_ptr(), at), *at), (OK, MOLLIS_NONE_BAD));
+        assert_eq!((mollis_first_bad(0, 3, null(), at), *at), (OK, MOLLIS_NONE_BAD));
+        assert_eq!((mollis_first_bad(6, 0, null(), at), *at), (OK, MOLLIS_NONE_BAD));
         for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
             values[3] = value;
             for (n, each, want) in [(6, 1, 3), (3, 2, 1), (2, 3, 1), (1, 6, 0), (3, 1, MOLLIS_NONE_BAD)] {
-                assert_eq!((mollis_first_bad_eval(n, each, values.as_ptr(), at), *at), (OK, want));
+                assert_eq!((mollis_first_bad(n, each, values.as_ptr(), at), *at), (OK, want));
                 let single = values.map(|v| if v == f64::MAX { 0.0 } else { v as f32 });
-                assert_eq!((mollis_first_bad_eval_f32(n, each, single.as_ptr(), at), *at), (OK, want));
+                assert_eq!((mollis_first_bad_f32(n, each, single.as_ptr(), at), *at), (OK, want));
             }
         }
         *at = 77;
         for (code, error) in [
-            (mollis_first_bad_eval(6, 1, null(), at), Error::NullPointer),
-            (mollis_first_bad_eval(6, 1, values.as_ptr(), null_mut()), Error::NullPointer),
-            (mollis_first_bad_eval(6, 1, values.as_ptr().byte_add(1), at), Error::Misaligned),
-            (mollis_first_bad_eval(usize::MAX, 3, values.as_ptr(), at), Error::TooLarge),
-            (mollis_first_bad_eval(6, 1, values.as_ptr(), values.as_mut_ptr().cast()), Error::Overlap),
+            (mollis_first_bad(6, 1, null(), at), Error::NullPointer),
+            (mollis_first_bad(6, 1, values.as_ptr(), null_mut()), Error::NullPointer),
+            (mollis_first_bad(6, 1, values.as_ptr().byte_add(1), at), Error::Misaligned),
+            (mollis_first_bad(usize::MAX, 3, values.as_ptr(), at), Error::TooLarge),
+            (mollis_first_bad(6, 1, values.as_ptr(), values.as_mut_ptr().cast()), Error::Overlap),
         ] {
             assert_eq!(code, error as i32);
         }
@@ -538,16 +539,14 @@ fn the_answer_of_a_size_query_overlaps_no_kernel() {
     for attraction in [sum, heavy] {
         for at in [0, 8, kernel_bytes - 8] {
             let bytes = kernel.wrapping_byte_add(at).cast();
-            let code =
-                unsafe { mollis_pks_workspace_bytes(5, &raw const options, &raw const attraction, null(), bytes) };
+            let code = unsafe { pks_workspace_bytes(5, &raw const options, &raw const attraction, null(), bytes) };
             assert_eq!(code, Error::Overlap as i32);
             let (five, run) = (&raw const options, null());
-            let code = unsafe { mollis_pks_workspace_bytes_f32(5, five, &raw const attraction, run, bytes) };
+            let code = unsafe { pks_workspace_bytes_f32(5, five, &raw const attraction, run, bytes) };
             assert_eq!(code, Error::Overlap as i32);
         }
         let mut bytes = 0;
-        let code =
-            unsafe { mollis_pks_workspace_bytes(5, &raw const options, &raw const attraction, null(), &raw mut bytes) };
+        let code = unsafe { pks_workspace_bytes(5, &raw const options, &raw const attraction, null(), &raw mut bytes) };
         assert!(code == OK && bytes > 0);
     }
     assert_eq!(block.bytes(), before);
@@ -570,7 +569,7 @@ fn what_overflows_in_a_step_was_given_finite() {
         options.at_least = 3;
         let run_of = |steps: usize, dt: f64| {
             let (mut x, mut m, mut labels) = (start, [1.0; 3], [0_u64, 1, 2]);
-            let mut counters = mollis_pks_counters { time: 0.0, step: 0, count: 3, pending: 0 };
+            let mut counters = mollis_pks_progress { time: 0.0, step: 0, count: 3, pending: 0 };
             let mut events = mollis_pks_events {
                 events: null_mut(),
                 room: 0,
@@ -583,10 +582,10 @@ fn what_overflows_in_a_step_was_given_finite() {
             let run = mollis_run { first_bad: &raw mut bad, ..filled(mollis_run_init) };
             let code = unsafe {
                 let options = &raw const options;
-                assert_eq!(mollis_pks_workspace_bytes(3, options, &raw const attraction, null(), &raw mut bytes), OK);
+                assert_eq!(pks_workspace_bytes(3, options, &raw const attraction, null(), &raw mut bytes), OK);
                 let mut space = Aligned::new(bytes);
                 #[rustfmt::skip]
-                let code = mollis_pks_step(options, &raw const attraction, 3, x.as_mut_ptr(), m.as_mut_ptr(),
+                let code = pks_step(options, &raw const attraction, 3, x.as_mut_ptr(), m.as_mut_ptr(),
                     labels.as_mut_ptr(), null_mut(), &raw mut counters, null(), 7, dt, steps, &raw mut events, null_mut(),
                     space.pointer(), bytes, &raw const run);
                 code
@@ -609,7 +608,7 @@ fn predictions_refuse_heavy_masses_that_are_not_finite() {
     let mut out = mollis_pks_prediction { critical_mass: 7.0, blow_up_bound: 7.0, second_moment_rate: 7.0 };
     for value in [f64::NAN, f64::INFINITY] {
         let heavy = [1.0, value];
-        let code = unsafe { mollis_pks_prediction_eval(60.0, 1.0, 1.0, 1.0, 2, heavy.as_ptr(), &raw mut out) };
+        let code = unsafe { mollis_pks_predict(60.0, 1.0, 1.0, 1.0, 2, heavy.as_ptr(), &raw mut out) };
         assert_eq!(code, Error::NotFinite as i32);
     }
     assert_eq!((out.critical_mass, out.blow_up_bound, out.second_moment_rate), (7.0, 7.0, 7.0));
@@ -631,10 +630,10 @@ fn on_the_mesh(
         ([0.0; NODES], [0.0; NODES], vec![[0.0; 2]; targets.len()], [0.0; 3]);
     let mut bytes = 0;
     unsafe {
-        assert_eq!(mollis_grid2_workspace_bytes(&raw const UNIT, &raw const options, null(), &raw mut bytes), OK);
+        assert_eq!(grid2_workspace_bytes(&raw const UNIT, &raw const options, null(), &raw mut bytes), OK);
         let mut space = Aligned::new(bytes);
         #[rustfmt::skip]
-        let code = mollis_grid2_eval(&raw const UNIT, &raw const options, x.len(), x.as_ptr(), m.as_ptr(), targets.len(),
+        let code = grid2_eval(&raw const UNIT, &raw const options, x.len(), x.as_ptr(), m.as_ptr(), targets.len(),
             targets.as_ptr(), gradient.as_mut_ptr(), mass.as_mut_ptr(), u.as_mut_ptr(), null_mut(), &raw mut total,
             null_mut(), space.pointer(), bytes, null());
         assert_eq!(code, OK);

@@ -54,22 +54,22 @@ macro_rules! check {
                 let want =
                     (diagnostics::stable_step(&kernel, &x, &m), diagnostics::stable_step_anywhere(&kernel, 2.0, 3.0));
                 let kp = block.bytes().as_ptr().cast();
-                assert_eq!(($step(kp, bytes, n, mp, xp, a), Ok(out[0])), (OK, want.0));
+                assert_eq!(($step(kp, bytes, n, xp, mp, a), Ok(out[0])), (OK, want.0));
                 assert_eq!(($anywhere(kp, bytes, 2.0, 3.0, a), Ok(out[0])), (OK, want.1));
                 out = untouched;
                 let mut bad = x.clone();
                 bad[3][0] = <$t>::NAN;
-                assert_eq!($step(kp, bytes, n, mp, bad.as_ptr(), a), Error::NotFinite as i32);
-                assert_eq!($step(kp, bytes, n, mp, xp, null_mut()), Error::NullPointer as i32);
-                assert_eq!($step(kp, bytes - 1, n, mp, xp, a), Error::WorkspaceTooSmall as i32);
-                assert_eq!($step(kp, 0, n, mp, xp, a), Error::NotPrepared as i32);
+                assert_eq!($step(kp, bytes, n, bad.as_ptr(), mp, a), Error::NotFinite as i32);
+                assert_eq!($step(kp, bytes, n, xp, mp, null_mut()), Error::NullPointer as i32);
+                assert_eq!($step(kp, bytes - 1, n, xp, mp, a), Error::WorkspaceTooSmall as i32);
+                assert_eq!($step(kp, 0, n, xp, mp, a), Error::NotPrepared as i32);
                 assert_eq!($anywhere(kp, bytes, -2.0, 3.0, a), Error::OutOfDomain as i32);
                 assert_eq!($anywhere(kp, bytes, 2.0, <$t>::INFINITY, a), Error::NotFinite as i32);
                 assert_eq!(out, untouched);
                 // without a mollifier |x|^1.5 has no bounded Hessian, so coincident particles have no stable step
                 let mut singular = kernel_block::<$t, $d>(Mollifier::None);
                 let (sp, bytes) = (singular.bytes().as_ptr().cast(), singular.bytes().len());
-                assert_eq!($step(sp, bytes, n, mp, xp, a), OK);
+                assert_eq!($step(sp, bytes, n, xp, mp, a), OK);
 
                 assert_eq!($overlap(n, 0.4, mp, rp, a), OK);
                 assert_eq!(Some(out[0]), diagnostics::smallest_overlap::<$t, $d>(0.4, &m, &rho).unwrap());
@@ -116,18 +116,18 @@ macro_rules! check {
     };
 }
 
-check!(line_f64, f64, 1; mollis_moments1_eval() mollis_stable_step1_eval() mollis_stable_step_anywhere1_eval()
-    mollis_overlap1_eval() mollis_distance1_eval() mollis_dual_norm1_workspace_bytes() mollis_dual_norm1_eval() mollis_norm_eval());
-check!(plane_f64, f64, 2; mollis_moments2_eval() mollis_stable_step2_eval() mollis_stable_step_anywhere2_eval()
-    mollis_overlap2_eval() mollis_distance2_eval() mollis_dual_norm2_workspace_bytes() mollis_dual_norm2_eval() mollis_norm_eval());
-check!(space_f64, f64, 3; mollis_moments3_eval() mollis_stable_step3_eval() mollis_stable_step_anywhere3_eval()
-    mollis_overlap3_eval() mollis_distance3_eval() mollis_dual_norm3_workspace_bytes() mollis_dual_norm3_eval() mollis_norm_eval());
-check!(line_f32, f32, 1; mollis_moments1_eval_f32() mollis_stable_step1_eval_f32() mollis_stable_step_anywhere1_eval_f32()
-    mollis_overlap1_eval_f32() mollis_distance1_eval_f32() mollis_dual_norm1_workspace_bytes_f32()
-    mollis_dual_norm1_eval_f32() mollis_norm_eval_f32());
-check!(plane_f32, f32, 2; mollis_moments2_eval_f32() mollis_stable_step2_eval_f32() mollis_stable_step_anywhere2_eval_f32()
-    mollis_overlap2_eval_f32() mollis_distance2_eval_f32() mollis_dual_norm2_workspace_bytes_f32()
-    mollis_dual_norm2_eval_f32() mollis_norm_eval_f32());
-check!(space_f32, f32, 3; mollis_moments3_eval_f32() mollis_stable_step3_eval_f32() mollis_stable_step_anywhere3_eval_f32()
-    mollis_overlap3_eval_f32() mollis_distance3_eval_f32() mollis_dual_norm3_workspace_bytes_f32()
-    mollis_dual_norm3_eval_f32() mollis_norm_eval_f32());
+check!(line_f64, f64, 1; mollis_moments1() mollis_stable_step1() mollis_stable_step1_anywhere()
+    mollis_overlap1() mollis_distance_norm1() mollis_dual_norm1_workspace_bytes() mollis_dual_norm1() mollis_norm());
+check!(plane_f64, f64, 2; mollis_moments2() mollis_stable_step2() mollis_stable_step2_anywhere()
+    mollis_overlap2() mollis_distance_norm2() mollis_dual_norm2_workspace_bytes() mollis_dual_norm2() mollis_norm());
+check!(space_f64, f64, 3; mollis_moments3() mollis_stable_step3() mollis_stable_step3_anywhere()
+    mollis_overlap3() mollis_distance_norm3() mollis_dual_norm3_workspace_bytes() mollis_dual_norm3() mollis_norm());
+check!(line_f32, f32, 1; mollis_moments1_f32() mollis_stable_step1_f32() mollis_stable_step1_anywhere_f32()
+    mollis_overlap1_f32() mollis_distance_norm1_f32() mollis_dual_norm1_workspace_bytes_f32()
+    mollis_dual_norm1_f32() mollis_norm_f32());
+check!(plane_f32, f32, 2; mollis_moments2_f32() mollis_stable_step2_f32() mollis_stable_step2_anywhere_f32()
+    mollis_overlap2_f32() mollis_distance_norm2_f32() mollis_dual_norm2_workspace_bytes_f32()
+    mollis_dual_norm2_f32() mollis_norm_f32());
+check!(space_f32, f32, 3; mollis_moments3_f32() mollis_stable_step3_f32() mollis_stable_step3_anywhere_f32()
+    mollis_overlap3_f32() mollis_distance_norm3_f32() mollis_dual_norm3_workspace_bytes_f32()
+    mollis_dual_norm3_f32() mollis_norm_f32());

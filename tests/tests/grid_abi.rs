@@ -11,6 +11,7 @@ use std::ptr::{null, null_mut};
 use mollis_abi::*;
 use mollis_core::Error;
 use mollis_tests::Aligned;
+use mollis_tests::positional::*;
 
 use crate::border::grid_options;
 
@@ -26,11 +27,11 @@ fn the_call_does_what_core_does_and_refuses_without_writing() {
     let mut bytes = 0;
     // SAFETY: live arrays of these lengths.
     unsafe {
-        assert_eq!(mollis_grid2_workspace_bytes(&raw const mesh, null(), null(), &raw mut bytes), 0);
+        assert_eq!(grid2_workspace_bytes(&raw const mesh, null(), null(), &raw mut bytes), 0);
         assert!(bytes <= 1 << 16);
         let mut call =
             |mesh: *const mollis_mesh2, options: *const mollis_grid2_options, x: *const [f64; 2], bytes: usize| {
-                mollis_grid2_eval(
+                grid2_eval(
                     mesh,
                     options,
                     3,
@@ -88,9 +89,9 @@ fn the_call_does_what_core_does_and_refuses_without_writing() {
     let (mut total32, mut bytes32) = ([0.0_f32; 3], 0);
     // SAFETY: live arrays of these lengths.
     let status = unsafe {
-        assert_eq!(mollis_grid2_workspace_bytes_f32(&raw const mesh, null(), null(), &raw mut bytes32), 0);
+        assert_eq!(grid2_workspace_bytes_f32(&raw const mesh, null(), null(), &raw mut bytes32), 0);
         assert!(bytes32 > 0 && bytes32 < bytes);
-        mollis_grid2_eval_f32(
+        grid2_eval_f32(
             &raw const mesh,
             null(),
             3,

@@ -9,6 +9,7 @@ use mollis_core::Error;
 use mollis_core::kernel::{Kernel, Law, Term};
 use mollis_core::mollifier::Mollifier;
 use mollis_tests::Aligned;
+use mollis_tests::positional::*;
 
 const OK: i32 = 0;
 const NONE: mollis_mollifier = mollis_mollifier { kind: MOLLIS_MOLLIFIER_NONE, order: 0, exponent: 0 };
@@ -32,27 +33,27 @@ fn codes(
     let got = unsafe {
         [
             [
-                mollis_kernel1_workspace_bytes(p, n, own, mollifier, bp),
+                mollis_kernel1_bytes(p, n, own, mollifier, bp),
                 mollis_kernel1_prepare(b, size, p, n, own, mollifier, delta),
             ],
             [
-                mollis_kernel2_workspace_bytes(p, n, own, mollifier, bp),
+                mollis_kernel2_bytes(p, n, own, mollifier, bp),
                 mollis_kernel2_prepare(b, size, p, n, own, mollifier, delta),
             ],
             [
-                mollis_kernel3_workspace_bytes(p, n, own, mollifier, bp),
+                mollis_kernel3_bytes(p, n, own, mollifier, bp),
                 mollis_kernel3_prepare(b, size, p, n, own, mollifier, delta),
             ],
             [
-                mollis_kernel1_workspace_bytes_f32(p, n, own, mollifier, bp),
+                mollis_kernel1_bytes_f32(p, n, own, mollifier, bp),
                 mollis_kernel1_prepare_f32(b, size, p, n, own, mollifier, delta as f32),
             ],
             [
-                mollis_kernel2_workspace_bytes_f32(p, n, own, mollifier, bp),
+                mollis_kernel2_bytes_f32(p, n, own, mollifier, bp),
                 mollis_kernel2_prepare_f32(b, size, p, n, own, mollifier, delta as f32),
             ],
             [
-                mollis_kernel3_workspace_bytes_f32(p, n, own, mollifier, bp),
+                mollis_kernel3_bytes_f32(p, n, own, mollifier, bp),
                 mollis_kernel3_prepare_f32(b, size, p, n, own, mollifier, delta as f32),
             ],
         ]
@@ -151,7 +152,7 @@ fn a_bad_kernel_of_the_host_is_refused() {
             let (mut block, mut bytes) = (Aligned::new(1 << 20), 0);
             // SAFETY: live locals.
             unsafe {
-                assert_eq!(mollis_kernel2_workspace_bytes(null(), 0, &raw const kernel, mollifier, &raw mut bytes), OK);
+                assert_eq!(mollis_kernel2_bytes(null(), 0, &raw const kernel, mollifier, &raw mut bytes), OK);
                 let code = mollis_kernel2_prepare(block.pointer(), bytes, null(), 0, &raw const kernel, mollifier, 0.1);
                 assert_eq!(code, Error::NotFinite as i32, "{spoil:?}");
                 // the block is not a valid kernel afterwards
@@ -214,7 +215,7 @@ fn a_host_kernel_equals_the_known_one() {
         let [u, g, l] = got.each_mut().map(|v| v.as_mut_ptr());
         // SAFETY: live arrays of the stated lengths.
         unsafe {
-            assert_eq!(mollis_kernel2_workspace_bytes(terms.as_ptr(), 1, &raw const kernel, given, &raw mut bytes), OK);
+            assert_eq!(mollis_kernel2_bytes(terms.as_ptr(), 1, &raw const kernel, given, &raw mut bytes), OK);
             let code =
                 mollis_kernel2_prepare(block.pointer(), bytes, terms.as_ptr(), 1, &raw const kernel, given, delta);
             assert_eq!(code, OK);
@@ -266,10 +267,10 @@ macro_rules! blow_up {
 
 #[test]
 fn a_run_that_blows_up_keeps_its_last_good_state() {
-    let double = blow_up!(f64; mollis_kernel2_workspace_bytes mollis_kernel2_prepare mollis_blob2_workspace_bytes
-        mollis_blob2_step);
-    let single = blow_up!(f32; mollis_kernel2_workspace_bytes_f32 mollis_kernel2_prepare_f32
-        mollis_blob2_workspace_bytes_f32 mollis_blob2_step_f32);
+    let double = blow_up!(f64; mollis_kernel2_bytes mollis_kernel2_prepare blob2_workspace_bytes
+        blob2_step);
+    let single = blow_up!(f32; mollis_kernel2_bytes_f32 mollis_kernel2_prepare_f32
+        blob2_workspace_bytes_f32 blob2_step_f32);
     for (code, steps) in [double, single] {
         assert_eq!(code, Error::BecameNotFinite as i32);
         assert!(steps < 50);

@@ -29,5 +29,6 @@ mod random;
 mod ranges;
 mod softenings;
 mod stable_steps;
+mod step_layouts;
 mod sum_layouts;
 mod traps;

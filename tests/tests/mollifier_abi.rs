@@ -109,9 +109,9 @@ fn refusals_leave_outputs_as_they_were() {
                 mollis_mollifier1_eval(mollifier, delta, n, r, p[0], p[1], p[2], p[3], p[4], p[5]),
                 mollis_mollifier2_eval(mollifier, delta, n, r, p[0], p[1], p[2], p[3], p[4], p[5]),
                 mollis_mollifier3_eval(mollifier, delta, n, r, p[0], p[1], p[2], p[3], p[4], p[5]),
-                mollis_heaviside1_eval(mollifier, delta, n, r, p[0]),
-                mollis_mollifier_field1_eval(mollifier, delta, n, r.cast(), p[0], p[1], p[2].cast(), p[3].cast()),
-                mollis_richardson2_eval(
+                mollis_mollifier1_heaviside(mollifier, delta, n, r, p[0]),
+                mollis_mollifier1_field(mollifier, delta, n, r.cast(), p[0], p[1], p[2].cast(), p[3].cast()),
+                mollis_mollifier2_richardson(
                     mollifier,
                     delta,
                     2,
@@ -145,9 +145,9 @@ fn overlaps_are_refused() {
             mollis_mollifier2_eval(GOOD, 1.0, N, start, start, none, none, none, none, none),
             mollis_mollifier2_eval(GOOD, 1.0, N, RADII.as_ptr(), start, start.add(N - 1), none, none, none, none),
             mollis_mollifier2_eval(GOOD, 1.0, N, RADII.as_ptr(), none, none, start, none, none, start),
-            mollis_heaviside1_eval(GOOD, 1.0, N, start, start.add(N - 1)),
-            mollis_mollifier_field2_eval(GOOD, 1.0, 2, start.cast(), start.add(3), none, null_mut(), null_mut()),
-            mollis_richardson2_eval(
+            mollis_mollifier1_heaviside(GOOD, 1.0, N, start, start.add(N - 1)),
+            mollis_mollifier2_field(GOOD, 1.0, 2, start.cast(), start.add(3), none, null_mut(), null_mut()),
+            mollis_mollifier2_richardson(
                 GOOD,
                 1.0,
                 2,
@@ -162,7 +162,7 @@ fn overlaps_are_refused() {
                 none,
                 none,
             ),
-            mollis_richardson2_eval(
+            mollis_mollifier2_richardson(
                 GOOD,
                 1.0,
                 2,
@@ -182,7 +182,7 @@ fn overlaps_are_refused() {
     assert_eq!(codes, [Error::Overlap as i32; 7]);
     assert_eq!(values, before);
     // Neighbours do not overlap.
-    let code = unsafe { mollis_heaviside1_eval(GOOD, 1.0, N, start, start.add(N)) };
+    let code = unsafe { mollis_mollifier1_heaviside(GOOD, 1.0, N, start, start.add(N)) };
     assert_eq!(code, 0);
 }
 
@@ -193,7 +193,7 @@ fn points_are_checked_and_evaluated() {
     let (mut density, mut potential) = ([0.0; 3], [0.0; 3]);
     let (mut gradient, mut hessian) = ([[0.0; 3]; 3], [[[0.0; 3]; 3]; 3]);
     let mut eval = |x: &[[f32; 3]; 3]| unsafe {
-        mollis_mollifier_field3_eval_f32(
+        mollis_mollifier3_field_f32(
             GOOD,
             0.5,
             3,
@@ -219,12 +219,12 @@ fn points_are_checked_and_evaluated() {
 #[test]
 fn moments_and_combinations() {
     let mut value = 7.0;
-    assert_eq!(unsafe { mollis_moment2_eval(with(MOLLIS_MOLLIFIER_COMPACT, 2, 4), 0.5, 2, &mut value) }, 0);
+    assert_eq!(unsafe { mollis_mollifier2_moment(with(MOLLIS_MOLLIFIER_COMPACT, 2, 4), 0.5, 2, &mut value) }, 0);
     assert!((value - 0.25 / 6.0).abs() < 1e-17);
     value = 7.0;
-    assert_eq!(unsafe { mollis_moment2_eval(GOOD, 0.5, 65, &mut value) }, Error::OutOfDomain as i32);
-    assert_eq!(unsafe { mollis_moment2_eval(GOOD, -0.5, 2, &mut value) }, Error::Delta as i32);
-    assert_eq!(unsafe { mollis_moment2_eval(GOOD, 0.5, 2, null_mut()) }, Error::NullPointer as i32);
+    assert_eq!(unsafe { mollis_mollifier2_moment(GOOD, 0.5, 65, &mut value) }, Error::OutOfDomain as i32);
+    assert_eq!(unsafe { mollis_mollifier2_moment(GOOD, -0.5, 2, &mut value) }, Error::Delta as i32);
+    assert_eq!(unsafe { mollis_mollifier2_moment(GOOD, 0.5, 2, null_mut()) }, Error::NullPointer as i32);
     assert_eq!(value, 7.0);
 
     // Anderson (9) and (10).
@@ -233,7 +233,7 @@ fn moments_and_combinations() {
     let order_2 = with(MOLLIS_MOLLIFIER_COMPACT, 2, 4);
     let mut combine = |mollifier, radii: &[f64], n: usize| unsafe {
         let w = weights.as_mut_ptr();
-        let code = mollis_richardson3_eval(
+        let code = mollis_mollifier3_richardson(
             mollifier,
             1.0,
             n,

@@ -10,6 +10,7 @@ use std::ptr::{null, null_mut};
 
 use mollis_abi::*;
 use mollis_tests::Aligned;
+use mollis_tests::positional::*;
 
 /// Sun and Earth in kilograms and metres, in single precision.
 #[test]
@@ -18,15 +19,8 @@ fn moments_of_sun_and_planet() {
     let (mut mass, mut absolute, mut centre, mut second) = (0.0, 0.0, [7.0; 2], 0.0);
     unsafe {
         let centre = &raw mut centre;
-        let status = mollis_moments2_eval_f32(
-            2,
-            x.as_ptr(),
-            m.as_ptr(),
-            &raw mut mass,
-            &raw mut absolute,
-            centre,
-            &raw mut second,
-        );
+        let status =
+            mollis_moments2_f32(2, x.as_ptr(), m.as_ptr(), &raw mut mass, &raw mut absolute, centre, &raw mut second);
         assert_eq!(status, 0);
     }
     let want = f64::from(m[1]) * f64::from(x[1][0]) / (f64::from(m[0]) + f64::from(m[1]));
@@ -44,10 +38,10 @@ fn gaussian_fields_far_outside() {
         let mut on_line = ([7.0; 1], [[7.0]]);
         unsafe {
             let (rho, u, g) = (density.as_mut_ptr(), potential.as_mut_ptr(), gradient.as_mut_ptr());
-            let status = mollis_mollifier_field2_eval_f32(gaussian, delta, 1, x.as_ptr(), rho, u, g, null_mut());
+            let status = mollis_mollifier2_field_f32(gaussian, delta, 1, x.as_ptr(), rho, u, g, null_mut());
             assert_eq!(status, 0);
             let (u, g) = (on_line.0.as_mut_ptr(), on_line.1.as_mut_ptr());
-            let status = mollis_mollifier_field1_eval_f32(gaussian, delta, 1, y.as_ptr(), null_mut(), u, g, null_mut());
+            let status = mollis_mollifier1_field_f32(gaussian, delta, 1, y.as_ptr(), null_mut(), u, g, null_mut());
             assert_eq!(status, 0);
         }
         let (x, far) = (x[0].map(f64::from), f64::from(r));
@@ -69,7 +63,7 @@ fn gaussian_fields_far_outside() {
     let x = [[0.0; 2], [1e-25, 0.0]];
     unsafe {
         let (n, g) = (null_mut(), gradient.as_mut_ptr());
-        assert_eq!(mollis_mollifier_field2_eval_f32(gaussian, 1e-5, 2, x.as_ptr(), n, n, g, null_mut()), 0);
+        assert_eq!(mollis_mollifier2_field_f32(gaussian, 1e-5, 2, x.as_ptr(), n, n, g, null_mut()), 0);
     }
     assert_eq!(gradient[0], [0.0; 2]);
     assert!((f64::from(gradient[1][0]) / (3e-25 / (4.0 * PI * 1e-10)) - 1.0).abs() < 2e-6, "{gradient:?}");
@@ -133,10 +127,10 @@ macro_rules! field {
 #[test]
 fn meshes_of_any_size() {
     for (side, mass) in [(1.0, 1.0), (1e160, 1.0), (1e-160, 1.0), (1e300, 1e280), (1e-300, 1e-290), (1e200, 1e-100)] {
-        field!(f64, side, mass, mollis_grid2_workspace_bytes() mollis_grid2_eval());
+        field!(f64, side, mass, grid2_workspace_bytes() grid2_eval());
     }
     // Protons in metres, and stars in metres.
     for (side, mass) in [(1.0, 1.0), (1e-3, 1.67e-27), (1e-12, 1.67e-27), (1e20, 2e30), (1e33, 2e36), (1e-30, 1e-30)] {
-        field!(f32, side, mass, mollis_grid2_workspace_bytes_f32() mollis_grid2_eval_f32());
+        field!(f32, side, mass, grid2_workspace_bytes_f32() grid2_eval_f32());
     }
 }

@@ -47,7 +47,7 @@ macro_rules! check {
             let close = [point(5.0), point(0.0), point($close)];
             let step = |(block, bytes): &mut (Aligned, usize), x: &[[$t; $d]]| {
                 let (m, mut step) = ([0.5 as $t; 3], -7.0 as $t);
-                let status = unsafe { $step(block.pointer(), *bytes, x.len(), m.as_ptr(), x.as_ptr(), &raw mut step) };
+                let status = unsafe { $step(block.pointer(), *bytes, x.len(), x.as_ptr(), m.as_ptr(), &raw mut step) };
                 assert_eq!(status == 0, step != -7.0, "written if and only if it succeeds");
                 (status, step)
             };
@@ -98,18 +98,18 @@ macro_rules! check {
     };
 }
 
-check!(line_f64, f64, 1, 1e-250; mollis_kernel1_workspace_bytes() mollis_kernel1_prepare() mollis_stable_step1_eval()
-    mollis_stable_step_anywhere1_eval());
-check!(plane_f64, f64, 2, 1e-250; mollis_kernel2_workspace_bytes() mollis_kernel2_prepare() mollis_stable_step2_eval()
-    mollis_stable_step_anywhere2_eval());
-check!(space_f64, f64, 3, 1e-250; mollis_kernel3_workspace_bytes() mollis_kernel3_prepare() mollis_stable_step3_eval()
-    mollis_stable_step_anywhere3_eval());
-check!(line_f32, f32, 1, 1e-40; mollis_kernel1_workspace_bytes_f32() mollis_kernel1_prepare_f32()
-    mollis_stable_step1_eval_f32() mollis_stable_step_anywhere1_eval_f32());
-check!(plane_f32, f32, 2, 1e-40; mollis_kernel2_workspace_bytes_f32() mollis_kernel2_prepare_f32()
-    mollis_stable_step2_eval_f32() mollis_stable_step_anywhere2_eval_f32());
-check!(space_f32, f32, 3, 1e-40; mollis_kernel3_workspace_bytes_f32() mollis_kernel3_prepare_f32()
-    mollis_stable_step3_eval_f32() mollis_stable_step_anywhere3_eval_f32());
+check!(line_f64, f64, 1, 1e-250; mollis_kernel1_bytes() mollis_kernel1_prepare() mollis_stable_step1()
+    mollis_stable_step1_anywhere());
+check!(plane_f64, f64, 2, 1e-250; mollis_kernel2_bytes() mollis_kernel2_prepare() mollis_stable_step2()
+    mollis_stable_step2_anywhere());
+check!(space_f64, f64, 3, 1e-250; mollis_kernel3_bytes() mollis_kernel3_prepare() mollis_stable_step3()
+    mollis_stable_step3_anywhere());
+check!(line_f32, f32, 1, 1e-40; mollis_kernel1_bytes_f32() mollis_kernel1_prepare_f32()
+    mollis_stable_step1_f32() mollis_stable_step1_anywhere_f32());
+check!(plane_f32, f32, 2, 1e-40; mollis_kernel2_bytes_f32() mollis_kernel2_prepare_f32()
+    mollis_stable_step2_f32() mollis_stable_step2_anywhere_f32());
+check!(space_f32, f32, 3, 1e-40; mollis_kernel3_bytes_f32() mollis_kernel3_prepare_f32()
+    mollis_stable_step3_f32() mollis_stable_step3_anywhere_f32());
 
 /// A pair at distance 1e-180 under the logarithm in the plane: 1 / (2 pi r^2) is out of range, 1 / r is not.
 #[test]
@@ -119,10 +119,10 @@ fn a_pair_so_close_that_its_square_is_zero() {
     for (r, refused) in [(1e-180, true), (1e-150, false)] {
         let (x, m, mut step) = ([[0.0, 0.0], [0.6 * r, 0.8 * r]], [1.0, 1.0], -7.0);
         unsafe {
-            assert_eq!(mollis_kernel2_workspace_bytes(&raw const newtonian, 1, null(), NONE, &raw mut bytes), 0);
+            assert_eq!(mollis_kernel2_bytes(&raw const newtonian, 1, null(), NONE, &raw mut bytes), 0);
             let mut block = Aligned::new(bytes);
             assert_eq!(mollis_kernel2_prepare(block.pointer(), bytes, &raw const newtonian, 1, null(), NONE, 1.0), 0);
-            let status = mollis_stable_step2_eval(block.pointer(), bytes, 2, m.as_ptr(), x.as_ptr(), &raw mut step);
+            let status = mollis_stable_step2(block.pointer(), bytes, 2, x.as_ptr(), m.as_ptr(), &raw mut step);
             assert_eq!(status, if refused { REFUSED } else { 0 });
         }
         // 2 |m| / (2 pi r^2).
@@ -136,20 +136,20 @@ fn distances_and_derivatives_beyond_the_range_are_refused() {
     let cubic = term(MOLLIS_KERNEL_POWER, 1.0, 3.0);
     let mut bytes = 0;
     unsafe {
-        assert_eq!(mollis_kernel2_workspace_bytes(&raw const cubic, 1, null(), NONE, &raw mut bytes), 0);
+        assert_eq!(mollis_kernel2_bytes(&raw const cubic, 1, null(), NONE, &raw mut bytes), 0);
         let mut block = Aligned::new(bytes);
         assert_eq!(mollis_kernel2_prepare(block.pointer(), bytes, &raw const cubic, 1, null(), NONE, 1.0), 0);
         for (x, m, refused) in [(1e307, 1e-300, false), (1e308, 1e-300, true)] {
             let (x, m, mut step) = ([[-x, 0.0], [x, 0.0]], [m, m], -7.0);
-            let status = mollis_stable_step2_eval(block.pointer(), bytes, 2, m.as_ptr(), x.as_ptr(), &raw mut step);
+            let status = mollis_stable_step2(block.pointer(), bytes, 2, x.as_ptr(), m.as_ptr(), &raw mut step);
             assert_eq!((status, step == -7.0), (if refused { REFUSED } else { 0 }, refused));
         }
-        assert_eq!(mollis_kernel2_workspace_bytes_f32(&raw const cubic, 1, null(), NONE, &raw mut bytes), 0);
+        assert_eq!(mollis_kernel2_bytes_f32(&raw const cubic, 1, null(), NONE, &raw mut bytes), 0);
         let mut block = Aligned::new(bytes);
         assert_eq!(mollis_kernel2_prepare_f32(block.pointer(), bytes, &raw const cubic, 1, null(), NONE, 1.0), 0);
         for (diameter, refused) in [(1e38, false), (3e38, true)] {
             let mut step = -7.0;
-            let status = mollis_stable_step_anywhere2_eval_f32(block.pointer(), bytes, 1e-38, diameter, &raw mut step);
+            let status = mollis_stable_step2_anywhere_f32(block.pointer(), bytes, 1e-38, diameter, &raw mut step);
             assert_eq!((status, step == -7.0), (if refused { REFUSED } else { 0 }, refused));
         }
     }
@@ -167,11 +167,11 @@ fn the_maximum_is_found_inside_a_short_mollifier() {
             let r: Vec<f64> = (0..N).map(|k| delta * 1.5 * k as f64 / N as f64).collect();
             let (mut g, mut l) = (vec![0.0; N], vec![0.0; N]);
             unsafe {
-                assert_eq!(mollis_kernel3_workspace_bytes(&raw const newtonian, 1, null(), compact, &raw mut bytes), 0);
+                assert_eq!(mollis_kernel3_bytes(&raw const newtonian, 1, null(), compact, &raw mut bytes), 0);
                 let mut block = Aligned::new(bytes);
                 let kernel = block.pointer();
                 assert_eq!(mollis_kernel3_prepare(kernel, bytes, &raw const newtonian, 1, null(), compact, delta), 0);
-                assert_eq!(mollis_stable_step_anywhere3_eval(kernel, bytes, 1.0, 2.0, &raw mut step), 0);
+                assert_eq!(mollis_stable_step3_anywhere(kernel, bytes, 1.0, 2.0, &raw mut step), 0);
                 let (g, l) = (g.as_mut_ptr(), l.as_mut_ptr());
                 assert_eq!(mollis_kernel3_eval(kernel, bytes, N, r.as_ptr(), null_mut(), g, l), 0);
             }

@@ -295,17 +295,17 @@ macro_rules! layouts {
 }
 
 layouts!(line, f64, 1, mollis_sources1, mollis_targets1, mollis_outputs1;
-    mollis_kernel1_workspace_bytes mollis_kernel1_prepare mollis_field1_workspace_bytes mollis_field1_eval);
+    mollis_kernel1_bytes mollis_kernel1_prepare mollis_field1_workspace_bytes mollis_field1_eval);
 layouts!(plane, f64, 2, mollis_sources2, mollis_targets2, mollis_outputs2;
-    mollis_kernel2_workspace_bytes mollis_kernel2_prepare mollis_field2_workspace_bytes mollis_field2_eval);
+    mollis_kernel2_bytes mollis_kernel2_prepare mollis_field2_workspace_bytes mollis_field2_eval);
 layouts!(space, f64, 3, mollis_sources3, mollis_targets3, mollis_outputs3;
-    mollis_kernel3_workspace_bytes mollis_kernel3_prepare mollis_field3_workspace_bytes mollis_field3_eval);
+    mollis_kernel3_bytes mollis_kernel3_prepare mollis_field3_workspace_bytes mollis_field3_eval);
 layouts!(line_f32, f32, 1, mollis_sources1_f32, mollis_targets1_f32, mollis_outputs1_f32;
-    mollis_kernel1_workspace_bytes_f32 mollis_kernel1_prepare_f32 mollis_field1_workspace_bytes_f32 mollis_field1_eval_f32);
+    mollis_kernel1_bytes_f32 mollis_kernel1_prepare_f32 mollis_field1_workspace_bytes_f32 mollis_field1_eval_f32);
 layouts!(plane_f32, f32, 2, mollis_sources2_f32, mollis_targets2_f32, mollis_outputs2_f32;
-    mollis_kernel2_workspace_bytes_f32 mollis_kernel2_prepare_f32 mollis_field2_workspace_bytes_f32 mollis_field2_eval_f32);
+    mollis_kernel2_bytes_f32 mollis_kernel2_prepare_f32 mollis_field2_workspace_bytes_f32 mollis_field2_eval_f32);
 layouts!(space_f32, f32, 3, mollis_sources3_f32, mollis_targets3_f32, mollis_outputs3_f32;
-    mollis_kernel3_workspace_bytes_f32 mollis_kernel3_prepare_f32 mollis_field3_workspace_bytes_f32 mollis_field3_eval_f32);
+    mollis_kernel3_bytes_f32 mollis_kernel3_prepare_f32 mollis_field3_workspace_bytes_f32 mollis_field3_eval_f32);
 
 /// Every structure of a dimension and scalar has the layout of the one behind it.
 #[test]

@@ -1,97 +1,114 @@
-//! Expands `ffi/abi/templates`: what is stated once for every dimension and scalar, in functions that cbindgen can read.
+//! Expands `ffi/abi/templates`: what is stated once for every dimension and scalar, into functions that cbindgen can read.
+//!
+//! A template is a file of items, each with its documentation, behind its `use` declarations. In an item `{d}` stands for the dimension, `{f}` for the suffix of the scalar, and
+//! `{T}` for the scalar. The first expansion of an item, for the plane and double precision, keeps its documentation; the others follow without, as the
+//! header says what they are.
 
-use std::fmt::Write as _;
+use std::path::Path;
 
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail};
 
 use crate::shell;
 
-/// Template, text that stands only at the plane's function in double precision, and the file that is made.
-const FIELD: [&str; 3] =
-    ["ffi/abi/templates/field.rs", "ffi/abi/templates/field_evaluation.txt", "ffi/abi/src/field/functions.rs"];
-
-const IMPORTS: &str = "#![allow(missing_docs, reason = \"members are documented at the plane's\")]
-
-use core::ffi::{c_char, c_void};
-
-use super::call::Ask;
-use super::options::{mollis_counters, mollis_field_options};
-use crate::run::mollis_run;
-use crate::status::{mollis_status, status};
-";
+const FROM: &str = "ffi/abi/templates";
+const TO: &str = "ffi/abi/src/functions";
 
 /// Writes the files, or checks that they are up to date.
 pub fn run(check: bool) -> Result<()> {
-    let [template, evaluation, to] = FIELD;
-    let (template, evaluation) =
-        (shell::read(&shell::root().join(template))?, shell::read(&shell::root().join(evaluation))?);
-    let mut all =
-        format!("//! Made from `ffi/abi/templates/field.rs` by `cargo xtask header`: do not edit.\n\n{IMPORTS}");
-    for (dimension, name) in [(2, "the plane"), (1, "one dimension"), (3, "space")] {
-        for (scalar, suffix, c) in [("f64", "", "double"), ("f32", "_f32", "float")] {
-            let of_plane = dimension == 2 && suffix.is_empty();
-            let features = match (dimension, suffix) {
-                (2, "") => "#[cfg(feature = \"double\")]\n",
-                (2, _) => "",
-                (_, "") => "#[cfg(all(feature = \"dimensions\", feature = \"double\"))]\n",
-                _ => "#[cfg(feature = \"dimensions\")]\n",
-            };
-            let place = format!("in {name}{}", if suffix.is_empty() { "" } else { ", single precision" });
-            let template = if of_plane { template.clone() } else { shortened(&template, &place) };
-            let expanded = template
-                .replace("#[cfg({features})]\n", features)
-                .replace("/// {evaluation}", evaluation.trim_end())
-                .replace("{d}", &dimension.to_string())
-                .replace("{f}", suffix)
-                .replace("{T}", scalar)
-                .replace("{dimension}", name)
-                .replace("{scalar}", c)
-                .replace("{{", "{")
-                .replace("}}", "}");
-            all.push('\n');
-            all.push_str(&expanded);
+    for template in shell::files(FROM, &["rs"])? {
+        let name = template.file_name().context("no name")?;
+        let fresh = formatted(&expand(&shell::read(&template)?, &shell::short(&template)))?;
+        let path = shell::root().join(TO).join(name);
+        if std::fs::read_to_string(&path).unwrap_or_default() == fresh {
+            continue;
         }
+        let short = shell::short(&path);
+        if check {
+            bail!("{short} is not what its template makes: run `cargo xtask header`");
+        }
+        std::fs::write(&path, fresh)?;
+        println!("{short} written");
     }
-    let scratch = shell::scratch("templates")?.join("functions.rs");
-    std::fs::write(&scratch, all)?;
-    let config = shell::root().join("rustfmt.toml");
-    shell::run(shell::program("rustfmt").arg("--edition").arg("2024").arg("--config-path").arg(config).arg(&scratch))?;
-    let fresh = std::fs::read_to_string(&scratch)?;
-    let path = shell::root().join(to);
-    if std::fs::read_to_string(&path).unwrap_or_default() == fresh {
-        return Ok(());
-    }
-    if check {
-        bail!("{to} is not what its template makes: run `cargo xtask header`");
-    }
-    std::fs::write(&path, fresh)?;
-    println!("{to} written");
     Ok(())
 }
 
-/// The template with the documentation of every item shortened to that it is as the plane's, and without that of members.
-fn shortened(template: &str, place: &str) -> String {
-    let (mut out, mut at, mut documented) = (String::new(), 0, false);
-    for line in template.split_inclusive('\n') {
-        let rest = &template[at..];
-        at += line.len();
-        if line.trim_start().starts_with("///") {
-            documented |= line.starts_with("///");
-            continue;
+/// What an item is expanded for.
+struct Variant {
+    dimension: u32,
+    suffix: &'static str,
+    scalar: &'static str,
+}
+
+const VARIANTS: [Variant; 6] = {
+    const fn of(dimension: u32, single: bool) -> Variant {
+        let (suffix, scalar) = if single { ("_f32", "f32") } else { ("", "f64") };
+        Variant { dimension, suffix, scalar }
+    }
+    [of(2, false), of(2, true), of(1, false), of(1, true), of(3, false), of(3, true)]
+};
+
+impl Variant {
+    /// The attribute of a function that a build may leave out.
+    fn condition(&self) -> &'static str {
+        match (self.dimension, self.suffix) {
+            (2, "") => "#[cfg(feature = \"double\")]\n",
+            (2, _) => "",
+            (_, "") => "#[cfg(all(feature = \"dimensions\", feature = \"double\"))]\n",
+            _ => "#[cfg(feature = \"dimensions\")]\n",
         }
-        if std::mem::take(&mut documented)
-            && let Some(item) = item_of(rest)
-        {
-            let _ = writeln!(out, "/// As {}, {place}.", item.replace("{d}", "2").replace("{f}", ""));
+    }
+}
+
+fn expand(template: &str, name: &str) -> String {
+    let mut out = format!(
+        "//! Made from `{name}` by `cargo xtask header`: do not edit.\n\n#![allow(missing_docs, reason = \"documented at the plane's\")]\n\n"
+    );
+    let start = template.find("///").unwrap_or(template.len());
+    let (uses, items) = template.split_at(start);
+    out.push_str(uses);
+    for item in
+        items.split("\n\n///").enumerate().map(|(k, item)| if k > 0 { format!("///{item}") } else { item.into() })
+    {
+        let variants = match (item.contains("{d}"), item.contains("{f}")) {
+            (true, _) => &VARIANTS[..],
+            (_, true) => &VARIANTS[..2],
+            _ => &VARIANTS[..1],
+        };
+        for (k, variant) in variants.iter().enumerate() {
+            let code: String =
+                item.split_inclusive('\n').filter(|line| k == 0 || !line.trim_start().starts_with("///")).collect();
+            let mark = "#[unsafe(no_mangle)]\n";
+            let condition = if variants.len() > 1 { variant.condition() } else { "" };
+            let expanded = code
+                .replace(mark, &format!("{condition}{mark}"))
+                .replace("{d}", &variant.dimension.to_string())
+                .replace("{f}", variant.suffix)
+                .replace("{T}", variant.scalar);
+            out.push_str(expanded.trim_end());
+            out.push_str("\n\n");
         }
-        out.push_str(line);
     }
     out
 }
 
-/// The name of the first item.
-fn item_of(rest: &str) -> Option<&str> {
-    let start = rest.find("mollis_")?;
-    let name = &rest[start..];
-    name.find(|c: char| !(c.is_alphanumeric() || "_{}".contains(c))).map(|end| &name[..end])
+fn formatted(code: &str) -> Result<String> {
+    let scratch = shell::scratch("templates")?.join("functions.rs");
+    std::fs::write(&scratch, code)?;
+    let config: &Path = &shell::root().join("rustfmt.toml");
+    shell::run(shell::program("rustfmt").arg("--edition").arg("2024").arg("--config-path").arg(config).arg(&scratch))?;
+    Ok(std::fs::read_to_string(&scratch)?)
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn an_item_is_expanded_for_every_scalar_and_dimension() {
+        let template = "use a::b;\n\n/// Of the plane.\n#[unsafe(no_mangle)]\nfn f{d}_x{f}(x: [{T}; {d}]) {}\n\n/// Once.\nfn g() {}\n";
+        let out = super::expand(template, "t.rs");
+        assert_eq!(out.matches("use a::b;").count(), 1);
+        assert_eq!(out.matches("fn f").count(), 6);
+        assert_eq!(out.matches("fn g").count(), 1);
+        assert_eq!(out.matches("/// Of the plane.").count(), 1);
+        assert!(out.contains("#[cfg(feature = \"dimensions\")]\n#[unsafe(no_mangle)]\nfn f3_x_f32(x: [f32; 3]) {}"));
+    }
 }

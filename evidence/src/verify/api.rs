@@ -96,12 +96,12 @@ macro_rules! in_c {
 }
 in_c!(f64,
     (mollis_mollifier1_eval mollis_mollifier2_eval mollis_mollifier3_eval)
-    (mollis_kernel1_workspace_bytes mollis_kernel2_workspace_bytes mollis_kernel3_workspace_bytes)
+    (mollis_kernel1_bytes mollis_kernel2_bytes mollis_kernel3_bytes)
     (mollis_kernel1_prepare mollis_kernel2_prepare mollis_kernel3_prepare)
     (mollis_kernel1_eval mollis_kernel2_eval mollis_kernel3_eval));
 in_c!(f32,
     (mollis_mollifier1_eval_f32 mollis_mollifier2_eval_f32 mollis_mollifier3_eval_f32)
-    (mollis_kernel1_workspace_bytes_f32 mollis_kernel2_workspace_bytes_f32 mollis_kernel3_workspace_bytes_f32)
+    (mollis_kernel1_bytes_f32 mollis_kernel2_bytes_f32 mollis_kernel3_bytes_f32)
     (mollis_kernel1_prepare_f32 mollis_kernel2_prepare_f32 mollis_kernel3_prepare_f32)
     (mollis_kernel1_eval_f32 mollis_kernel2_eval_f32 mollis_kernel3_eval_f32));
 

@@ -83,6 +83,8 @@ pub(crate) struct Way {
 }
 
 impl Way {
+    pub(crate) const PLAIN: Self = Self { factor: 1.0, add: false };
+
     /// Results as they are, in place of what was there.
     pub(crate) fn is_plain(self) -> bool {
         self.factor.to_bits() == 1.0_f64.to_bits() && !self.add
@@ -202,6 +204,39 @@ impl<T: Real, const D: usize> Points<T, D> {
             unsafe { column.scatter(from.iter().filter_map(|from| from.get(k)).copied(), way) };
         }
     }
+}
+
+/// The caller's points where they are an array, else a copy.
+///
+/// # Safety
+/// The crate's contract for the points.
+pub(crate) unsafe fn gathered<'a, T: Real, const D: usize>(points: Points<T, D>, to: &'a mut [[T; D]]) -> &'a [[T; D]]
+where
+    [T; D]: Plain,
+{
+    // SAFETY: passed on.
+    unsafe {
+        if points.is_dense() {
+            return points.array();
+        }
+        points.gather(to);
+    }
+    to
+}
+
+/// As [`gathered`].
+///
+/// # Safety
+/// The crate's contract for the column.
+pub(crate) unsafe fn gathered_column<T: Real>(column: Column<T>, to: &mut [T]) -> &[T] {
+    // SAFETY: passed on.
+    unsafe {
+        if column.is_dense() {
+            return column.array();
+        }
+        column.gather(to);
+    }
+    to
 }
 
 /// The bytes of a column, for overlap checks.

@@ -104,6 +104,10 @@ impl<T: Plain> Output<T> {
         Ok(Self { start: check(pointer.cast(), size_of::<T>(), align_of::<T>(), n)?.cast(), n })
     }
 
+    pub(crate) fn len(self) -> usize {
+        self.n
+    }
+
     pub(crate) fn start(self) -> NonNull<T> {
         self.start
     }
@@ -131,7 +135,18 @@ impl<T: Plain> Output<T> {
     }
 }
 
-/// A workspace: `Output<u8>` that must be aligned to [`ALIGN`].
+/// Bytes to ask for where so many, aligned to [`ALIGN`], must fit wherever the buffer begins.
+pub(crate) fn with_slack(bytes: usize) -> Result<usize> {
+    if bytes == 0 { Ok(0) } else { bytes.checked_add(ALIGN - 1).ok_or(Error::TooLarge) }
+}
+
+/// A workspace from its first aligned byte on.
+pub(crate) fn aligned(memory: &mut [u8]) -> &mut [u8] {
+    let ahead = memory.as_ptr().addr().wrapping_neg() & (ALIGN - 1);
+    memory.get_mut(ahead..).unwrap_or_default()
+}
+
+/// A prepared object: `Output<u8>` that must be aligned to [`ALIGN`].
 pub(crate) fn workspace(pointer: *mut core::ffi::c_void, bytes: usize) -> Result<Output<u8>> {
     let output = Output::new(pointer.cast::<u8>(), bytes)?;
     if bytes > 0 && !pointer.addr().is_multiple_of(ALIGN) { Err(Error::Misaligned) } else { Ok(output) }

@@ -63,7 +63,7 @@ impl Generator for HostGenerator {
 ///
 /// Refused: MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_TOO_LARGE.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn mollis_philox_eval(
+pub unsafe extern "C" fn mollis_philox_words(
     seed: u64,
     label: u64,
     step: u32,
@@ -77,7 +77,7 @@ pub unsafe extern "C" fn mollis_philox_eval(
     }))
 }
 
-unsafe fn philox_normals<T: Real>(
+pub(crate) unsafe fn philox_normals<T: Real>(
     seed: u64,
     n: usize,
     labels: *const u64,
@@ -95,39 +95,7 @@ where
     Ok(())
 }
 
-/// Overwrites normals[i] with two independent standard normal numbers for the particle labels[i], i < n: what mollis_normal_eval
-/// makes of words 0 and 1 of mollis_philox_eval, many particles at a time. The bits are the same on every machine.
-///
-/// Refused: MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_OVERLAP.
-#[cfg(feature = "double")]
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn mollis_philox2_eval(
-    seed: u64,
-    n: usize,
-    labels: *const u64,
-    step: u32,
-    substep: u32,
-    normals: *mut [f64; 2],
-) -> mollis_status {
-    // SAFETY: the caller promises the crate's contract.
-    status(unsafe { philox_normals(seed, n, labels, step, substep, normals) })
-}
-
-/// As mollis_philox2_eval, in single precision.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn mollis_philox2_eval_f32(
-    seed: u64,
-    n: usize,
-    labels: *const u64,
-    step: u32,
-    substep: u32,
-    normals: *mut [f32; 2],
-) -> mollis_status {
-    // SAFETY: the caller promises the crate's contract.
-    status(unsafe { philox_normals(seed, n, labels, step, substep, normals) })
-}
-
-unsafe fn normals<T: Real>(n: usize, words: *const u64, out: *mut T) -> Result<()> {
+pub(crate) unsafe fn normals<T: Real>(n: usize, words: *const u64, out: *mut T) -> Result<()> {
     let n_words = n.checked_add(n % 2).ok_or(Error::TooLarge)?;
     let (words, out) = (Input::new(words, n_words)?, Output::new(out, n)?);
     disjoint(&[Some(out.range())], &[words.range()])?;
@@ -136,27 +104,10 @@ unsafe fn normals<T: Real>(n: usize, words: *const u64, out: *mut T) -> Result<(
     Ok(())
 }
 
-/// Overwrites out[0 .. n] with independent standard normal numbers from uniform 64-bit words (Box & Muller 1958). `words` holds n
-/// words, n + 1 if n is odd. The bits are the same on every machine; |out| <= 8.58.
-///
-/// Refused: MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_OVERLAP.
-#[cfg(feature = "double")]
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn mollis_normal_eval(n: usize, words: *const u64, out: *mut f64) -> mollis_status {
-    // SAFETY: the caller promises the crate's contract.
-    status(unsafe { normals(n, words, out) })
-}
-
-/// As mollis_normal_eval, in single precision.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn mollis_normal_eval_f32(n: usize, words: *const u64, out: *mut f32) -> mollis_status {
-    // SAFETY: the caller promises the crate's contract.
-    status(unsafe { normals(n, words, out) })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::functions::*;
 
     unsafe extern "C" fn count(state: *mut c_void, out: *mut u64, n: usize) -> i32 {
         for i in 0..n {
@@ -194,25 +145,25 @@ mod tests {
         let (mut pairs, mut single) = ([[0.0_f64; 2]; 3], [0.0_f64; 2]);
         // SAFETY: live arrays of these lengths.
         unsafe {
-            assert_eq!(mollis_philox_eval(1, 2, 3, 4, 5, words.as_mut_ptr()), 0);
-            assert_eq!(mollis_philox2_eval(1, 3, labels.as_ptr(), 7, 8, pairs.as_mut_ptr()), 0);
+            assert_eq!(mollis_philox_words(1, 2, 3, 4, 5, words.as_mut_ptr()), 0);
+            assert_eq!(mollis_philox_normals(1, 3, labels.as_ptr(), 7, 8, pairs.as_mut_ptr()), 0);
             for (&label, pair) in labels.iter().zip(&pairs) {
                 let mut two = [0_u64; 2];
-                assert_eq!(mollis_philox_eval(1, label, 7, 8, 2, two.as_mut_ptr()), 0);
-                assert_eq!(mollis_normal_eval(2, two.as_ptr(), single.as_mut_ptr()), 0);
+                assert_eq!(mollis_philox_words(1, label, 7, 8, 2, two.as_mut_ptr()), 0);
+                assert_eq!(mollis_normals(2, two.as_ptr(), single.as_mut_ptr()), 0);
                 assert_eq!(*pair, single);
             }
             // The same memory as input and output is refused, untouched.
             let before = words;
-            assert_eq!(mollis_normal_eval(4, words.as_ptr(), words.as_mut_ptr().cast()), Error::Overlap as i32);
+            assert_eq!(mollis_normals(4, words.as_ptr(), words.as_mut_ptr().cast()), Error::Overlap as i32);
             assert_eq!(words, before);
-            assert_eq!(mollis_philox_eval(0, 0, 0, 0, 1, core::ptr::null_mut()), Error::NullPointer as i32);
-            assert_eq!(mollis_philox_eval(0, 0, 0, 0, 0, core::ptr::null_mut()), 0);
+            assert_eq!(mollis_philox_words(0, 0, 0, 0, 1, core::ptr::null_mut()), Error::NullPointer as i32);
+            assert_eq!(mollis_philox_words(0, 0, 0, 0, 0, core::ptr::null_mut()), 0);
             let mut floats = [[0.0_f32; 2]; 3];
-            assert_eq!(mollis_philox2_eval_f32(1, 3, labels.as_ptr(), 7, 8, floats.as_mut_ptr()), 0);
+            assert_eq!(mollis_philox_normals_f32(1, 3, labels.as_ptr(), 7, 8, floats.as_mut_ptr()), 0);
             assert!((f64::from(floats[0][1]) - pairs[0][1]).abs() < 1e-5);
             let mut three = [0.0_f32; 3];
-            assert_eq!(mollis_normal_eval_f32(3, words.as_ptr(), three.as_mut_ptr()), 0);
+            assert_eq!(mollis_normals_f32(3, words.as_ptr(), three.as_mut_ptr()), 0);
         }
         Philox::new(1).words(2, 3, 4, &mut want);
         assert_eq!(words, want);

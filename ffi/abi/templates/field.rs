@@ -1,8 +1,15 @@
-/// The sources of a sum in {dimension}, and their core radii.
+use core::ffi::{c_char, c_void};
+
+use crate::field::call::Ask;
+use crate::field::{mollis_field_counts, mollis_field_options};
+use crate::run::mollis_run;
+use crate::status::{mollis_status, status};
+
+/// The sources of a sum in the plane, and their core radii.
 ///
-/// Coordinates: `positions[k]` points to coordinate k of the first source, and `stride` is the number of {scalar}s from one source to the next. With `positions[1]` (and [2]) null
-/// the coordinates of a source follow one another. A stride of 0 is that of arrays without gaps. So `{{x}}` is an array `{scalar} x[n][{d}]`; `{{&p->x}}` with the stride
-/// `sizeof *p / sizeof({scalar})` is an array of structures; and `{{x, y}}` are arrays of their own.
+/// Coordinates: `positions[k]` points to coordinate k of the first source, and `stride` is the number of doubles from one source to the next. With `positions[1]` (and [2]) null
+/// the coordinates of a source follow one another. A stride of 0 is that of arrays without gaps. So `{x}` is an array `double x[n][2]`; `{&p->x}` with the stride
+/// `sizeof *p / sizeof(double)` is an array of structures; and `{x, y}` are arrays of their own.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct mollis_sources{d}{f} {
@@ -27,7 +34,7 @@ pub struct mollis_sources{d}{f} {
     pub strength_stride: usize,
 }
 
-/// Where a sum is evaluated, in {dimension}: coordinates as in mollis_sources{d}{f}.
+/// Where a sum is evaluated, in the plane: coordinates as in mollis_sources2.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct mollis_targets{d}{f} {
@@ -39,7 +46,7 @@ pub struct mollis_targets{d}{f} {
     pub stride: usize,
 }
 
-/// Where the results of a sum in {dimension} go: arrays as in mollis_sources{d}{f}; null is not computed. All zero but the pointers: overwritten.
+/// Where the results of a sum in the plane go: arrays as in mollis_sources2; null is not computed. All zero but the pointers: overwritten.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct mollis_outputs{d}{f} {
@@ -63,9 +70,8 @@ pub struct mollis_outputs{d}{f} {
     pub reserved: i32,
 }
 
-/// Bytes of workspace that mollis_field{d}_eval{f} needs for the same arguments, wherever the workspace begins. Only counts, strides and which pointers are null are looked
+/// Bytes of workspace that mollis_field2_eval needs for the same arguments, wherever the workspace begins. Only counts, strides and which pointers are null are looked
 /// at.
-#[cfg({features})]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_field{d}_workspace_bytes{f}(
     kernel: *const c_void,
@@ -85,7 +91,6 @@ pub unsafe extern "C" fn mollis_field{d}_workspace_bytes{f}(
 
 /// Writes a sentence that says which method will run, why, and what is skipped: at most `text_bytes` with the zero at its end. `length` (may be null): the whole
 /// sentence's length, without the zero.
-#[cfg({features})]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_field{d}_text{f}(
     kernel: *const c_void,
@@ -104,8 +109,38 @@ pub unsafe extern "C" fn mollis_field{d}_text{f}(
     status(unsafe { ask.text(text, text_bytes, length) })
 }
 
-/// {evaluation}
-#[cfg({features})]
+/// Sums over sources: u(x_i) = sum_j m_j K_delta(x_i - x_j) at every target, its gradient and its Laplacian.
+///
+/// `kernel`: a block that mollis_kernel2_prepare filled. Null `targets`: at the sources. A mollified kernel counts every pair, a target on a source included; without a
+/// mollifier coincident pairs contribute nothing. `workspace` is garbage afterwards. `options`, `run`, `counters` may be null. With core radii psi and K_delta are those of
+/// each source's radius; the kernel has to be Newtonian with a mollifier (MOLLIS_ERR_UNSUPPORTED), and the sum is over all pairs.
+///
+/// Arrays of equal strides may lie within each other like the members of structures. Where they are no arrays without gaps, or results are added or multiplied, the workspace holds a copy of
+/// each: some nanoseconds a particle.
+///
+/// The error is at most (c + 256 + n/256) u S, u the unit roundoff; with MOLLIS_ACCUMULATION_COMPENSATED (c + 12) u S + (n/4) u^2 S. S is the
+/// sum of |m_j| s_j, componentwise for gradients. With K the kernel that mollis_kernel2_eval returns, r = |x_i - x_j|:
+///
+/// * Newtonian, mollifier compact or none: s = |K| (in 2D plus 1/(2 pi)), |grad K|, and the mollifier's largest value for a Laplacian; c = 16,
+///   and up to 112 with mollifiers of order 6 or 8, whose coefficients have both signs; for Laplacians 250 at order 6 and 2000 at order 8.
+///   By MOLLIS_METHOD_SORTED c is half as much again.
+/// * Other kernels, Gaussian mollifiers, and Newtonian terms beside these: s = A, |x_i - x_j| B (the gradient's components: theirs of
+///   x_i - x_j), and L for a Laplacian, where A, B, L are the largest |K| and r^2 |K'/r|, |K'/r|, |Laplacian| and d |K'/r| at distances from
+///   r/2 to r; where r < delta from 0 to delta; for exponential and screened kernels under Gaussian mollifiers from 0 to r. c = 32 in single
+///   precision; in double 128, and 1000 for Laplacians; 400 and 3000 for exponential and screened kernels whose delta is from 5 to 100
+///   lengths l or 1/k. Of several terms s is the sum of theirs.
+/// * Even powers, by MOLLIS_METHOD_MOMENTS and MOLLIS_METHOD_SPLIT: the same, but s = |x_i - x_j| B for each component of a gradient.
+///
+/// All of this where neither a result nor K itself is below the normal range. Coordinates below 2^-126 (in double 2^-1022) of the largest
+/// one count as zero; by MOLLIS_METHOD_SORTED what is below 2^-120 (2^-1000) of the powers of the largest coordinate may be lost.
+///
+/// * Algebraic mollifiers (Plummer's and the like): c = 32, and s is the bare kernel's at the distance (r^2 + delta^2)^(1/2), for Laplacians |Laplacian|, where delta^4
+///   of the largest coordinate is a normal number (delta above 2^-31 of it in single precision).
+///
+/// Results do not depend on the number of threads, bit for bit. A refused call writes nothing (but `run->first_bad`, with
+/// MOLLIS_ERR_NOT_FINITE: sources, then targets); a stopped one has written some outputs, if these are arrays without gaps that are overwritten. Refused:
+/// MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_OVERLAP, MOLLIS_ERR_NOT_FINITE, MOLLIS_ERR_DELTA (a core radius that is not positive),
+/// MOLLIS_ERR_UNSUPPORTED, MOLLIS_ERR_UNKNOWN_VALUE, MOLLIS_ERR_WORKSPACE_TOO_SMALL, MOLLIS_ERR_NOT_PREPARED and those of an unprepared kernel.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_field{d}_eval{f}(
     kernel: *const c_void,
@@ -117,7 +152,7 @@ pub unsafe extern "C" fn mollis_field{d}_eval{f}(
     run: *const mollis_run,
     workspace: *mut c_void,
     workspace_bytes: usize,
-    counters: *mut mollis_counters,
+    counters: *mut mollis_field_counts,
 ) -> mollis_status {
     let (sources, targets, outputs) = (sources.cast(), targets.cast(), outputs.cast());
     let ask = Ask::<{T}, {d}> { kernel, kernel_bytes, sources, targets, outputs, options };

@@ -16,11 +16,18 @@ fn the_theory_is_that_of_rust() {
     let mut prediction = empty;
     // SAFETY: live arrays of these lengths.
     unsafe {
-        assert_eq!(mollis_pks_index_eval(4, masses.as_ptr(), chi, noise, gamma, index.as_mut_ptr()), 0);
-        let done =
-            mollis_pks_species_eval(2, kinds.as_ptr(), chi, 1000, share.as_mut_ptr(), &raw mut noise_of, &raw mut rate);
+        assert_eq!(mollis_pks_index(4, masses.as_ptr(), chi, noise, gamma, index.as_mut_ptr()), 0);
+        let done = mollis_pks_represent_species(
+            2,
+            kinds.as_ptr(),
+            chi,
+            1000,
+            share.as_mut_ptr(),
+            &raw mut noise_of,
+            &raw mut rate,
+        );
         assert_eq!(done, 0);
-        let done = mollis_pks_prediction_eval(60.0, 1.5, chi, 0.7, 2, [20.0, 11.0].as_ptr(), &raw mut prediction);
+        let done = mollis_pks_predict(60.0, 1.5, chi, 0.7, 2, [20.0, 11.0].as_ptr(), &raw mut prediction);
         assert_eq!(done, 0);
     }
     assert_eq!(index, [law.index(&group), law.alpha(&group), law.beta_squared(&group)]);
@@ -40,14 +47,14 @@ fn the_theory_is_that_of_rust() {
     // SAFETY: live arrays of these lengths, except invalid arguments, which are refused.
     unsafe {
         let out = index.as_mut_ptr();
-        assert_eq!(mollis_pks_index_eval(4, null(), chi, noise, gamma, out), code(Error::NullPointer));
-        assert_eq!(mollis_pks_index_eval(4, masses.as_ptr(), chi, noise, gamma, null_mut()), code(Error::NullPointer));
-        assert_eq!(mollis_pks_index_eval(4, masses.as_ptr(), nan, noise, gamma, out), code(Error::NotFinite));
-        assert_eq!(mollis_pks_index_eval(3, out, chi, noise, gamma, out), code(Error::Overlap));
+        assert_eq!(mollis_pks_index(4, null(), chi, noise, gamma, out), code(Error::NullPointer));
+        assert_eq!(mollis_pks_index(4, masses.as_ptr(), chi, noise, gamma, null_mut()), code(Error::NullPointer));
+        assert_eq!(mollis_pks_index(4, masses.as_ptr(), nan, noise, gamma, out), code(Error::NotFinite));
+        assert_eq!(mollis_pks_index(3, out, chi, noise, gamma, out), code(Error::Overlap));
         let out = &raw mut prediction;
-        assert_eq!(mollis_pks_prediction_eval(nan, 1.0, 1.0, 1.0, 0, null(), out), code(Error::NotFinite));
-        assert_eq!(mollis_pks_prediction_eval(1.0, 1.0, 1.0, 1.0, 1, null(), out), code(Error::NullPointer));
-        assert_eq!(mollis_pks_prediction_eval(1.0, 1.0, 1.0, 1.0, 0, null(), null_mut()), code(Error::NullPointer));
+        assert_eq!(mollis_pks_predict(nan, 1.0, 1.0, 1.0, 0, null(), out), code(Error::NotFinite));
+        assert_eq!(mollis_pks_predict(1.0, 1.0, 1.0, 1.0, 1, null(), out), code(Error::NullPointer));
+        assert_eq!(mollis_pks_predict(1.0, 1.0, 1.0, 1.0, 0, null(), null_mut()), code(Error::NullPointer));
         let wrong = [mollis_pks_species { mass: 0.0, mu: 1.0 }];
         let lost = [mollis_pks_species { mass: nan, mu: 1.0 }];
         let (noise, rate) = (&raw mut noise_of, &raw mut rate);
@@ -59,7 +66,7 @@ fn the_theory_is_that_of_rust() {
             (0, null(), 1.0, 9, Error::OutOfDomain),
             (2, null(), 1.0, 9, Error::NullPointer),
         ] {
-            assert_eq!(mollis_pks_species_eval(n, kinds, chi, particles, null_mut(), noise, rate), code(error));
+            assert_eq!(mollis_pks_represent_species(n, kinds, chi, particles, null_mut(), noise, rate), code(error));
         }
     }
     assert_eq!(index, [5.0; 3]);

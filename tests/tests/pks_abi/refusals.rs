@@ -1,6 +1,7 @@
 //! Each argument of a step made invalid in turn.
 
 use super::*;
+use mollis_tests::positional::*;
 
 /// Arguments of a step in double precision. Each case makes one invalid.
 struct Call {
@@ -11,7 +12,7 @@ struct Call {
     masses: *mut f64,
     labels: *mut u64,
     species: *mut u32,
-    counters: *mut mollis_pks_counters,
+    counters: *mut mollis_pks_progress,
     generator: *const mollis_generator,
     dt: f64,
     events: *mut mollis_pks_events,
@@ -43,9 +44,8 @@ fn refused_calls_have_their_codes_and_write_nothing() {
     let (positions, masses, labels, species) = start::<f64>();
     let mut bytes = 0;
     // SAFETY: live structures.
-    let sized = unsafe {
-        mollis_pks_workspace_bytes(N, &raw const good_options, &raw const attraction, null(), &raw mut bytes)
-    };
+    let sized =
+        unsafe { pks_workspace_bytes(N, &raw const good_options, &raw const attraction, null(), &raw mut bytes) };
     assert_eq!(sized, 0);
     let changed = |change: &dyn Fn(&mut mollis_pks_options)| {
         let mut options = good_options;
@@ -124,7 +124,6 @@ fn refused_calls_have_their_codes_and_write_nothing() {
         (Box::new(|c| c.events = null_mut()), Error::NullPointer),
         (Box::new(|c| c.report = off(c.report)), Error::Misaligned),
         (Box::new(|c| c.workspace = null_mut()), Error::NullPointer),
-        (Box::new(|c| c.workspace = off(c.workspace)), Error::Misaligned),
         (Box::new(|c| c.bytes -= 1), Error::WorkspaceTooSmall),
         (Box::new(|c| c.generator = &raw const no_fill), Error::NullPointer),
         (Box::new(|c| c.masses = c.positions.cast()), Error::Overlap),
@@ -147,7 +146,7 @@ fn refused_calls_have_their_codes_and_write_nothing() {
     cases.extend(more);
     for (k, (spoil, error)) in cases.iter().enumerate() {
         let (mut x, mut m, mut names, mut kinds) = (positions.clone(), masses.clone(), labels.clone(), species.clone());
-        let mut counters = mollis_pks_counters { time: 0.5, step: 3, count: N as u64, pending: 0 };
+        let mut counters = mollis_pks_progress { time: 0.5, step: 3, count: N as u64, pending: 0 };
         let none = mollis_pks_event { time: 9.0, label: 9, mass: 9.0, index: 9.0, first: 9, absorbed: 9 };
         let (mut log, mut absorbed) = (vec![none; N], vec![8_u64; N]);
         let mut events = mollis_pks_events {
@@ -188,7 +187,7 @@ fn refused_calls_have_their_codes_and_write_nothing() {
         let written = (events.written, events.labels_written);
         // SAFETY: live arrays of these lengths, except the invalid argument, which is refused.
         let status = unsafe {
-            mollis_pks_step(
+            pks_step(
                 call.options,
                 call.attraction,
                 call.room,
@@ -222,15 +221,14 @@ fn refused_calls_have_their_codes_and_write_nothing() {
         // SAFETY: live structures.
         let (double, single) = unsafe {
             (
-                mollis_pks_workspace_bytes(N, options, &raw const attraction, null(), &raw mut bytes),
-                mollis_pks_workspace_bytes_f32(N, options, &raw const attraction, null(), &raw mut bytes),
+                pks_workspace_bytes(N, options, &raw const attraction, null(), &raw mut bytes),
+                pks_workspace_bytes_f32(N, options, &raw const attraction, null(), &raw mut bytes),
             )
         };
         assert_eq!((double, single, bytes), (*error as i32, *error as i32, 77));
     }
     // SAFETY: a null output is refused.
-    let nowhere =
-        unsafe { mollis_pks_workspace_bytes(N, &raw const good_options, &raw const attraction, null(), null_mut()) };
+    let nowhere = unsafe { pks_workspace_bytes(N, &raw const good_options, &raw const attraction, null(), null_mut()) };
     assert_eq!(nowhere, Error::NullPointer as i32);
     let mut options = good_options;
     // SAFETY: a live structure. A size smaller than the first member is refused, and so is null.

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::boundary_abi::NOTHING;
+use mollis_tests::positional::*;
 
 #[test]
 fn a_pair_on_a_mesh_merges_and_bad_calls_write_nothing() {
@@ -12,7 +13,7 @@ fn a_pair_on_a_mesh_merges_and_bad_calls_write_nothing() {
     let memory: *mut c_void = memory.pointer();
     let (mut x, mut m) = ([[0.1, 0.1], [0.1, 0.100_001], [-0.9, 0.3]], [1.0, 3.0, 0.5]);
     let (mut labels, mut species) = ([9_u64, 4, 6], [1_u32, 2, 3]);
-    let mut counters = mollis_pks_counters { time: 0.0, step: 0, count: 3, pending: 0 };
+    let mut counters = mollis_pks_progress { time: 0.0, step: 0, count: 3, pending: 0 };
     let mut log = [mollis_pks_event { time: 0.0, label: 0, mass: 0.0, index: 0.0, first: 0, absorbed: 0 }; 2];
     let mut absorbed = [0_u64; 2];
     let mut events = mollis_pks_events {
@@ -28,10 +29,10 @@ fn a_pair_on_a_mesh_merges_and_bad_calls_write_nothing() {
     let mut bytes = 0;
     // SAFETY: live arrays of these lengths.
     unsafe {
-        assert_eq!(mollis_pks_workspace_bytes(3, &raw const options, &raw const attraction, null(), &raw mut bytes), 0);
+        assert_eq!(pks_workspace_bytes(3, &raw const options, &raw const attraction, null(), &raw mut bytes), 0);
         assert!(bytes <= 1 << 16);
         let mut call = |options: *const mollis_pks_options, attraction, species: *mut u32, bytes, dt| {
-            mollis_pks_step(
+            pks_step(
                 options,
                 attraction,
                 3,
@@ -80,7 +81,7 @@ fn single_precision_without_attraction_diffuses() {
     let options = mollis_pks_options { noise: 1.0, ..options() };
     let mut memory = Aligned::new(1 << 16);
     let (mut x, mut m, mut labels) = ([[0.0_f32; 2]; 5], [1.0_f32; 5], [0_u64, 1, 2, 3, 4]);
-    let mut counters = mollis_pks_counters { time: 0.0, step: 0, count: 5, pending: 0 };
+    let mut counters = mollis_pks_progress { time: 0.0, step: 0, count: 5, pending: 0 };
     let mut events = mollis_pks_events {
         events: null_mut(),
         room: 0,
@@ -92,9 +93,9 @@ fn single_precision_without_attraction_diffuses() {
     let mut bytes = 0;
     // SAFETY: live arrays of these lengths.
     unsafe {
-        let sized = mollis_pks_workspace_bytes_f32(5, &raw const options, &NOTHING, null(), &raw mut bytes);
+        let sized = pks_workspace_bytes_f32(5, &raw const options, &NOTHING, null(), &raw mut bytes);
         assert!(sized == 0 && bytes <= 1 << 16);
-        let done = mollis_pks_step_f32(
+        let done = pks_step_f32(
             &raw const options,
             &NOTHING,
             5,
@@ -128,12 +129,19 @@ fn the_theory_in_c() {
     let mut prediction = mollis_pks_prediction { critical_mass: 0.0, blow_up_bound: 0.0, second_moment_rate: 0.0 };
     // SAFETY: live arrays of these lengths.
     unsafe {
-        assert_eq!(mollis_pks_index_eval(2, masses.as_ptr(), 3.0, 1.0, 1.0, index.as_mut_ptr()), 0);
-        let done =
-            mollis_pks_species_eval(2, species.as_ptr(), 4.0, 100, share.as_mut_ptr(), &raw mut noise, &raw mut rate);
+        assert_eq!(mollis_pks_index(2, masses.as_ptr(), 3.0, 1.0, 1.0, index.as_mut_ptr()), 0);
+        let done = mollis_pks_represent_species(
+            2,
+            species.as_ptr(),
+            4.0,
+            100,
+            share.as_mut_ptr(),
+            &raw mut noise,
+            &raw mut rate,
+        );
         assert_eq!(done, 0);
-        assert_eq!(mollis_pks_prediction_eval(2.0, 1.0, 1.0, 1.0, 0, null(), &raw mut prediction), 0);
-        let none = mollis_pks_species_eval(0, null(), 4.0, 100, null_mut(), &raw mut noise, null_mut());
+        assert_eq!(mollis_pks_predict(2.0, 1.0, 1.0, 1.0, 0, null(), &raw mut prediction), 0);
+        let none = mollis_pks_represent_species(0, null(), 4.0, 100, null_mut(), &raw mut noise, null_mut());
         assert_eq!(none, Error::OutOfDomain as i32);
     }
     // (2.7) with gamma 1: 0 - 3 * 2 / 4; (2.4): (4 - 3 * 2) / 2 and 2 / 2.

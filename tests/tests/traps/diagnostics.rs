@@ -67,7 +67,7 @@ macro_rules! check {
                             let kernel = pointer(&mut block);
                             assert_eq!($prepare(kernel, bytes, terms.as_ptr(), count, null(), mollifier, 0.3), 0);
                             let what = |f: &str| format!("{f}, {kind} {n}, {}", name(mollifier));
-                            rows.row(what(stringify!($step)), || $step(kernel, bytes, n, m, x, a));
+                            rows.row(what(stringify!($step)), || $step(kernel, bytes, n, x, m, a));
                             rows.row(what(stringify!($anywhere)), || $anywhere(kernel, bytes, n as $t, 3.0, a));
                         }
                     }
@@ -89,21 +89,21 @@ macro_rules! check {
     };
 }
 
-check!(line_f64, f64, 1; mollis_moments1_eval() mollis_stable_step1_eval() mollis_stable_step_anywhere1_eval()
-    mollis_overlap1_eval() mollis_distance1_eval() mollis_dual_norm1_workspace_bytes() mollis_dual_norm1_eval() mollis_norm_eval();
-    mollis_kernel1_workspace_bytes() mollis_kernel1_prepare());
-check!(plane_f64, f64, 2; mollis_moments2_eval() mollis_stable_step2_eval() mollis_stable_step_anywhere2_eval()
-    mollis_overlap2_eval() mollis_distance2_eval() mollis_dual_norm2_workspace_bytes() mollis_dual_norm2_eval() mollis_norm_eval();
-    mollis_kernel2_workspace_bytes() mollis_kernel2_prepare());
-check!(space_f64, f64, 3; mollis_moments3_eval() mollis_stable_step3_eval() mollis_stable_step_anywhere3_eval()
-    mollis_overlap3_eval() mollis_distance3_eval() mollis_dual_norm3_workspace_bytes() mollis_dual_norm3_eval() mollis_norm_eval();
-    mollis_kernel3_workspace_bytes() mollis_kernel3_prepare());
-check!(line_f32, f32, 1; mollis_moments1_eval_f32() mollis_stable_step1_eval_f32() mollis_stable_step_anywhere1_eval_f32()
-    mollis_overlap1_eval_f32() mollis_distance1_eval_f32() mollis_dual_norm1_workspace_bytes_f32()
-    mollis_dual_norm1_eval_f32() mollis_norm_eval_f32(); mollis_kernel1_workspace_bytes_f32() mollis_kernel1_prepare_f32());
-check!(plane_f32, f32, 2; mollis_moments2_eval_f32() mollis_stable_step2_eval_f32() mollis_stable_step_anywhere2_eval_f32()
-    mollis_overlap2_eval_f32() mollis_distance2_eval_f32() mollis_dual_norm2_workspace_bytes_f32()
-    mollis_dual_norm2_eval_f32() mollis_norm_eval_f32(); mollis_kernel2_workspace_bytes_f32() mollis_kernel2_prepare_f32());
-check!(space_f32, f32, 3; mollis_moments3_eval_f32() mollis_stable_step3_eval_f32() mollis_stable_step_anywhere3_eval_f32()
-    mollis_overlap3_eval_f32() mollis_distance3_eval_f32() mollis_dual_norm3_workspace_bytes_f32()
-    mollis_dual_norm3_eval_f32() mollis_norm_eval_f32(); mollis_kernel3_workspace_bytes_f32() mollis_kernel3_prepare_f32());
+check!(line_f64, f64, 1; mollis_moments1() mollis_stable_step1() mollis_stable_step1_anywhere()
+    mollis_overlap1() mollis_distance_norm1() mollis_dual_norm1_workspace_bytes() mollis_dual_norm1() mollis_norm();
+    mollis_kernel1_bytes() mollis_kernel1_prepare());
+check!(plane_f64, f64, 2; mollis_moments2() mollis_stable_step2() mollis_stable_step2_anywhere()
+    mollis_overlap2() mollis_distance_norm2() mollis_dual_norm2_workspace_bytes() mollis_dual_norm2() mollis_norm();
+    mollis_kernel2_bytes() mollis_kernel2_prepare());
+check!(space_f64, f64, 3; mollis_moments3() mollis_stable_step3() mollis_stable_step3_anywhere()
+    mollis_overlap3() mollis_distance_norm3() mollis_dual_norm3_workspace_bytes() mollis_dual_norm3() mollis_norm();
+    mollis_kernel3_bytes() mollis_kernel3_prepare());
+check!(line_f32, f32, 1; mollis_moments1_f32() mollis_stable_step1_f32() mollis_stable_step1_anywhere_f32()
+    mollis_overlap1_f32() mollis_distance_norm1_f32() mollis_dual_norm1_workspace_bytes_f32()
+    mollis_dual_norm1_f32() mollis_norm_f32(); mollis_kernel1_bytes_f32() mollis_kernel1_prepare_f32());
+check!(plane_f32, f32, 2; mollis_moments2_f32() mollis_stable_step2_f32() mollis_stable_step2_anywhere_f32()
+    mollis_overlap2_f32() mollis_distance_norm2_f32() mollis_dual_norm2_workspace_bytes_f32()
+    mollis_dual_norm2_f32() mollis_norm_f32(); mollis_kernel2_bytes_f32() mollis_kernel2_prepare_f32());
+check!(space_f32, f32, 3; mollis_moments3_f32() mollis_stable_step3_f32() mollis_stable_step3_anywhere_f32()
+    mollis_overlap3_f32() mollis_distance_norm3_f32() mollis_dual_norm3_workspace_bytes_f32()
+    mollis_dual_norm3_f32() mollis_norm_f32(); mollis_kernel3_bytes_f32() mollis_kernel3_prepare_f32());

@@ -6,6 +6,7 @@ use std::ptr::{null, null_mut};
 use mollis_core::simd::Level;
 use mollis_tests::Aligned;
 use mollis_tests::exceptions::Rows;
+use mollis_tests::positional::*;
 use mollis_tests::sums::Sum;
 
 use super::*;
@@ -132,7 +133,7 @@ macro_rules! check {
                         }
                     }
                     // Steps with all optional outputs.
-                    let wanted = MOLLIS_BLOB_DENSITY | MOLLIS_BLOB_VELOCITY | MOLLIS_BLOB_DIVERGENCE;
+                    let wanted = DENSITY | VELOCITY | DIVERGENCE;
                     for (kind, tracers) in [("particles", 0), ("tracers", 5)] {
                         rows.row(what(stringify!($blob_size), kind), || unsafe {
                             $blob_size(kernel, bytes, N, tracers, wanted, null(), null(), &raw mut needed)
@@ -178,18 +179,18 @@ macro_rules! check {
     };
 }
 
-check!(line_f64, f64, 1; mollis_kernel1_workspace_bytes() mollis_kernel1_prepare();
-    mollis_field1_workspace_bytes() mollis_field1_text() mollis_field1_eval(); mollis_blob1_workspace_bytes() mollis_blob1_step());
-check!(plane_f64, f64, 2; mollis_kernel2_workspace_bytes() mollis_kernel2_prepare();
-    mollis_field2_workspace_bytes() mollis_field2_text() mollis_field2_eval(); mollis_blob2_workspace_bytes() mollis_blob2_step());
-check!(space_f64, f64, 3; mollis_kernel3_workspace_bytes() mollis_kernel3_prepare();
-    mollis_field3_workspace_bytes() mollis_field3_text() mollis_field3_eval(); mollis_blob3_workspace_bytes() mollis_blob3_step());
-check!(line_f32, f32, 1; mollis_kernel1_workspace_bytes_f32() mollis_kernel1_prepare_f32();
+check!(line_f64, f64, 1; mollis_kernel1_bytes() mollis_kernel1_prepare();
+    mollis_field1_workspace_bytes() mollis_field1_text() mollis_field1_eval(); blob1_workspace_bytes() blob1_step());
+check!(plane_f64, f64, 2; mollis_kernel2_bytes() mollis_kernel2_prepare();
+    mollis_field2_workspace_bytes() mollis_field2_text() mollis_field2_eval(); blob2_workspace_bytes() blob2_step());
+check!(space_f64, f64, 3; mollis_kernel3_bytes() mollis_kernel3_prepare();
+    mollis_field3_workspace_bytes() mollis_field3_text() mollis_field3_eval(); blob3_workspace_bytes() blob3_step());
+check!(line_f32, f32, 1; mollis_kernel1_bytes_f32() mollis_kernel1_prepare_f32();
     mollis_field1_workspace_bytes_f32() mollis_field1_text_f32() mollis_field1_eval_f32();
-    mollis_blob1_workspace_bytes_f32() mollis_blob1_step_f32());
-check!(plane_f32, f32, 2; mollis_kernel2_workspace_bytes_f32() mollis_kernel2_prepare_f32();
+    blob1_workspace_bytes_f32() blob1_step_f32());
+check!(plane_f32, f32, 2; mollis_kernel2_bytes_f32() mollis_kernel2_prepare_f32();
     mollis_field2_workspace_bytes_f32() mollis_field2_text_f32() mollis_field2_eval_f32();
-    mollis_blob2_workspace_bytes_f32() mollis_blob2_step_f32());
-check!(space_f32, f32, 3; mollis_kernel3_workspace_bytes_f32() mollis_kernel3_prepare_f32();
+    blob2_workspace_bytes_f32() blob2_step_f32());
+check!(space_f32, f32, 3; mollis_kernel3_bytes_f32() mollis_kernel3_prepare_f32();
     mollis_field3_workspace_bytes_f32() mollis_field3_text_f32() mollis_field3_eval_f32();
-    mollis_blob3_workspace_bytes_f32() mollis_blob3_step_f32());
+    blob3_workspace_bytes_f32() blob3_step_f32());

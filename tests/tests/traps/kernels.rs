@@ -88,9 +88,9 @@ macro_rules! check {
     };
 }
 
-check!(line_f64, f64, 1, false; mollis_kernel1_workspace_bytes() mollis_kernel1_prepare() mollis_kernel1_eval());
-check!(plane_f64, f64, 2, false; mollis_kernel2_workspace_bytes() mollis_kernel2_prepare() mollis_kernel2_eval());
-check!(space_f64, f64, 3, false; mollis_kernel3_workspace_bytes() mollis_kernel3_prepare() mollis_kernel3_eval());
-check!(line_f32, f32, 1, true; mollis_kernel1_workspace_bytes_f32() mollis_kernel1_prepare_f32() mollis_kernel1_eval_f32());
-check!(plane_f32, f32, 2, true; mollis_kernel2_workspace_bytes_f32() mollis_kernel2_prepare_f32() mollis_kernel2_eval_f32());
-check!(space_f32, f32, 3, true; mollis_kernel3_workspace_bytes_f32() mollis_kernel3_prepare_f32() mollis_kernel3_eval_f32());
+check!(line_f64, f64, 1, false; mollis_kernel1_bytes() mollis_kernel1_prepare() mollis_kernel1_eval());
+check!(plane_f64, f64, 2, false; mollis_kernel2_bytes() mollis_kernel2_prepare() mollis_kernel2_eval());
+check!(space_f64, f64, 3, false; mollis_kernel3_bytes() mollis_kernel3_prepare() mollis_kernel3_eval());
+check!(line_f32, f32, 1, true; mollis_kernel1_bytes_f32() mollis_kernel1_prepare_f32() mollis_kernel1_eval_f32());
+check!(plane_f32, f32, 2, true; mollis_kernel2_bytes_f32() mollis_kernel2_prepare_f32() mollis_kernel2_eval_f32());
+check!(space_f32, f32, 3, true; mollis_kernel3_bytes_f32() mollis_kernel3_prepare_f32() mollis_kernel3_eval_f32());

@@ -4,6 +4,7 @@ use std::ptr::null;
 
 use mollis_tests::Aligned;
 use mollis_tests::exceptions::Rows;
+use mollis_tests::positional::*;
 
 use super::*;
 
@@ -94,5 +95,5 @@ macro_rules! check {
     };
 }
 
-check!(double, f64; mollis_grid2_workspace_bytes() mollis_grid2_eval());
-check!(single, f32; mollis_grid2_workspace_bytes_f32() mollis_grid2_eval_f32());
+check!(double, f64; grid2_workspace_bytes() grid2_eval());
+check!(single, f32; grid2_workspace_bytes_f32() grid2_eval_f32());

@@ -52,15 +52,15 @@ macro_rules! check {
     };
 }
 
-check!(line_f64, f64, 1; mollis_mollifier1_eval() mollis_mollifier_field1_eval() mollis_richardson1_eval() mollis_moment1_eval());
-check!(plane_f64, f64, 2; mollis_mollifier2_eval() mollis_mollifier_field2_eval() mollis_richardson2_eval() mollis_moment2_eval());
-check!(space_f64, f64, 3; mollis_mollifier3_eval() mollis_mollifier_field3_eval() mollis_richardson3_eval() mollis_moment3_eval());
-check!(line_f32, f32, 1; mollis_mollifier1_eval_f32() mollis_mollifier_field1_eval_f32() mollis_richardson1_eval_f32()
-    mollis_moment1_eval_f32());
-check!(plane_f32, f32, 2; mollis_mollifier2_eval_f32() mollis_mollifier_field2_eval_f32() mollis_richardson2_eval_f32()
-    mollis_moment2_eval_f32());
-check!(space_f32, f32, 3; mollis_mollifier3_eval_f32() mollis_mollifier_field3_eval_f32() mollis_richardson3_eval_f32()
-    mollis_moment3_eval_f32());
+check!(line_f64, f64, 1; mollis_mollifier1_eval() mollis_mollifier1_field() mollis_mollifier1_richardson() mollis_mollifier1_moment());
+check!(plane_f64, f64, 2; mollis_mollifier2_eval() mollis_mollifier2_field() mollis_mollifier2_richardson() mollis_mollifier2_moment());
+check!(space_f64, f64, 3; mollis_mollifier3_eval() mollis_mollifier3_field() mollis_mollifier3_richardson() mollis_mollifier3_moment());
+check!(line_f32, f32, 1; mollis_mollifier1_eval_f32() mollis_mollifier1_field_f32() mollis_mollifier1_richardson_f32()
+    mollis_mollifier1_moment_f32());
+check!(plane_f32, f32, 2; mollis_mollifier2_eval_f32() mollis_mollifier2_field_f32() mollis_mollifier2_richardson_f32()
+    mollis_mollifier2_moment_f32());
+check!(space_f32, f32, 3; mollis_mollifier3_eval_f32() mollis_mollifier3_field_f32() mollis_mollifier3_richardson_f32()
+    mollis_mollifier3_moment_f32());
 
 #[test]
 fn heaviside() {
@@ -68,11 +68,11 @@ fn heaviside() {
     for mollifier in mollifiers_in(1) {
         let x = [-3.0, -0.3, -0.1, 0.0, 1e-9, 0.2, 0.3, 5.0];
         let (single, mut out, mut narrow) = (x.map(|x| x as f32), [0.0; 8], [0.0; 8]);
-        rows.row(format!("mollis_heaviside1_eval, {}", name(mollifier)), || unsafe {
-            mollis_heaviside1_eval(mollifier, 0.3, 8, x.as_ptr(), out.as_mut_ptr())
+        rows.row(format!("mollis_mollifier1_heaviside, {}", name(mollifier)), || unsafe {
+            mollis_mollifier1_heaviside(mollifier, 0.3, 8, x.as_ptr(), out.as_mut_ptr())
         });
-        rows.row(format!("mollis_heaviside1_eval_f32, {}", name(mollifier)), || unsafe {
-            mollis_heaviside1_eval_f32(mollifier, 0.3, 8, single.as_ptr(), narrow.as_mut_ptr())
+        rows.row(format!("mollis_mollifier1_heaviside_f32, {}", name(mollifier)), || unsafe {
+            mollis_mollifier1_heaviside_f32(mollifier, 0.3, 8, single.as_ptr(), narrow.as_mut_ptr())
         });
     }
     rows.finish();

@@ -11,17 +11,17 @@ fn random_numbers_options_and_texts() {
     let labels: Vec<u64> = (0..N as u64).collect();
     // Uniform words, and the words at both ends of the range.
     let mut words = vec![0_u64; N];
-    rows.row("mollis_philox_eval", || unsafe { mollis_philox_eval(3, 4, 5, 6, N, words.as_mut_ptr()) });
+    rows.row("mollis_philox_words", || unsafe { mollis_philox_words(3, 4, 5, 6, N, words.as_mut_ptr()) });
     (words[0], words[1], words[2], words[3]) = (0, 0, u64::MAX, u64::MAX);
     let (mut pairs, mut narrow_pairs) = (vec![[0.0_f64; 2]; N], vec![[0.0_f32; 2]; N]);
     let (mut normals, mut narrow) = (vec![0.0_f64; N], vec![0.0_f32; N]);
     let (l, w) = (labels.as_ptr(), words.as_ptr());
-    rows.row("mollis_philox2_eval", || unsafe { mollis_philox2_eval(3, N, l, 5, 6, pairs.as_mut_ptr()) });
-    rows.row("mollis_philox2_eval_f32", || unsafe {
-        mollis_philox2_eval_f32(3, N, l, 5, 6, narrow_pairs.as_mut_ptr())
+    rows.row("mollis_philox_normals", || unsafe { mollis_philox_normals(3, N, l, 5, 6, pairs.as_mut_ptr()) });
+    rows.row("mollis_philox_normals_f32", || unsafe {
+        mollis_philox_normals_f32(3, N, l, 5, 6, narrow_pairs.as_mut_ptr())
     });
-    rows.row("mollis_normal_eval", || unsafe { mollis_normal_eval(N, w, normals.as_mut_ptr()) });
-    rows.row("mollis_normal_eval_f32", || unsafe { mollis_normal_eval_f32(N, w, narrow.as_mut_ptr()) });
+    rows.row("mollis_normals", || unsafe { mollis_normals(N, w, normals.as_mut_ptr()) });
+    rows.row("mollis_normals_f32", || unsafe { mollis_normals_f32(N, w, narrow.as_mut_ptr()) });
     let mut run = std::mem::MaybeUninit::<mollis_run>::uninit();
     rows.row("mollis_run_init", || unsafe { mollis_run_init(run.as_mut_ptr(), size_of::<mollis_run>()) });
     let mut options = std::mem::MaybeUninit::<mollis_pks_options>::uninit();

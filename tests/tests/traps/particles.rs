@@ -5,6 +5,7 @@ use std::ptr::{null, null_mut};
 
 use mollis_tests::Aligned;
 use mollis_tests::exceptions::Rows;
+use mollis_tests::positional::*;
 
 use super::*;
 use crate::pks_abi::options;
@@ -70,7 +71,7 @@ macro_rules! check {
                     let mut masses: Vec<$t> = (0..N).map(|k| 0.02 + 0.1 * (k * 7 % 10) as $t / 10.0).collect();
                     masses[9] = 0.12;
                     let mut labels: Vec<u64> = (0..N as u64).collect();
-                    let mut counters = mollis_pks_counters { time: 0.0, step: 0, count: N as u64, pending: 0 };
+                    let mut counters = mollis_pks_progress { time: 0.0, step: 0, count: N as u64, pending: 0 };
                     let none = mollis_pks_event { time: 0.0, label: 0, mass: 0.0, index: 0.0, first: 0, absorbed: 0 };
                     let (mut log, mut absorbed) = (vec![none; N], vec![0_u64; N]);
                     let mut events = mollis_pks_events {
@@ -115,8 +116,8 @@ macro_rules! check {
     };
 }
 
-check!(double, f64; mollis_pks_workspace_bytes() mollis_pks_step() mollis_kernel2_workspace_bytes() mollis_kernel2_prepare());
-check!(single, f32; mollis_pks_workspace_bytes_f32() mollis_pks_step_f32() mollis_kernel2_workspace_bytes_f32()
+check!(double, f64; pks_workspace_bytes() pks_step() mollis_kernel2_bytes() mollis_kernel2_prepare());
+check!(single, f32; pks_workspace_bytes_f32() pks_step_f32() mollis_kernel2_bytes_f32()
     mollis_kernel2_prepare_f32());
 
 #[test]
@@ -127,23 +128,23 @@ fn closed_forms() {
         for mu in [0.0, 1.0] {
             for n in [0, 2] {
                 let mut out = mollis_pks_prediction { critical_mass: 0.0, blow_up_bound: 0.0, second_moment_rate: 0.0 };
-                rows.row(format!("mollis_pks_prediction_eval, chi {chi}, mu {mu}, {n}"), || unsafe {
-                    mollis_pks_prediction_eval(20.0, mu, chi, 7.0, n, heavy.as_ptr(), &raw mut out)
+                rows.row(format!("mollis_pks_predict, chi {chi}, mu {mu}, {n}"), || unsafe {
+                    mollis_pks_predict(20.0, mu, chi, 7.0, n, heavy.as_ptr(), &raw mut out)
                 });
                 assert!(chi != 0.0 || (out.critical_mass, out.blow_up_bound) == (f64::INFINITY, f64::INFINITY));
             }
             let mut index = [0.0; 3];
             for n in [1, 2] {
-                rows.row(format!("mollis_pks_index_eval, chi {chi}, noise {mu}, {n}"), || unsafe {
-                    mollis_pks_index_eval(n, heavy.as_ptr(), chi, mu, 0.16, index.as_mut_ptr())
+                rows.row(format!("mollis_pks_index, chi {chi}, noise {mu}, {n}"), || unsafe {
+                    mollis_pks_index(n, heavy.as_ptr(), chi, mu, 0.16, index.as_mut_ptr())
                 });
             }
         }
         let species = [mollis_pks_species { mass: 4.0, mu: 17.5 }, mollis_pks_species { mass: 24.0, mu: 3.0 }];
         let (mut share, mut noise, mut rate) = ([0.0; 2], 0.0, 0.0);
-        rows.row(format!("mollis_pks_species_eval, chi {chi}"), || unsafe {
+        rows.row(format!("mollis_pks_represent_species, chi {chi}"), || unsafe {
             let share = share.as_mut_ptr();
-            mollis_pks_species_eval(2, species.as_ptr(), chi, 100, share, &raw mut noise, &raw mut rate)
+            mollis_pks_represent_species(2, species.as_ptr(), chi, 100, share, &raw mut noise, &raw mut rate)
         });
     }
     rows.finish();

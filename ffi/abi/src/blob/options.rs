@@ -8,16 +8,6 @@ use mollis_core::{Error, Result, Scalar};
 use crate::options;
 use crate::status::{mollis_status, status};
 
-/// The step will be given densities to advance.
-pub const MOLLIS_BLOB_DENSITY: u32 = 1;
-/// The step will be asked for velocities.
-pub const MOLLIS_BLOB_VELOCITY: u32 = 2;
-/// The step will be asked for the velocity's divergence.
-pub const MOLLIS_BLOB_DIVERGENCE: u32 = 4;
-
-/// `first_bad` of a report when no value is bad.
-pub const MOLLIS_BLOB_NONE_BAD: u64 = u64::MAX;
-
 /// How a run of the blob method is done. Fill it with `mollis_blob_options_init`; null means the defaults.
 #[repr(C)]
 #[derive(Clone, Copy)]
@@ -29,7 +19,7 @@ pub struct mollis_blob_options {
     pub watch_energy: i32,
     /// The relative error that field sums may spend for speed; 0 (the default) asks for rounding alone.
     pub tolerance: f64,
-    /// Called after each step with the number of steps completed in this call and the call's own arrays (`double (*)[D]`
+    /// Called after each step with the number of steps completed in this call and arrays without gaps (`double (*)[D]`
     /// or `float (*)[D]`; `density` is null if none is advanced), to be read through these pointers and not written.
     /// Nonzero stops the run with `MOLLIS_ERR_STOPPED`. May be null.
     pub after_step: Option<
@@ -59,7 +49,7 @@ pub struct mollis_blob_report {
     /// Steps completed in this call: the state in the arrays is the one after them.
     pub steps: u64,
     /// With `MOLLIS_ERR_NOT_FINITE`: the index of the first particle with a coordinate, mass or density that is not finite
-    /// (tracers count after the particles); else `MOLLIS_BLOB_NONE_BAD`.
+    /// (tracers count after the particles); else `MOLLIS_NONE_BAD`.
     pub first_bad: u64,
     /// The regularised energy before the first step; NaN if not watched.
     pub energy_first: f64,
@@ -68,9 +58,6 @@ pub struct mollis_blob_report {
 }
 
 /// Fills `options` with the defaults. `size` is `sizeof *options`.
-///
-/// # Safety
-/// The contract of this header.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_blob_options_init(options: *mut mollis_blob_options, size: usize) -> mollis_status {
     // SAFETY: this function's own contract.

@@ -5,12 +5,12 @@ use core::ffi::{c_char, c_void};
 use mollis_core::exec::{Run, Statistics};
 use mollis_core::field::{self, Outputs, Plan, Sources, Wanted};
 use mollis_core::kernel::Kernel;
-use mollis_core::memory::{ALIGN, Carve, Measure, Plain, Space};
+use mollis_core::memory::{Carve, Measure, Plain, Space};
 use mollis_core::{Error, Real, Result};
 
-use super::options::{mollis_counters, mollis_field_options};
-use crate::arrays::{Column, Extents, Points, Way, apart, fetch, of_structure};
-use crate::buffers::{Input, Output};
+use super::options::{mollis_field_counts, mollis_field_options};
+use crate::arrays::{Column, Extents, Points, Way, apart, fetch, gathered, gathered_column, of_structure};
+use crate::buffers::{Input, Output, aligned, with_slack};
 use crate::first_bad::first_bad;
 use crate::kernel::open;
 use crate::options::read;
@@ -61,7 +61,7 @@ pub struct OutputsOf<T, const D: usize> {
 
 /// What every function of a sum is given, in this order.
 #[derive(Clone, Copy)]
-pub(super) struct Ask<T, const D: usize> {
+pub(crate) struct Ask<T, const D: usize> {
     pub kernel: *const c_void,
     pub kernel_bytes: usize,
     pub sources: *const SourcesOf<T, D>,
@@ -189,7 +189,7 @@ where
     fn bytes(&self, plan: &Plan, workers: usize) -> Result<usize> {
         let own = plan.workspace_bytes(workers)?;
         let bytes = Measure::of(|space| self.layout(space, own).map(|_| ()))?;
-        if bytes == 0 { Ok(0) } else { bytes.checked_add(ALIGN - 1).ok_or(Error::TooLarge) }
+        with_slack(bytes)
     }
 
     /// All arrays of the caller's.
@@ -215,7 +215,7 @@ where
 {
     /// # Safety
     /// The crate's contract.
-    pub(super) unsafe fn bytes(self, run: *const mollis_run, bytes: *mut usize) -> Result<()> {
+    pub(crate) unsafe fn bytes(self, run: *const mollis_run, bytes: *mut usize) -> Result<()> {
         let output = Output::new(bytes, 1)?;
         apart(&[output.range().into()], &[Input::new(self.kernel.cast::<u8>(), self.kernel_bytes)?.range().into()])?;
         // SAFETY: passed on.
@@ -230,7 +230,7 @@ where
 
     /// # Safety
     /// The crate's contract.
-    pub(super) unsafe fn text(self, text: *mut c_char, size: usize, length: *mut usize) -> Result<()> {
+    pub(crate) unsafe fn text(self, text: *mut c_char, size: usize, length: *mut usize) -> Result<()> {
         let (buffer, count) = (Output::new(text.cast::<u8>(), size)?, Output::optional(length, 1)?);
         let kernel = Input::new(self.kernel.cast::<u8>(), self.kernel_bytes)?;
         let mut outputs = Extents::new();
@@ -252,11 +252,11 @@ where
 
     /// # Safety
     /// The crate's contract.
-    pub(super) unsafe fn evaluate(
+    pub(crate) unsafe fn evaluate(
         self,
         run: *const mollis_run,
         workspace: (*mut c_void, usize),
-        counters: *mut mollis_counters,
+        counters: *mut mollis_field_counts,
     ) -> mollis_status {
         // SAFETY: passed on.
         unsafe { with_run(run, |host, told| self.sum(host, workspace, counters, told)) }
@@ -268,7 +268,7 @@ where
         &self,
         host: &HostRun,
         (workspace, workspace_bytes): (*mut c_void, usize),
-        counters: *mut mollis_counters,
+        counters: *mut mollis_field_counts,
         told: &mut CallReport,
     ) -> Result<()> {
         // SAFETY: passed on.
@@ -276,17 +276,16 @@ where
         let (memory, counts) = (Output::new(workspace.cast::<u8>(), workspace_bytes)?, Output::optional(counters, 1)?);
         let (mut outputs, inputs) = arrays.extents(self)?;
         outputs.add([memory.range().into()]).add(counts.map(|counts| counts.range().into()));
-        outputs.add(host.first_bad().map(Into::into));
+        outputs.add(host.outputs().into_iter().flatten().map(Into::into));
         apart(outputs.as_slice(), inputs.as_slice())?;
         // SAFETY: passed on.
         let (plan, kernel) = unsafe { arrays.plan(self)? };
-        if workspace_bytes < arrays.bytes(&plan, host.workers())? {
-            return Err(Error::WorkspaceTooSmall);
+        let needed = arrays.bytes(&plan, host.workers())?;
+        if workspace_bytes < needed {
+            return told.too_small(needed);
         }
         // SAFETY: passed on; the workspace overlaps nothing.
-        let memory = unsafe { memory.slice() };
-        let ahead = memory.as_ptr().addr().wrapping_neg() & (ALIGN - 1);
-        let memory = memory.get_mut(ahead..).unwrap_or(&mut []);
+        let memory = aligned(unsafe { memory.slice() });
         let own = plan.workspace_bytes(host.workers())?;
         let space = arrays.layout(&mut Carve::reopen(memory)?, own)?;
         // SAFETY: passed on; outputs and workspace overlap nothing.
@@ -351,39 +350,6 @@ where
         }
         Ok(())
     }
-}
-
-/// The caller's points where they are an array, else a copy.
-///
-/// # Safety
-/// The crate's contract for the points.
-unsafe fn gathered<T: Real, const D: usize>(points: Points<T, D>, to: &mut [[T; D]]) -> &[[T; D]]
-where
-    [T; D]: Plain,
-{
-    // SAFETY: passed on.
-    unsafe {
-        if points.is_dense() {
-            return points.array();
-        }
-        points.gather(to);
-    }
-    to
-}
-
-/// As [`gathered`].
-///
-/// # Safety
-/// The crate's contract for the column.
-unsafe fn gathered_column<T: Real>(column: Column<T>, to: &mut [T]) -> &[T] {
-    // SAFETY: passed on.
-    unsafe {
-        if column.is_dense() {
-            return column.array();
-        }
-        column.gather(to);
-    }
-    to
 }
 
 /// The caller's array, or one of the workspace.

@@ -1,9 +1,7 @@
-//! Field sums: plan (method, reason, bytes, text) and evaluation. `functions` is made from `templates/field.rs`.
+//! Field sums: plan (method, reason, bytes, text) and evaluation.
 
-mod call;
-mod functions;
+pub(crate) mod call;
 mod options;
 
 pub use call::{OutputsOf, SourcesOf, TargetsOf};
-pub use functions::*;
 pub use options::*;

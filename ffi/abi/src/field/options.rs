@@ -80,7 +80,7 @@ impl mollis_field_options {
 /// What a sum did. Added to, when the call succeeds.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default)]
-pub struct mollis_counters {
+pub struct mollis_field_counts {
     /// Pairs of a target and a source with mass.
     pub pairs: u64,
     /// Of these, pairs closer than delta.
@@ -98,12 +98,9 @@ pub struct mollis_counters {
 }
 
 // SAFETY: six numbers of eight bytes, no padding.
-unsafe impl Plain for mollis_counters {}
+unsafe impl Plain for mollis_field_counts {}
 
 /// Fills `options` with the defaults. `size` is `sizeof *options`.
-///
-/// # Safety
-/// The contract of this header.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_field_options_init(options: *mut mollis_field_options, size: usize) -> mollis_status {
     // SAFETY: this function's own contract.

@@ -1,12 +1,8 @@
 //! Mollifiers: scalar functions of r, and fields at points.
 
-mod combinations;
-mod points;
-mod radii;
-
-pub use combinations::*;
-pub use points::*;
-pub use radii::*;
+pub(crate) mod combinations;
+pub(crate) mod points;
+pub(crate) mod radii;
 
 use mollis_core::mollifier::Mollifier;
 use mollis_core::{Error, Result};

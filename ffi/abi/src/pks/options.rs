@@ -77,6 +77,8 @@ pub struct mollis_pks_options {
     pub shifted: i32,
     /// 0.
     pub reserved: i32,
+    /// The seed of the built-in generator. Default: 0.
+    pub seed: u64,
 }
 
 options::options!(mollis_pks_options {
@@ -94,7 +96,8 @@ options::options!(mollis_pks_options {
     mesh: [1, 1],
     domain: [0.0; 4],
     shifted: 1,
-    reserved: 0
+    reserved: 0,
+    seed: 0
 });
 
 /// Fills `options` with the defaults. `size` is `sizeof *options`.
@@ -189,7 +192,7 @@ pub struct mollis_pks_attraction {
 /// Time, and what a run counts. Zero it, then set `count`; it belongs to the state that a checkpoint saves.
 #[repr(C)]
 #[derive(Clone, Copy)]
-pub struct mollis_pks_counters {
+pub struct mollis_pks_progress {
     /// The time reached.
     pub time: f64,
     /// Steps made.
@@ -261,14 +264,14 @@ pub struct mollis_pks_events {
 }
 
 // SAFETY: numbers of eight bytes, no padding; the last one holds pointers, which any bytes are, and is only read back for its numbers.
-unsafe impl Plain for mollis_pks_counters {}
+unsafe impl Plain for mollis_pks_progress {}
 // SAFETY: as above.
 unsafe impl Plain for mollis_pks_event {}
 // SAFETY: as above.
 unsafe impl Plain for mollis_pks_report {}
 const _: () = assert!(
-    size_of::<mollis_pks_counters>() == size_of::<Counters>()
-        && align_of::<mollis_pks_counters>() == align_of::<Counters>()
+    size_of::<mollis_pks_progress>() == size_of::<Counters>()
+        && align_of::<mollis_pks_progress>() == align_of::<Counters>()
 );
 const _: () = assert!(
     size_of::<mollis_pks_report>() == size_of::<Report>() && align_of::<mollis_pks_report>() == align_of::<Report>()

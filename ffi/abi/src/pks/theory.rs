@@ -24,7 +24,7 @@ unsafe impl Plain for mollis_pks_prediction {}
 /// Overwrites `out` with what is known of a mass: `second_moment` is the integral of |x|^2 rho about its centre, `heavy` the n_heavy masses that
 /// have become points (their sum at most the mass). The rate of no mass is 0. MOLLIS_ERR_NOT_FINITE: some number is not.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn mollis_pks_prediction_eval(
+pub unsafe extern "C" fn mollis_pks_predict(
     mass: f64,
     mu: f64,
     chi: f64,
@@ -56,7 +56,7 @@ pub unsafe extern "C" fn mollis_pks_prediction_eval(
 ///
 /// gamma: the potential is gamma log r near zero, 1 / (2 pi) for the logarithmic and the screened one. Without mass alpha and beta^2 are 0.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn mollis_pks_index_eval(
+pub unsafe extern "C" fn mollis_pks_index(
     n: usize,
     masses: *const f64,
     chi: f64,
@@ -95,7 +95,7 @@ unsafe impl Plain for mollis_pks_species {}
 ///
 /// From (4.25), mu_i = M eta_i mu / M_i.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn mollis_pks_species_eval(
+pub unsafe extern "C" fn mollis_pks_represent_species(
     n: usize,
     species: *const mollis_pks_species,
     chi: f64,

@@ -67,6 +67,9 @@ pub struct mollis_run {
     /// coordinate, mass or density that is not finite; targets, tracers count after them. `MOLLIS_NONE_BAD`: it is a parameter, or a sum
     /// that overflows. Not written otherwise. May be null (the default).
     pub first_bad: *mut u64,
+    /// Where a step or an evaluation that returns `MOLLIS_ERR_WORKSPACE_TOO_SMALL` writes the bytes that it needs. Not written otherwise. May be null (the
+    /// default).
+    pub bytes_needed: *mut usize,
 }
 
 options::options!(mollis_run {
@@ -74,13 +77,11 @@ options::options!(mollis_run {
     executor: core::ptr::null(),
     should_stop: None,
     stop_context: core::ptr::null_mut(),
-    first_bad: core::ptr::null_mut()
+    first_bad: core::ptr::null_mut(),
+    bytes_needed: core::ptr::null_mut()
 });
 
 /// Fills `run` with the defaults. `size` is `sizeof *run`.
-///
-/// # Safety
-/// The contract of this header.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_run_init(run: *mut mollis_run, size: usize) -> mollis_status {
     // SAFETY: this function's own contract.
@@ -121,6 +122,7 @@ pub(crate) struct HostRun {
     executor: Option<Host>,
     stop: Option<Stop>,
     first_bad: Option<Output<u64>>,
+    bytes_needed: Option<Output<usize>>,
 }
 
 /// Additional results of a call.
@@ -128,6 +130,8 @@ pub(crate) struct HostRun {
 pub(crate) struct CallReport {
     /// With [`Error::NotFinite`]: the first element that is bad, if it is one.
     pub first_bad: Option<usize>,
+    /// With [`Error::WorkspaceTooSmall`]: the bytes that are needed.
+    pub bytes_needed: Option<usize>,
     /// With [`Error::Generator`]: the status that the host's generator returned; 0: the error is the library's.
     pub generator: mollis_status,
 }
@@ -159,7 +163,20 @@ pub(crate) unsafe fn with_run(
             unsafe { put(run.first_bad, told.first_bad.map_or(MOLLIS_NONE_BAD, |index| index as u64)) };
             status(result)
         }
+        Err(Error::WorkspaceTooSmall) if told.bytes_needed.is_some() => {
+            // SAFETY: as above.
+            unsafe { put(run.bytes_needed, told.bytes_needed.unwrap_or_default()) };
+            status(result)
+        }
         _ => status(result),
+    }
+}
+
+impl CallReport {
+    /// Refuses a workspace, and says the bytes that are needed.
+    pub(crate) fn too_small(&mut self, needed: usize) -> Result<()> {
+        self.bytes_needed = Some(needed);
+        Err(Error::WorkspaceTooSmall)
     }
 }
 
@@ -176,12 +193,13 @@ impl HostRun {
         // SAFETY: the caller promises an executor there.
         let executor = unsafe { Host::read(run.executor) }?;
         let stop = run.should_stop.map(|ask| Stop { ask, context: run.stop_context });
-        Ok(Self { level, executor, stop, first_bad: Output::optional(run.first_bad, 1)? })
+        let (first_bad, bytes_needed) = (Output::optional(run.first_bad, 1)?, Output::optional(run.bytes_needed, 1)?);
+        Ok(Self { level, executor, stop, first_bad, bytes_needed })
     }
 
-    /// Where the first bad element is told: an output of every call that gets this run.
-    pub(crate) fn first_bad(&self) -> Option<Range> {
-        self.first_bad.map(Output::range)
+    /// Where the first bad element and the bytes that are needed are told: outputs of every call that gets this run.
+    pub(crate) fn outputs(&self) -> [Option<Range>; 2] {
+        [self.first_bad.map(Output::range), self.bytes_needed.map(Output::range)]
     }
 
     /// The status that the host's executor returned; 0: none but success.
@@ -272,7 +290,7 @@ mod tests {
         let too_large = Error::TooLarge as i32;
         let call = |tasks: usize, generator: i32, result: Result<()>| {
             let body = |host: &HostRun, told: &mut CallReport| {
-                *told = CallReport { first_bad: Some(3), generator };
+                *told = CallReport { first_bad: Some(3), generator, ..CallReport::default() };
                 host.enter(|run| run.executor.run(tasks, &|_| ())).and(result)
             };
             // SAFETY: all pointers are to live locals.

@@ -1,5 +1,7 @@
 //! Makes `include/mollis.h` from `ffi/abi` with cbindgen, or compares it with the committed file.
 
+mod layout;
+
 use std::fmt::Write as _;
 
 use anyhow::{Context, Result, bail, ensure};
@@ -10,6 +12,9 @@ use mollis_core::mollifier::Mollifier;
 use crate::{shell, templates, text};
 
 const HEADER: &str = "include/mollis.h";
+
+/// As in `ffi/abi/src/status.rs`; a test compares them.
+const ABI_VERSION: u32 = 1;
 
 /// Writes the header, or checks that the file is up to date.
 pub fn run(check: bool) -> Result<()> {
@@ -66,7 +71,7 @@ fn generate() -> Result<String> {
         .context("cbindgen cannot read ffi/abi")?;
     let mut bytes = Vec::new();
     bindings.write(&mut bytes);
-    Ok(String::from_utf8(bytes)?)
+    Ok(layout::lay_out(&String::from_utf8(bytes)?))
 }
 
 const HEAD: &str = "/*
@@ -76,14 +81,15 @@ const HEAD: &str = "/*
  * back through pointers; a call that is refused leaves every output as it was, but for what tells why (a report, first_bad).
  * A null output means \"not wanted\". Outputs must overlap nothing else of the call. A pointer with a length may be null when the length is 0.
  * Coordinates of n points in D dimensions are an array `double x[n][D]`.
- * Functions with the suffix _f32 compute in float, those without one in double.
+ * Functions with the suffix _f32 compute in float, those without one in double. What exists in several dimensions is documented for the plane and
+ * double; below it stand the forms for float and for one and three dimensions, 1 and 3 in place of 2.
  *
  * Structures with a member `size` are filled by their _init function, which is told their sizeof: then a program built with
  * an older header gets the defaults of what it does not know. A size of 0 is refused with MOLLIS_ERR_NOT_INITIALISED,
  * one at which no member ends with MOLLIS_ERR_OPTIONS_SIZE.
  *
  * MOLLIS_ERR_NOT_FINITE: the first bad element is told through mollis_run.first_bad by functions that take a run, and found
- * by mollis_first_bad_eval for the others.
+ * by mollis_first_bad for the others.
  *
  * Functions of the host that the library calls (fill, evaluate, parallel_for, should_stop, after_step) must return. A C++
  * exception that leaves one, or a longjmp across a call of the library, is undefined behaviour: catch it, keep it, return a
@@ -95,7 +101,17 @@ const HEAD: &str = "/*
 
 /// The status codes from the table of errors, and the other numbers that a C program needs at compile time.
 fn constants() -> Result<String> {
-    let mut out = String::from("\n/** Success. */\n#define MOLLIS_OK 0\n");
+    let version = env!("CARGO_PKG_VERSION");
+    let mut out = format!(
+        "
+/** The version of the library that this header belongs to. */
+#define MOLLIS_VERSION \"{version}\"
+/** The version of the binary interface: mollis_abi_version() of a library that programs with this header may use. */
+#define MOLLIS_ABI_VERSION {ABI_VERSION}
+
+"
+    );
+    out.push_str("/** Success. */\n#define MOLLIS_OK 0\n");
     for &error in Error::ALL {
         let text = error.text().to_str()?;
         write!(out, "/** {}. */\n#define MOLLIS_ERR_{} {}\n", text, screaming(error.name()), error as i32)?;
@@ -105,32 +121,31 @@ fn constants() -> Result<String> {
     write!(
         out,
         "
-/** What a workspace must be aligned to, in bytes. */
-#define MOLLIS_WORKSPACE_ALIGN {}
+/** Static buffers for prepared kernels are aligned so; in a workspace arrays are. */
+#define MOLLIS_ALIGN {}
 /** `bytes`, rounded up to the alignment: what an array takes in a workspace. */
-#define MOLLIS_WORKSPACE_PADDED(bytes) (((bytes) + MOLLIS_WORKSPACE_ALIGN - 1) / MOLLIS_WORKSPACE_ALIGN * MOLLIS_WORKSPACE_ALIGN)
-/** For static buffers: what `mollis_kernel2_workspace_bytes_f32` answers for one Newtonian term. */
+#define MOLLIS_PADDED(bytes) (((size_t)(bytes) + MOLLIS_ALIGN - 1) / MOLLIS_ALIGN * MOLLIS_ALIGN)
+/** For static buffers: what `mollis_kernel2_bytes_f32` answers for one Newtonian term. */
 #define MOLLIS_KERNEL2_NEWTONIAN_BYTES_F32 {kernel}
 /** For static buffers: a field sum over n sources in the plane, a part of the workspaces below. */
-#define MOLLIS_SUM2_WORKSPACE_BYTES_F32(n) \\
-  (MOLLIS_WORKSPACE_PADDED(8 * (n)) + 2 * MOLLIS_WORKSPACE_PADDED(4 * (n)) + \\
-   MOLLIS_WORKSPACE_PADDED(16 * ((n) / 256 + 3)))
+#define MOLLIS_SUM2_PART_F32(n) \\
+  (MOLLIS_PADDED(8 * (size_t)(n)) + 2 * MOLLIS_PADDED(4 * (size_t)(n)) + MOLLIS_PADDED(16 * ((size_t)(n) / 256 + 3)))
 /**
- * For static buffers: what `mollis_blob2_workspace_bytes_f32` answers for n particles with densities, no tracers, a
+ * For static buffers: what `mollis_blob2_workspace_bytes_f32` answers for n particles without gaps, with densities, no tracers, a
  * Newtonian kernel and default options.
  */
 #define MOLLIS_BLOB2_WORKSPACE_BYTES_F32(n) \\
-  (4 * MOLLIS_WORKSPACE_PADDED(12 * (n)) + MOLLIS_SUM2_WORKSPACE_BYTES_F32(n))
+  (4 * MOLLIS_PADDED(12 * (size_t)(n)) + MOLLIS_SUM2_PART_F32(n) + MOLLIS_ALIGN - 1)
 /**
  * For static buffers: what `mollis_pks_workspace_bytes_f32` answers for n particles, a Newtonian kernel's sum as attraction
  * and default options.
  */
 #define MOLLIS_PKS_WORKSPACE_BYTES_F32(n) \\
-  (4 * MOLLIS_WORKSPACE_PADDED(8 * ((n) / 2)) + ((n) > 0 ? 1600 : 0) + \\
-   MOLLIS_WORKSPACE_PADDED(20 * ((n) / 2)) + 4 * MOLLIS_WORKSPACE_PADDED(8 * (n)) + 2 * MOLLIS_WORKSPACE_PADDED(n) + \\
-   MOLLIS_WORKSPACE_PADDED(4 * (((n) + 255) / 256)) + MOLLIS_WORKSPACE_PADDED(48) + \\
-   ((n) > 512 ? 2 * MOLLIS_WORKSPACE_PADDED(8 * (n)) + 73792 * (((n) + 32767) / 32768) + 204928 : 0) + \\
-   MOLLIS_SUM2_WORKSPACE_BYTES_F32(n))
+  (4 * MOLLIS_PADDED(8 * ((size_t)(n) / 2)) + ((n) > 0 ? 1600 : 0) + MOLLIS_PADDED(20 * ((size_t)(n) / 2)) + \\
+   4 * MOLLIS_PADDED(8 * (size_t)(n)) + 2 * MOLLIS_PADDED(n) + MOLLIS_PADDED(4 * (((size_t)(n) + 255) / 256)) + \\
+   MOLLIS_PADDED(48) + \\
+   ((n) > 512 ? 2 * MOLLIS_PADDED(8 * (size_t)(n)) + 73792 * (((size_t)(n) + 32767) / 32768) + 204928 : 0) + \\
+   MOLLIS_SUM2_PART_F32(n) + MOLLIS_ALIGN - 1)
 ",
         mollis_core::memory::ALIGN
     )?;

@@ -1,0 +1,365 @@
+//! Made from `ffi/abi/templates/diagnostics.rs` by `cargo xtask header`: do not edit.
+
+#![allow(missing_docs, reason = "documented at the plane's")]
+
+use core::ffi::c_void;
+
+use crate::diagnostics::{moments, overlap, stable_step, stable_step_anywhere};
+use crate::status::{mollis_status, status};
+
+/// Writes total mass, sum of |m|, centre of mass (one point; 0 where the total mass is 0) and second moment about it,
+/// sum m |x - centre|^2, of n particles in two dimensions.
+///
+/// `positions` [n][2], `masses` [n], of any sign. Null outputs are not wanted; the others are overwritten. Compensated sums in double
+/// precision: a few roundings whatever n. A result is infinite only where the true one is beyond the range. Values that are not finite give results
+/// that are not.
+///
+/// Refused: MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_OVERLAP.
+#[cfg(feature = "double")]
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mollis_moments2(
+    n: usize,
+    positions: *const [f64; 2],
+    masses: *const f64,
+    mass: *mut f64,
+    absolute_mass: *mut f64,
+    centre: *mut [f64; 2],
+    second: *mut f64,
+) -> mollis_status {
+    // SAFETY: the crate's contract.
+    status(unsafe { moments::<f64, 2>(n, positions, masses, [mass, absolute_mass, second], centre) })
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mollis_moments2_f32(
+    n: usize,
+    positions: *const [f32; 2],
+    masses: *const f32,
+    mass: *mut f32,
+    absolute_mass: *mut f32,
+    centre: *mut [f32; 2],
+    second: *mut f32,
+) -> mollis_status {
+    // SAFETY: the crate's contract.
+    status(unsafe { moments::<f32, 2>(n, positions, masses, [mass, absolute_mass, second], centre) })
+}
+
+#[cfg(all(feature = "dimensions", feature = "double"))]
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mollis_moments1(
+    n: usize,
+    positions: *const [f64; 1],
+    masses: *const f64,
+    mass: *mut f64,
+    absolute_mass: *mut f64,
+    centre: *mut [f64; 1],
+    second: *mut f64,
+) -> mollis_status {
+    // SAFETY: the crate's contract.
+    status(unsafe { moments::<f64, 1>(n, positions, masses, [mass, absolute_mass, second], centre) })
+}
+
+#[cfg(feature = "dimensions")]
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mollis_moments1_f32(
+    n: usize,
+    positions: *const [f32; 1],
+    masses: *const f32,
+    mass: *mut f32,
+    absolute_mass: *mut f32,
+    centre: *mut [f32; 1],
+    second: *mut f32,
+) -> mollis_status {
+    // SAFETY: the crate's contract.
+    status(unsafe { moments::<f32, 1>(n, positions, masses, [mass, absolute_mass, second], centre) })
+}
+
+#[cfg(all(feature = "dimensions", feature = "double"))]
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mollis_moments3(
+    n: usize,
+    positions: *const [f64; 3],
+    masses: *const f64,
+    mass: *mut f64,
+    absolute_mass: *mut f64,
+    centre: *mut [f64; 3],
+    second: *mut f64,
+) -> mollis_status {
+    // SAFETY: the crate's contract.
+    status(unsafe { moments::<f64, 3>(n, positions, masses, [mass, absolute_mass, second], centre) })
+}
+
+#[cfg(feature = "dimensions")]
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mollis_moments3_f32(
+    n: usize,
+    positions: *const [f32; 3],
+    masses: *const f32,
+    mass: *mut f32,
+    absolute_mass: *mut f32,
+    centre: *mut [f32; 3],
+    second: *mut f32,
+) -> mollis_status {
+    // SAFETY: the crate's contract.
+    status(unsafe { moments::<f32, 3>(n, positions, masses, [mass, absolute_mass, second], centre) })
+}
+
+/// Writes a time step with which the classical Runge-Kutta method is stable at this state of n particles in two dimensions: 2.785
+/// over a bound of the Jacobian's spectral radius; infinity where nothing moves. Ask again when particles have moved by a
+/// good part of delta. Cost: n (n - 1) kernel evaluations.
+///
+/// Without a mollifier a pair at one place has such a step only if each term of the kernel is a power with p >= 2.
+///
+/// Refused, with `step` as it was: MOLLIS_ERR_NOT_FINITE (a position, a mass, or the bound itself; a pair at one place, or whose distance,
+/// or the kernel's second derivatives at it, are beyond the scalar's range, however small the masses), the codes of an unprepared kernel (see `mollis_kernel2_eval`), MOLLIS_ERR_NULL_POINTER,
+/// MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_OVERLAP.
+#[cfg(feature = "double")]
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mollis_stable_step2(
+    kernel: *const c_void,
+    kernel_bytes: usize,
+    n: usize,
+    positions: *const [f64; 2],
+    masses: *const f64,
+    step: *mut f64,
+) -> mollis_status {
+    // SAFETY: the crate's contract.
+    status(unsafe { stable_step::<f64, 2>((kernel, kernel_bytes), n, positions, masses, step) })
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mollis_stable_step2_f32(
+    kernel: *const c_void,
+    kernel_bytes: usize,
+    n: usize,
+    positions: *const [f32; 2],
+    masses: *const f32,
+    step: *mut f32,
+) -> mollis_status {
+    // SAFETY: the crate's contract.
+    status(unsafe { stable_step::<f32, 2>((kernel, kernel_bytes), n, positions, masses, step) })
+}
+
+#[cfg(all(feature = "dimensions", feature = "double"))]
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mollis_stable_step1(
+    kernel: *const c_void,
+    kernel_bytes: usize,
+    n: usize,
+    positions: *const [f64; 1],
+    masses: *const f64,
+    step: *mut f64,
+) -> mollis_status {
+    // SAFETY: the crate's contract.
+    status(unsafe { stable_step::<f64, 1>((kernel, kernel_bytes), n, positions, masses, step) })
+}
+
+#[cfg(feature = "dimensions")]
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mollis_stable_step1_f32(
+    kernel: *const c_void,
+    kernel_bytes: usize,
+    n: usize,
+    positions: *const [f32; 1],
+    masses: *const f32,
+    step: *mut f32,
+) -> mollis_status {
+    // SAFETY: the crate's contract.
+    status(unsafe { stable_step::<f32, 1>((kernel, kernel_bytes), n, positions, masses, step) })
+}
+
+#[cfg(all(feature = "dimensions", feature = "double"))]
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mollis_stable_step3(
+    kernel: *const c_void,
+    kernel_bytes: usize,
+    n: usize,
+    positions: *const [f64; 3],
+    masses: *const f64,
+    step: *mut f64,
+) -> mollis_status {
+    // SAFETY: the crate's contract.
+    status(unsafe { stable_step::<f64, 3>((kernel, kernel_bytes), n, positions, masses, step) })
+}
+
+#[cfg(feature = "dimensions")]
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mollis_stable_step3_f32(
+    kernel: *const c_void,
+    kernel_bytes: usize,
+    n: usize,
+    positions: *const [f32; 3],
+    masses: *const f32,
+    step: *mut f32,
+) -> mollis_status {
+    // SAFETY: the crate's contract.
+    status(unsafe { stable_step::<f32, 3>((kernel, kernel_bytes), n, positions, masses, step) })
+}
+
+/// Writes a time step with which the Runge-Kutta method is stable at every state of this total |mass| in which no two
+/// particles are farther apart than `diameter`, in two dimensions: shorter than `mollis_stable_step2`'s, but good for a whole run.
+///
+/// Refused, with `step` as it was: MOLLIS_ERR_NOT_FINITE (an argument, or no such step: a kernel without a mollifier, unless each of its
+/// terms is a power with p >= 2; a host's own kernel is not known to be one; or the kernel's second derivatives leave the scalar's range within
+/// `diameter`, however small the mass),
+/// MOLLIS_ERR_OUT_OF_DOMAIN (a negative argument), the codes of an unprepared kernel, MOLLIS_ERR_NULL_POINTER,
+/// MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_OVERLAP.
+#[cfg(feature = "double")]
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mollis_stable_step2_anywhere(
+    kernel: *const c_void,
+    kernel_bytes: usize,
+    absolute_mass: f64,
+    diameter: f64,
+    step: *mut f64,
+) -> mollis_status {
+    // SAFETY: the crate's contract.
+    status(unsafe { stable_step_anywhere::<f64, 2>((kernel, kernel_bytes), absolute_mass, diameter, step) })
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mollis_stable_step2_anywhere_f32(
+    kernel: *const c_void,
+    kernel_bytes: usize,
+    absolute_mass: f32,
+    diameter: f32,
+    step: *mut f32,
+) -> mollis_status {
+    // SAFETY: the crate's contract.
+    status(unsafe { stable_step_anywhere::<f32, 2>((kernel, kernel_bytes), absolute_mass, diameter, step) })
+}
+
+#[cfg(all(feature = "dimensions", feature = "double"))]
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mollis_stable_step1_anywhere(
+    kernel: *const c_void,
+    kernel_bytes: usize,
+    absolute_mass: f64,
+    diameter: f64,
+    step: *mut f64,
+) -> mollis_status {
+    // SAFETY: the crate's contract.
+    status(unsafe { stable_step_anywhere::<f64, 1>((kernel, kernel_bytes), absolute_mass, diameter, step) })
+}
+
+#[cfg(feature = "dimensions")]
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mollis_stable_step1_anywhere_f32(
+    kernel: *const c_void,
+    kernel_bytes: usize,
+    absolute_mass: f32,
+    diameter: f32,
+    step: *mut f32,
+) -> mollis_status {
+    // SAFETY: the crate's contract.
+    status(unsafe { stable_step_anywhere::<f32, 1>((kernel, kernel_bytes), absolute_mass, diameter, step) })
+}
+
+#[cfg(all(feature = "dimensions", feature = "double"))]
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mollis_stable_step3_anywhere(
+    kernel: *const c_void,
+    kernel_bytes: usize,
+    absolute_mass: f64,
+    diameter: f64,
+    step: *mut f64,
+) -> mollis_status {
+    // SAFETY: the crate's contract.
+    status(unsafe { stable_step_anywhere::<f64, 3>((kernel, kernel_bytes), absolute_mass, diameter, step) })
+}
+
+#[cfg(feature = "dimensions")]
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mollis_stable_step3_anywhere_f32(
+    kernel: *const c_void,
+    kernel_bytes: usize,
+    absolute_mass: f32,
+    diameter: f32,
+    step: *mut f32,
+) -> mollis_status {
+    // SAFETY: the crate's contract.
+    status(unsafe { stable_step_anywhere::<f32, 3>((kernel, kernel_bytes), absolute_mass, diameter, step) })
+}
+
+/// Writes the smallest overlap of n blobs in two dimensions: delta over the spacing (m/density)^(1/2), which is what the sum of blobs
+/// samples the density with. A Gaussian's sampling error is exp(-(pi overlap)^2) of the density: 5e-9 at 1.4, 5e-5 at 1. Particles
+/// without mass or density are not counted; NaN if all are such.
+///
+/// Refused, with `smallest` as it was: MOLLIS_ERR_DELTA, MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_TOO_LARGE,
+/// MOLLIS_ERR_OVERLAP.
+#[cfg(feature = "double")]
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mollis_overlap2(
+    n: usize,
+    delta: f64,
+    masses: *const f64,
+    densities: *const f64,
+    smallest: *mut f64,
+) -> mollis_status {
+    // SAFETY: the crate's contract.
+    status(unsafe { overlap::<f64, 2>(n, delta, masses, densities, smallest) })
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mollis_overlap2_f32(
+    n: usize,
+    delta: f32,
+    masses: *const f32,
+    densities: *const f32,
+    smallest: *mut f32,
+) -> mollis_status {
+    // SAFETY: the crate's contract.
+    status(unsafe { overlap::<f32, 2>(n, delta, masses, densities, smallest) })
+}
+
+#[cfg(all(feature = "dimensions", feature = "double"))]
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mollis_overlap1(
+    n: usize,
+    delta: f64,
+    masses: *const f64,
+    densities: *const f64,
+    smallest: *mut f64,
+) -> mollis_status {
+    // SAFETY: the crate's contract.
+    status(unsafe { overlap::<f64, 1>(n, delta, masses, densities, smallest) })
+}
+
+#[cfg(feature = "dimensions")]
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mollis_overlap1_f32(
+    n: usize,
+    delta: f32,
+    masses: *const f32,
+    densities: *const f32,
+    smallest: *mut f32,
+) -> mollis_status {
+    // SAFETY: the crate's contract.
+    status(unsafe { overlap::<f32, 1>(n, delta, masses, densities, smallest) })
+}
+
+#[cfg(all(feature = "dimensions", feature = "double"))]
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mollis_overlap3(
+    n: usize,
+    delta: f64,
+    masses: *const f64,
+    densities: *const f64,
+    smallest: *mut f64,
+) -> mollis_status {
+    // SAFETY: the crate's contract.
+    status(unsafe { overlap::<f64, 3>(n, delta, masses, densities, smallest) })
+}
+
+#[cfg(feature = "dimensions")]
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mollis_overlap3_f32(
+    n: usize,
+    delta: f32,
+    masses: *const f32,
+    densities: *const f32,
+    smallest: *mut f32,
+) -> mollis_status {
+    // SAFETY: the crate's contract.
+    status(unsafe { overlap::<f32, 3>(n, delta, masses, densities, smallest) })
+}
