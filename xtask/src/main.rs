@@ -96,9 +96,16 @@ enum Command {
         /// Scenes to run, by file name without extension.
         scenes: Vec<String>,
     },
-    /// Builds for release and installs both libraries, shared and static, headers and pkg-config files below a prefix.
+    /// Builds for release and installs both libraries, shared and static, headers, files for pkg-config and CMake, licences and examples below a prefix.
+    ///
+    /// The environment variable DESTDIR is put before the prefix where files are written, as packages are made.
     Install {
         /// The prefix; created if missing.
+        prefix: std::path::PathBuf,
+    },
+    /// Removes what `install` wrote below a prefix, and below DESTDIR if it is set.
+    Uninstall {
+        /// The prefix.
         prefix: std::path::PathBuf,
     },
 }
@@ -128,5 +135,6 @@ fn run(command: Command) -> Result<()> {
         Command::Avx512 { emulate } => avx512::run(emulate).map(|_| ()),
         Command::Neon { filter } => neon::run(&filter),
         Command::Install { prefix } => install::run(&prefix),
+        Command::Uninstall { prefix } => install::remove(&prefix),
     }
 }

@@ -1,0 +1,36 @@
+//! Static libraries whose only global names are those of their headers.
+//!
+//! The archive that Rust writes also defines the functions that its compiler calls, and those of std, as globals. A program that links it with all its
+//! members (`--whole-archive`) beside another Rust library would have them twice. The members are therefore linked into one relocatable object, whose
+//! other names are made local.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result};
+
+use crate::shell;
+
+/// Makes an archive of the same name that holds `functions` and what they need.
+pub fn closed(archive: &Path, functions: &[String]) -> Result<PathBuf> {
+    let folder = shell::scratch("archive")?;
+    let name = archive.file_name().context("no name")?;
+    let (linked, object, list, out) = (
+        folder.join("linked.o"),
+        folder.join(name).with_extension("o"),
+        folder.join("functions.txt"),
+        folder.join(name),
+    );
+    std::fs::write(&list, functions.join("\n"))?;
+    // `--gc-sections` keeps what the undefined names reach, so that no part of std that nothing uses asks the program for further libraries.
+    // Section groups are dissolved: linkers keep one group of each name, and would take another library's in place of the one that local names refer to.
+    let mut ld = shell::program("ld");
+    ld.args(["--relocatable", "--gc-sections", "--force-group-allocation", "-o"]).arg(&linked);
+    shell::run(ld.args(functions.iter().map(|name| format!("--undefined={name}"))).arg(archive))?;
+    let mut objcopy = shell::program("objcopy");
+    shell::run(objcopy.arg(format!("--keep-global-symbols={}", list.display())).arg(&linked).arg(&object))?;
+    if out.exists() {
+        std::fs::remove_file(&out)?;
+    }
+    shell::run(shell::program("ar").arg("rcsD").arg(&out).arg(&object))?;
+    Ok(out)
+}
