@@ -19,8 +19,7 @@ struct Library {
     package: &'static str,
     name: &'static str,
     about: &'static str,
-    /// Libraries that a program must link with the archive, besides those that every compiler adds. What `rustc --print native-static-libs` names in
-    /// addition (gcc_s, util, rt, c) holds nothing that the installed archive needs, or is added by the compiler.
+    /// Libraries that a program must link with the installed archive, besides those that every compiler adds (gcc_s, c).
     needs: &'static [&'static str],
 }
 
@@ -29,7 +28,7 @@ const LIBRARIES: [Library; 2] = [
         package: "mollis",
         name: "mollis",
         about: "Particles that interact through softened potentials",
-        needs: &["m"],
+        needs: &[],
     },
     Library {
         package: "mollis-mt",
