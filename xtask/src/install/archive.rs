@@ -14,20 +14,28 @@ use crate::shell;
 pub fn closed(archive: &Path, functions: &[String]) -> Result<PathBuf> {
     let folder = shell::scratch("archive")?;
     let name = archive.file_name().context("no name")?;
-    let (machine, linked, list) = (folder.join("machine.a"), folder.join("linked.o"), folder.join("functions.txt"));
+    let (machine, linked) = (folder.join("machine.a"), folder.join("linked.o"));
+    let (list, undefined) = (folder.join("functions.txt"), folder.join("undefined.txt"));
     let (object, out) = (folder.join(name).with_extension("o"), folder.join(name));
     std::fs::write(&list, functions.join("\n"))?;
     // Rust's run-time library also holds LLVM's bitcode. With a plugin for it, binutils would read that instead of the machine's code.
     let mut objcopy = shell::program("objcopy");
     objcopy.args(["--remove-section=.llvmbc", "--remove-section=.llvmcmd"]);
     shell::run(objcopy.arg(archive).arg(&machine))?;
-    // `--gc-sections` keeps what the undefined names reach, so that no part of std that nothing uses asks the program for further libraries.
+    // `--gc-sections` keeps what the functions reach, so that no part of std that nothing uses asks the program for further libraries.
     // Section groups are dissolved: linkers keep one group of each name, and would take another library's in place of the one that local names refer to.
     let mut ld = shell::program("ld");
     ld.args(["--relocatable", "--gc-sections", "--force-group-allocation", "-o"]).arg(&linked);
     shell::run(ld.args(functions.iter().map(|name| format!("--undefined={name}"))).arg(&machine))?;
+    // What only discarded sections needed is still named, and no longer as weak: a program would have to offer it.
+    let listed = shell::output(shell::program("nm").args(["--undefined-only", "--format=posix"]).arg(&linked))?;
+    let names: Vec<_> = listed.lines().filter_map(|line| line.split(' ').next()).collect();
+    // objcopy refuses an empty file.
+    std::fs::write(&undefined, names.join("\n") + "\n")?;
     let mut objcopy = shell::program("objcopy");
-    shell::run(objcopy.arg(format!("--keep-global-symbols={}", list.display())).arg(&linked).arg(&object))?;
+    objcopy.arg(format!("--keep-global-symbols={}", list.display()));
+    objcopy.arg(format!("--strip-unneeded-symbols={}", undefined.display()));
+    shell::run(objcopy.arg(&linked).arg(&object))?;
     // `ar` adds to an archive that exists.
     if out.exists() {
         std::fs::remove_file(&out)?;

@@ -34,7 +34,7 @@ const LIBRARIES: [Library; 2] = [
         package: "mollis-mt",
         name: "mollis_mt",
         about: "mollis with a pool of threads",
-        needs: &["pthread", "dl", "m"],
+        needs: &["pthread", "dl"],
     },
 ];
 
@@ -42,7 +42,13 @@ const VERSION: &str = env!("CARGO_PKG_VERSION");
 
 /// Builds for release and installs below `$DESTDIR/PREFIX` what is to be used below PREFIX.
 pub fn run(prefix: &Path) -> Result<()> {
-    tools::need(&[("readelf", "binutils"), ("ld", "binutils"), ("objcopy", "binutils"), ("ar", "binutils")])?;
+    tools::need(&[
+        ("readelf", "binutils"),
+        ("ld", "binutils"),
+        ("objcopy", "binutils"),
+        ("nm", "binutils"),
+        ("ar", "binutils"),
+    ])?;
     let place = Place::new(prefix, std::env::var_os("DESTDIR"))?;
     let entries = entries(place.prefix()?)?;
     place.install(&entries)?;
