@@ -6,6 +6,7 @@
 #include "mollis.h"
 #endif
 #include <stdlib.h>
+#include <string.h>
 
 enum { N = 5000 };
 static double x[N][2], m[N], gradient[N][2];
@@ -13,8 +14,10 @@ static double x[N][2], m[N], gradient[N][2];
 int main(void) {
   const mollis_mesh2 mesh = {{0.0, 0.0}, {1.0, 1.0}, {16, 16}};
   mollis_run run;
+  mollis_sources2 sources;
+  mollis_grid2_outputs outputs;
   size_t bytes, k;
-  void *base, *memory;
+  void *memory;
   double total[3];
   mollis_run_init(&run, sizeof run);
 #ifdef POOL
@@ -28,14 +31,18 @@ int main(void) {
     x[k][1] = 0.5;
     m[k] = 0.25;
   }
-  if (mollis_grid2_workspace_bytes(&mesh, 0, &run, &bytes)) return 2;
-  base = malloc(bytes + MOLLIS_WORKSPACE_ALIGN);
-  if (base == 0) return 3;
-  memory = (char *)base + (MOLLIS_WORKSPACE_ALIGN - (size_t)base % MOLLIS_WORKSPACE_ALIGN);
-  if (mollis_grid2_eval(&mesh, 0, N, (const double (*)[2])x, m, N, (const double (*)[2])x, gradient, 0, 0, 0, &total, 0,
-                        memory, bytes, &run))
-    return 4;
-  free(base);
+  memset(&sources, 0, sizeof sources);
+  memset(&outputs, 0, sizeof outputs);
+  sources.n = N;
+  sources.positions[0] = &x[0][0];
+  sources.masses = m;
+  outputs.gradient[0] = &gradient[0][0];
+  outputs.total = &total;
+  if (mollis_grid2_workspace_bytes(&mesh, &sources, 0, &outputs, 0, &run, &bytes)) return 2;
+  memory = malloc(bytes);
+  if (memory == 0) return 3;
+  if (mollis_grid2_eval(&mesh, &sources, 0, &outputs, 0, &run, memory, bytes)) return 4;
+  free(memory);
 #ifdef POOL
   mollis_pool_free(pool);
 #endif

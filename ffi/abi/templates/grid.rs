@@ -1,6 +1,6 @@
 use core::ffi::c_void;
 
-use super::field::{mollis_sources2, mollis_sources2_f32, mollis_targets2, mollis_targets2_f32};
+use super::field::*;
 use crate::grid::call::Ask;
 use crate::grid::{mollis_grid2_options, mollis_mesh2};
 use crate::run::mollis_run;
