@@ -18,6 +18,7 @@ use crate::scene::{Scene, aligned};
 enum MethodName {
     Auto,
     Direct,
+    Fmm,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
@@ -101,6 +102,9 @@ pub struct Field {
     /// The method.
     #[arg(long, value_enum, default_value = "direct")]
     method: MethodName,
+    /// The tolerance of approximate methods.
+    #[arg(long, default_value_t = 0.0)]
+    tolerance: f64,
     /// A list of potential, gradient, laplacian.
     #[arg(long, default_value = "gradient")]
     outputs: String,
@@ -172,6 +176,7 @@ struct Report {
     threads: usize,
     level: &'static str,
     compensated: bool,
+    tolerance: f64,
     workspace_bytes: usize,
     near_fraction: f64,
     polynomial_blocks: u64,
@@ -208,6 +213,11 @@ impl Field {
             report.mollis.seconds_median,
             report.relative_error,
             100.0 * report.near_fraction
+        );
+        println!(
+            "{:.4} us a target, {:.0} workspace bytes a target",
+            1e6 * report.mollis.seconds_min / report.targets as f64,
+            report.workspace_bytes as f64 / report.targets as f64
         );
         if let (Some(c), Some(ratio)) = (report.c_loop, report.ratio_median) {
             println!(
@@ -262,7 +272,12 @@ impl Field {
         let targets = &positions[..n_targets];
         let options = Options {
             accumulation: if self.compensated { Accumulation::Compensated } else { Accumulation::Blocked },
-            method: (self.method == MethodName::Direct).then_some(Method::Direct),
+            method: match self.method {
+                MethodName::Auto => None,
+                MethodName::Direct => Some(Method::Direct),
+                MethodName::Fmm => Some(Method::Fmm),
+            },
+            tolerance: self.tolerance,
             radii: self.radii,
             ..Options::default()
         };
@@ -338,6 +353,7 @@ impl Field {
             threads: self.threads,
             level: level.name(),
             compensated: self.compensated,
+            tolerance: self.tolerance,
             workspace_bytes: bytes,
             near_fraction: counters.near_pairs as f64 / pairs,
             polynomial_blocks: counters.polynomial_blocks,

@@ -60,7 +60,7 @@ pub(crate) fn drift<T: Real, const D: usize>(
         return Err(Error::NotFinite);
     }
     let outputs = Outputs { gradient: Some(gradient), ..Outputs::default() };
-    let call = pairs::Call { options: &Options::DEFAULT, sources, targets: sources.positions, outputs };
+    let call = pairs::Call { options: &Options::DEFAULT, sources, targets: sources.positions, outputs, near: None };
     pairs::evaluate::<T, D, false>(kernel, call, workspace, run)
 }
 
@@ -133,6 +133,6 @@ fn checked<T: Real, const D: usize, const FULL: bool>(
             run,
         );
     }
-    let call = pairs::Call { options: plan.options(), sources, targets, outputs };
+    let call = pairs::Call { options: plan.options(), sources, targets, outputs, near: None };
     pairs::evaluate::<T, D, FULL>(kernel, call, workspace, run)
 }

@@ -7,6 +7,11 @@
 
 mod evaluate;
 mod finite;
+#[cfg(not(feature = "small"))]
+mod fmm;
+#[cfg(feature = "small")]
+#[path = "no_fmm.rs"]
+mod fmm;
 mod kernels;
 mod moments;
 mod neighbours;

@@ -2,7 +2,7 @@
 
 use super::options::{Method, Options, Reason};
 use super::problem::{Interaction, Wanted};
-use super::{pairs, skips};
+use super::{fmm, pairs, skips};
 use crate::build;
 use crate::error::{Error, Result};
 use crate::exec::MAX_WORKERS;
@@ -20,6 +20,8 @@ pub struct Plan {
     reason: Reason,
     bytes: usize,
     bytes_per_worker: usize,
+    /// Of the fast multipole method.
+    expansions: Option<fmm::Settings>,
 }
 
 /// Whether sums of the kernel take core radii and vector strengths, if these are asked for.
@@ -61,10 +63,12 @@ pub fn plan<T: Real, const D: usize>(
     }
     let sizes = (n_sources, n_targets);
     if let Some((method, reason)) = skips::choose(kernel, sizes, wanted, options)? {
-        let one = skips::workspace_bytes(kernel, method, sizes, 1)?;
-        let bytes_per_worker = skips::workspace_bytes(kernel, method, sizes, 2)?.saturating_sub(one);
+        let one = skips::workspace_bytes(kernel, method, (sizes, wanted), options, 1)?;
+        let bytes_per_worker = skips::workspace_bytes(kernel, method, (sizes, wanted), options, 2)?.saturating_sub(one);
         let bytes = one.saturating_sub(bytes_per_worker);
-        return Ok(Plan { n_sources, n_targets, wanted, options: *options, method, reason, bytes, bytes_per_worker });
+        let expansions = if method == Method::Fmm { fmm::settings(kernel, options) } else { None };
+        let options = *options;
+        return Ok(Plan { n_sources, n_targets, wanted, options, method, reason, bytes, bytes_per_worker, expansions });
     }
     let bytes = pairs::workspace_bytes::<T, D>(n_sources, [options.radii, options.strengths])?;
     Ok(Plan {
@@ -76,6 +80,7 @@ pub fn plan<T: Real, const D: usize>(
         reason,
         bytes,
         bytes_per_worker: 0,
+        expansions: None,
     })
 }
 
@@ -147,6 +152,7 @@ impl Plan {
             Method::Sorted => "sorted (one sort, running moments)",
             Method::Neighbours => "neighbours (pairs closer than delta)",
             Method::Split => "split (even powers from moments, the other terms over all pairs)",
+            Method::Fmm => "fast multipole method (expansions of distant sources, near pairs exactly)",
         });
         take(": ");
         take(match self.reason {
@@ -155,6 +161,7 @@ impl Plan {
             Reason::OneDimension => "one dimension, and polynomials of the distance",
             Reason::CompactLaplacian => "only the Laplacian is wanted, which has compact support",
             Reason::SomeEvenPowers => "some terms are even powers",
+            Reason::Tolerance => "a Newtonian kernel in the plane, and the tolerance allows it",
             Reason::NothingFaster => "no faster method serves this kernel and size",
         });
         let mut count = |number: usize, what: &str| {
@@ -165,6 +172,11 @@ impl Plan {
         count(self.n_sources, " sources");
         count(self.n_targets, " targets");
         count(self.bytes, " workspace bytes");
+        if let Some(settings) = self.expansions {
+            count(settings.terms, " terms an expansion");
+            count(settings.leaf, " points in a leaf at most");
+            count(fmm::least_size(settings), " sources and targets or more make it faster than all pairs");
+        }
         let outputs = [
             (self.wanted.potential, "; potential computed", "; potential skipped"),
             (self.wanted.gradient, "; gradient computed", "; gradient skipped"),
@@ -174,7 +186,7 @@ impl Plan {
             take(if wanted { computed } else { skipped });
         }
         take("; massless sources skipped");
-        if self.method == Method::Direct {
+        if matches!(self.method, Method::Direct | Method::Fmm) {
             take("; mollifier evaluated where a block of targets has a near pair");
         }
     }

@@ -2,7 +2,7 @@
 
 use super::options::{Method, Options, Reason};
 use super::problem::{Interaction, Outputs, Sources, Wanted};
-use super::{moments, neighbours, pairs, sorted};
+use super::{fmm, moments, neighbours, pairs, sorted};
 use crate::build;
 use crate::error::{Error, Result};
 use crate::exec::Run;
@@ -89,7 +89,15 @@ pub(super) fn choose<T: Real, const D: usize>(
                 _ => Err(Error::Unsupported),
             }
         }
+        (Some(Method::Fmm), _) => match fmm::settings(kernel, options) {
+            Some(_) => Ok(Some((Method::Fmm, Reason::Forced))),
+            None => Err(Error::Unsupported),
+        },
         (Some(_), _) => Ok(None),
+        (None, None) => {
+            let chosen = fmm::settings(kernel, options).filter(|&settings| fmm::pays(settings, sizes));
+            Ok(chosen.map(|_| (Method::Fmm, Reason::Tolerance)))
+        }
         (None, Some((Method::Sorted | Method::Split, _))) if sizes.0.saturating_mul(sizes.1) < FEW_PAIRS => Ok(None),
         (None, found) => Ok(found),
     }
@@ -99,7 +107,8 @@ pub(super) fn choose<T: Real, const D: usize>(
 pub(super) fn workspace_bytes<T: Real, const D: usize>(
     kernel: &dyn Interaction<T, D>,
     method: Method,
-    (n_sources, n_targets): (usize, usize),
+    (sizes @ (n_sources, n_targets), wanted): ((usize, usize), Wanted),
+    options: &Options,
     workers: usize,
 ) -> Result<usize> {
     match method {
@@ -112,6 +121,10 @@ pub(super) fn workspace_bytes<T: Real, const D: usize>(
         Method::Split => {
             let (even, _) = kernel.sum().and_then(Kernel::without_even_powers).ok_or(Error::Unsupported)?;
             Measure::of(|space| Split::<T, D>::layout(space, &even, (n_sources, n_targets), workers).map(|_| ()))
+        }
+        Method::Fmm => {
+            let settings = fmm::settings(kernel, options).ok_or(Error::Unsupported)?;
+            fmm::workspace_bytes::<T>(settings, sizes, wanted, options.radii, workers)
         }
         Method::Direct => Ok(0),
     }
@@ -179,7 +192,7 @@ fn split<T: Real, const D: usize>(
         gradient: outputs.gradient.as_deref_mut(),
         laplacian: outputs.laplacian.as_deref_mut(),
     };
-    let call = pairs::Call { options, sources, targets, outputs: pairs };
+    let call = pairs::Call { options, sources, targets, outputs: pairs, near: None };
     pairs::evaluate::<T, D, true>(&rest, call, of_pairs, run)?;
     let add = |to: Option<&mut [T]>, from: &[T]| {
         to.unwrap_or_default().iter_mut().zip(from).for_each(|(to, &from)| *to += from);
@@ -203,6 +216,10 @@ pub(super) fn evaluate<T: Real, const D: usize>(
     run: &mut Run<'_>,
 ) -> Result<()> {
     // A plan for another kernel may ask for what this one cannot do.
+    if method == Method::Fmm {
+        fmm::settings(kernel, options).ok_or(Error::Unsupported)?;
+        return fmm::evaluate(kernel, options, (sources, targets), outputs, workspace, run);
+    }
     let kernel = kernel.sum().ok_or(Error::Unsupported)?;
     let skip = skip(kernel, wanted).filter(|skip| skip.method().0 == method).ok_or(Error::Unsupported)?;
     match skip {

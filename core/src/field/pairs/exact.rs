@@ -8,7 +8,8 @@ use super::output::Results;
 use crate::field::Sources;
 use crate::real::Real;
 
-/// Adds one source to the targets of a register block whose bit is set; `each` is the number of lanes in a vector. Returns how many there were.
+/// Adds one source, with its own mass or another one, to the targets of a register block whose bit is set; `each` is the number of lanes in a vector. Returns how
+/// many there were.
 #[cold]
 #[inline(never)]
 pub(super) fn add_pairs<T: Real, const D: usize, K: PairKernel<T, D>>(
@@ -16,10 +17,11 @@ pub(super) fn add_pairs<T: Real, const D: usize, K: PairKernel<T, D>>(
     want: Want,
     (targets, results): (&[[T; D]], &mut Results<T, D>),
     (sources, source): (Sources<'_, T, D>, usize),
+    own: Option<T>,
     (lanes, each): (&[u32], usize),
 ) -> u64 {
     let strength = sources.strengths.and_then(|strengths| strengths.get(source));
-    let mass = strength.map_or(sources.masses.get(source).copied(), |_| Some(T::ONE));
+    let mass = strength.map_or(own.or(sources.masses.get(source).copied()), |_| Some(T::ONE));
     let (Some(y), Some(mass)) = (sources.positions.get(source), mass) else { return 0 };
     let radius = sources.radii.and_then(|radii| radii.get(source)).copied();
     let mut count = 0;

@@ -9,7 +9,7 @@ use super::called::{Called, Radial};
 use super::newtonian::Newtonian;
 use super::smooth::{Algebraic, Plummer, Smooth, Vatistas};
 use super::tabulated::Tabulated;
-use super::{Call, sums};
+use super::{Call, NearCall, sums};
 use crate::error::{Error, Result};
 use crate::exec::Run;
 use crate::field::{Interaction, Options, Outputs, Sources, Wanted};
@@ -34,23 +34,27 @@ impl<T: Real, const D: usize> Radial for ErasedInteraction<'_, T, D> {
 }
 
 /// The arguments of a call, type-erased.
-struct ErasedCall<'a, T> {
-    dimension: usize,
-    potentials: bool,
+pub(in crate::field) struct ErasedCall<'a, T> {
+    pub dimension: usize,
+    pub potentials: bool,
     /// Coefficient, mollifier and delta of a Newtonian kernel.
-    newtonian: Option<(T, Mollifier, T)>,
-    table: Option<(&'a [T], TableHead)>,
-    kernel: &'a dyn Radial,
-    options: &'a Options,
-    positions: &'a [T],
-    masses: &'a [T],
-    radii: Option<&'a [T]>,
-    strengths: Option<&'a [T]>,
-    targets: &'a [T],
-    potential: Option<&'a mut [T]>,
-    gradient: Option<&'a mut [T]>,
-    laplacian: Option<&'a mut [T]>,
+    pub newtonian: Option<(T, Mollifier, T)>,
+    pub table: Option<(&'a [T], TableHead)>,
+    pub kernel: &'a dyn Radial,
+    pub options: &'a Options,
+    pub positions: &'a [T],
+    pub masses: &'a [T],
+    pub radii: Option<&'a [T]>,
+    pub strengths: Option<&'a [T]>,
+    pub targets: &'a [T],
+    pub potential: Option<&'a mut [T]>,
+    pub gradient: Option<&'a mut [T]>,
+    pub laplacian: Option<&'a mut [T]>,
+    pub near: Option<NearCall<'a, T>>,
 }
+
+/// A sum of a scalar, with nothing generic left.
+pub(in crate::field) type Sum<T> = fn(ErasedCall<'_, T>, &mut [u8], &mut Run<'_>) -> Result<()>;
 
 /// Overwrites the outputs with the sum over all pairs. Not `FULL`: no potential is wanted, and the options are the defaults.
 pub(in crate::field) fn evaluate<T: Real, const D: usize, const FULL: bool>(
@@ -59,7 +63,18 @@ pub(in crate::field) fn evaluate<T: Real, const D: usize, const FULL: bool>(
     workspace: &mut [u8],
     run: &mut Run<'_>,
 ) -> Result<()> {
-    let potentials = FULL;
+    erased(FULL, (in_single, in_double), kernel, call, workspace, run)
+}
+
+/// Calls the one of two functions that is for the scalar.
+pub(in crate::field) fn erased<T: Real, const D: usize>(
+    potentials: bool,
+    (single, double): (Sum<f32>, Sum<f64>),
+    kernel: &dyn Interaction<T, D>,
+    call: Call<'_, T, D>,
+    workspace: &mut [u8],
+    run: &mut Run<'_>,
+) -> Result<()> {
     let others = cfg!(feature = "kernels");
     let newtonian = kernel.newtonian().map(|(coefficient, blob)| (coefficient, blob.mollifier(), blob.delta()));
     if newtonian.is_none() && !others {
@@ -67,7 +82,7 @@ pub(in crate::field) fn evaluate<T: Real, const D: usize, const FULL: bool>(
     }
     let table = kernel.sum().filter(|_| others).and_then(Kernel::table);
     let seen = ErasedInteraction(kernel);
-    let Call { options, sources, targets, outputs } = call;
+    let Call { options, sources, targets, outputs, near: _ } = call;
     let (positions, targets) = (sources.positions.as_flattened(), targets.as_flattened());
     let Outputs { potential, gradient, laplacian } = outputs;
     let gradient = gradient.map(<[[T; D]]>::as_flattened_mut);
@@ -93,23 +108,26 @@ pub(in crate::field) fn evaluate<T: Real, const D: usize, const FULL: bool>(
                     potential: potential.and_then(T::$of_mut),
                     gradient: gradient.and_then(T::$of_mut),
                     laplacian: laplacian.and_then(T::$of_mut),
+                    near: None,
                 };
                 return $sums(call, workspace, run);
             }
         };
     }
-    named!(f32, singles, singles_mut, in_single);
-    named!(f64, doubles, doubles_mut, in_double);
+    named!(f32, singles, singles_mut, single);
+    named!(f64, doubles, doubles_mut, double);
     Err(Error::Unsupported)
 }
 
+/// The sum in single precision.
 #[inline(never)]
-fn in_single(call: ErasedCall<'_, f32>, workspace: &mut [u8], run: &mut Run<'_>) -> Result<()> {
+pub(in crate::field) fn in_single(call: ErasedCall<'_, f32>, workspace: &mut [u8], run: &mut Run<'_>) -> Result<()> {
     by_dimension(call, workspace, run)
 }
 
+/// The sum in double precision.
 #[inline(never)]
-fn in_double(call: ErasedCall<'_, f64>, workspace: &mut [u8], run: &mut Run<'_>) -> Result<()> {
+pub(in crate::field) fn in_double(call: ErasedCall<'_, f64>, workspace: &mut [u8], run: &mut Run<'_>) -> Result<()> {
     by_dimension(call, workspace, run)
 }
 
@@ -134,7 +152,7 @@ fn of_kernel<T: Real, const D: usize>(call: ErasedCall<'_, T>, workspace: &mut [
     };
     let strengths = strengths.map(|strengths| strengths.as_chunks::<D>().0);
     let sources = Sources { positions: positions.as_chunks::<D>().0, masses, radii, strengths };
-    let call = Call { options, sources, targets: targets.as_chunks::<D>().0, outputs };
+    let call = Call { options, sources, targets: targets.as_chunks::<D>().0, outputs, near: call.near };
     let table = table.and_then(|(numbers, head)| {
         let rows: &Rows<T> = numbers.as_chunks().0.try_into().ok()?;
         Some(Tabulated { table: Table { rows, head }, kernel })

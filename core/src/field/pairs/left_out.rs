@@ -66,8 +66,9 @@ impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, K: PairKernel<T, D>, c
                 }
                 let origin = origins.get(at).map_or(usize::MAX, |&origin| origin as usize);
                 let pairs = (shared.sources, origin);
+                let own = shared.ordered.then(|| mass.ldexp(shared.units.class(0).saturating_neg()));
                 counts.scaled_pairs +=
-                    exact::add_pairs(shared.kernel, want, (targets, &mut *results), pairs, (&left_out, I::LANES));
+                    exact::add_pairs(shared.kernel, want, (targets, &mut *results), pairs, own, (&left_out, I::LANES));
             }
         }
     }

@@ -49,6 +49,7 @@ mod firmware;
 mod instances;
 mod lanes;
 mod left_out;
+mod near;
 mod newtonian;
 mod output;
 mod packed;
@@ -60,8 +61,10 @@ mod tabulated;
 #[cfg(feature = "small")]
 pub(super) use firmware::evaluate;
 #[cfg(not(feature = "small"))]
-pub(super) use instances::evaluate;
-pub(in crate::field) use packed::{Units, power_of_two_pair};
+pub(super) use instances::{ErasedCall, Sum, erased, evaluate, in_double, in_single};
+pub(in crate::field) use near::{Groups, Near, NearCall, Task};
+pub(in crate::field) use newtonian::support;
+pub(in crate::field) use packed::{Packed, Units, power_of_two_pair};
 
 use core::sync::atomic::{AtomicUsize, Ordering};
 
@@ -76,7 +79,7 @@ use close::{Close, FinishBlock};
 use lanes::{Bounds, Deferred, Group, List, Sums, Total, Want, valid_lanes};
 use left_out::LeftOut;
 use output::{Contribution, Results, Scales, Writer};
-use packed::{Class, Packed, Targets};
+use packed::{Class, Targets};
 
 /// Targets of one task: a multiple of every register block, so that blocks, and with them the bits of the results, do not depend on who
 /// runs them.
@@ -200,6 +203,8 @@ pub(in crate::field) struct Call<'a, T, const D: usize> {
     pub sources: Sources<'a, T, D>,
     pub targets: &'a [[T; D]],
     pub outputs: Outputs<'a, T, D>,
+    /// Who knows which pairs are near, if not all are summed.
+    pub near: Option<NearCall<'a, T>>,
 }
 
 /// Bytes for the compacted sources; with core radii, with vector strengths.
@@ -215,13 +220,16 @@ fn sums<T: Real, const D: usize, K: PairKernel<T, D>>(
     workspace: &mut [u8],
     run: &mut Run<'_>,
 ) -> Result<()> {
-    let Call { options, sources, targets, outputs } = call;
+    let Call { options, sources, targets, outputs, near } = call;
+    if let Some(near) = near {
+        let call = Call { options, sources, targets, outputs, near: None };
+        return near::sums(potentials, kernel, call, near, workspace, run);
+    }
     let [coordinate, mass] = sources.largest(1);
     let units = Units::of([coordinate.max(kernel.length()), mass], targets);
     let extras = [sources.radii.is_some(), sources.strengths.is_some()];
     let mut packed = Packed::<T, D>::layout(&mut Carve::reopen(workspace)?, sources.positions.len(), extras)?;
     packed.fill(units, sources, kernel.length(), &|square| kernel.core(square));
-    let wanted = outputs.wanted();
     let pieces = (
         outputs.potential.map(|p| Chunks::new(p, TASK)),
         outputs.gradient.map(|g| Chunks::new(g, TASK)),
@@ -238,6 +246,7 @@ fn sums<T: Real, const D: usize, K: PairKernel<T, D>>(
         units,
         options,
         sources,
+        ordered: false,
         tally: &tally,
     };
     let (level, should_stop) = (run.level, run.should_stop);
@@ -253,21 +262,7 @@ fn sums<T: Real, const D: usize, K: PairKernel<T, D>>(
             let targets = targets.get(task.saturating_mul(TASK)..).present()?;
             let targets = targets.get(..TASK).unwrap_or(targets);
             let potential = potential.filter(|_| potentials);
-            // The constant condition keeps bodies that are never called from being compiled.
-            if const { matches!(K::PASSES, Passes::One) } || K::PASSES == Passes::Together && potential.is_some() {
-                let outputs = Outputs { potential, gradient, laplacian };
-                Pass::<T, D, K, true> { shared: &shared, targets, outputs, counted: true }.run(level);
-                return Ok(());
-            }
-            let others = Outputs { potential: None, gradient, laplacian };
-            if wanted.gradient || wanted.laplacian {
-                Pass::<T, D, K, false> { shared: &shared, targets, outputs: others, counted: true }.run(level);
-            }
-            if const { !matches!(K::PASSES, Passes::None) } && potential.is_some() {
-                let outputs = Outputs { potential, ..Outputs::default() };
-                let counted = !(wanted.gradient || wanted.laplacian);
-                Pass::<T, D, K, true> { shared: &shared, targets, outputs, counted }.run(level);
-            }
+            passes(&shared, targets, Outputs { potential, gradient, laplacian }, None, level);
             Ok(())
         },
     )?;
@@ -277,6 +272,32 @@ fn sums<T: Real, const D: usize, K: PairKernel<T, D>>(
         counters.add(&Statistics { pairs, massless_sources: massless, ..tally.counters() });
     }
     Ok(())
+}
+
+/// Computes the outputs that are there, in the passes of the kernel.
+fn passes<T: Real, const D: usize, K: PairKernel<T, D>>(
+    shared: &Shared<'_, T, D, K>,
+    targets: &[[T; D]],
+    outputs: Outputs<'_, T, D>,
+    groups: Option<Groups<'_>>,
+    level: Level,
+) {
+    let Outputs { potential, gradient, laplacian } = outputs;
+    // The constant condition keeps bodies that are never called from being compiled.
+    if const { matches!(K::PASSES, Passes::One) } || K::PASSES == Passes::Together && potential.is_some() {
+        let outputs = Outputs { potential, gradient, laplacian };
+        Pass::<T, D, K, true> { shared, targets, outputs, groups, counted: true }.run(level);
+        return;
+    }
+    let others = Outputs { potential: None, gradient, laplacian };
+    let some = others.gradient.is_some() || others.laplacian.is_some();
+    if some {
+        Pass::<T, D, K, false> { shared, targets, outputs: others, groups, counted: true }.run(level);
+    }
+    if const { !matches!(K::PASSES, Passes::None) } && potential.is_some() {
+        let outputs = Outputs { potential, ..Outputs::default() };
+        Pass::<T, D, K, true> { shared, targets, outputs, groups, counted: !some }.run(level);
+    }
 }
 
 /// What a task counts, added up over the tasks.
@@ -318,6 +339,8 @@ struct Shared<'a, T: Real, const D: usize, K: PairKernel<T, D>> {
     units: Units<T>,
     options: &'a Options,
     sources: Sources<'a, T, D>,
+    /// Whether another module has packed the sources, whose masses then need not be the caller's.
+    ordered: bool,
     tally: &'a Tally,
 }
 
@@ -329,6 +352,8 @@ struct Pass<'a, T: Real, const D: usize, K: PairKernel<T, D>, const P: bool> {
     shared: &'a Shared<'a, T, D, K>,
     targets: &'a [[T; D]],
     outputs: Outputs<'a, T, D>,
+    /// Which targets meet which sources; `None`: all meet all.
+    groups: Option<Groups<'a>>,
     /// Whether its pairs are counted: those of a second pass are the same.
     counted: bool,
 }
@@ -353,7 +378,7 @@ impl<T: Real, const D: usize, K: PairKernel<T, D>, const P: bool> BlockJob<T> fo
 
     #[inline(always)]
     fn run<I: Isa<T>, const NB: usize>(self, isa: I) {
-        let Pass { shared, targets, outputs, counted } = self;
+        let Pass { shared, targets, mut outputs, groups, counted } = self;
         let lanes = K::lanes(shared.prepared, isa);
         let mut counts = Statistics::default();
         let mut results = Results::ZERO;
@@ -362,23 +387,26 @@ impl<T: Real, const D: usize, K: PairKernel<T, D>, const P: bool> BlockJob<T> fo
             gradient: outputs.gradient.is_some(),
             laplacian: outputs.laplacian.is_some(),
         };
-        let mut writer = Writer::new(outputs, shared.options.combination);
-        for targets in targets.chunks(NB * I::LANES) {
-            results.clear(targets.len());
-            for (number, class) in shared.packed.classes() {
-                let totals = class_sums::<T, I, D, NB, K, P>(
-                    isa,
-                    shared,
-                    &lanes,
-                    want,
-                    (targets, &mut results),
-                    (number, &class),
-                    &mut counts,
-                );
-                let scales = shared.kernel.scales(shared.units, number);
-                output::add(isa, (&mut results, targets.len()), &totals, &scales);
+        for (range, ranges) in near::each_group(groups, targets.len()) {
+            let targets = targets.get(range.clone()).present_or(&[]);
+            let mut writer = Writer::new(near::part(&mut outputs, range), shared.options.combination, groups.is_some());
+            for targets in targets.chunks(NB * I::LANES) {
+                results.clear(targets.len());
+                for (number, class) in shared.packed.classes() {
+                    let totals = class_sums::<T, I, D, NB, K, P>(
+                        isa,
+                        shared,
+                        &lanes,
+                        want,
+                        (targets, &mut results),
+                        (number, &class, ranges),
+                        &mut counts,
+                    );
+                    let scales = shared.kernel.scales(shared.units, number);
+                    output::add(isa, (&mut results, targets.len()), &totals, &scales);
+                }
+                writer.write(results.finish(targets.len()));
             }
-            writer.write(results.finish(targets.len()));
         }
         if counted {
             shared.tally.add(&counts);
@@ -386,7 +414,7 @@ impl<T: Real, const D: usize, K: PairKernel<T, D>, const P: bool> BlockJob<T> fo
     }
 }
 
-/// The sums over the sources of a class for one register block of targets, in units. What the kernel leaves out goes to `results`.
+/// The sums over the sources of a class, or those of some ranges, for one register block of targets, in units. What the kernel leaves out goes to `results`.
 #[inline(always)]
 fn class_sums<T: Real, I: Isa<T>, const D: usize, const NB: usize, K: PairKernel<T, D>, const P: bool>(
     isa: I,
@@ -394,7 +422,7 @@ fn class_sums<T: Real, I: Isa<T>, const D: usize, const NB: usize, K: PairKernel
     lanes: &K::Lanes<I::V>,
     want: Want,
     (targets, results): (&[[T; D]], &mut Results<T, D>),
-    (number, class): (usize, &Class<'_, T, D>),
+    (number, class, ranges): (usize, &Class<'_, T, D>, Option<&[[u32; 2]]>),
     counts: &mut Statistics,
 ) -> [Total<I::V, D>; NB] {
     let zero = isa.splat(T::ZERO);
@@ -413,13 +441,13 @@ fn class_sums<T: Real, I: Isa<T>, const D: usize, const NB: usize, K: PairKernel
     let mut noted = [Deferred::new(), Deferred::new()];
     let mut close = None;
     let prepared = (shared.prepared, lanes);
-    for (start, source_bounds, (positions, masses)) in class.blocks() {
+    for (start, source_bounds, (positions, masses)) in class.blocks(ranges) {
         for (k, sources) in positions.chunks(each).zip(masses.chunks(each)).enumerate() {
             let Want { potential, laplacian, .. } = want;
             let cores = if class.cores.is_empty() { &[] } else { class.cores.get(start + k * each..).present_or(&[]) };
             let strengths =
                 if class.strengths.is_empty() { &[] } else { class.strengths.get(start + k * each..).present_or(&[]) };
-            let bounds = [source_bounds, &in_units.bounds];
+            let bounds = [&source_bounds, &in_units.bounds];
             let block = Block { sources, cores, strengths, bounds, potential, laplacian, valid: &valid };
             K::add_block::<I, NB, P>(isa, prepared, &block, &mut groups, &mut noted, counts);
             if noted.iter().any(|list| !list.is_empty()) {

@@ -117,15 +117,28 @@ fn add_lanes<T: Real, const D: usize>(
     sums: &Sums<[T; MAX_LANES], D>,
     scales: &Scales<T>,
 ) {
-    let value = |sum: T, (factor, exponent): (T, i32)| (sum * factor).ldexp(exponent);
-    for (result, (&p, &l)) in results.iter_mut().zip(sums.potential.iter().zip(&sums.laplacian)) {
-        result.potential += value(p, scales.potential);
-        result.laplacian += value(l, scales.laplacian);
+    scaled(&sums.potential, scales.potential, |k, p| {
+        results.get_mut(k).into_iter().for_each(|result| result.potential += p);
+    });
+    scaled(&sums.laplacian, scales.laplacian, |k, l| {
+        results.get_mut(k).into_iter().for_each(|result| result.laplacian += l);
+    });
+    for (d, sum) in sums.gradient.iter().enumerate() {
+        scaled(sum, scales.gradient, |k, g| {
+            let to = results.get_mut(k).and_then(|result| result.gradient.get_mut(d));
+            to.into_iter().for_each(|to| *to += g);
+        });
     }
-    for (k, sum) in sums.gradient.iter().enumerate() {
-        for (result, &g) in results.iter_mut().zip(sum) {
-            result.gradient.get_mut(k).into_iter().for_each(|to| *to += value(g, scales.gradient));
-        }
+}
+
+/// Passes each sum to `take` in true units, rounded as `ldexp` rounds: where the power of two is a normal number, its product is rounded once too.
+#[inline(always)]
+fn scaled<T: Real>(sums: &[T; MAX_LANES], (factor, exponent): (T, i32), mut take: impl FnMut(usize, T)) {
+    if exponent.saturating_abs() < T::MAX_EXPONENT {
+        let power = T::ONE.ldexp(exponent);
+        sums.iter().enumerate().for_each(|(k, &sum)| take(k, sum * factor * power));
+    } else {
+        sums.iter().enumerate().for_each(|(k, &sum)| take(k, (sum * factor).ldexp(exponent)));
     }
 }
 
@@ -135,11 +148,14 @@ pub(super) struct Writer<'a, T, const D: usize> {
     gradient: Option<core::slice::IterMut<'a, [T; D]>>,
     laplacian: Option<core::slice::IterMut<'a, T>>,
     combination: Option<(T, T)>,
+    /// Whether the results are added to what is there.
+    added: bool,
 }
 
 impl<'a, T: Real, const D: usize> Writer<'a, T, D> {
-    pub fn new(outputs: Outputs<'a, T, D>, (a, b): (f64, f64)) -> Self {
+    pub fn new(outputs: Outputs<'a, T, D>, (a, b): (f64, f64), added: bool) -> Self {
         Self {
+            added,
             potential: outputs.potential.map(|p| p.iter_mut()),
             gradient: outputs.gradient.map(|g| g.iter_mut()),
             laplacian: outputs.laplacian.map(|l| l.iter_mut()),
@@ -149,14 +165,25 @@ impl<'a, T: Real, const D: usize> Writer<'a, T, D> {
 
     /// Writes the next results. (An iterator in front of a zip would lose an element where the other one ends.)
     pub fn write(&mut self, results: &[Contribution<T, D>]) {
+        let added = self.added;
         if let Some(to) = &mut self.potential {
-            results.iter().zip(to).for_each(|(result, to)| *to = result.potential);
+            results
+                .iter()
+                .zip(to)
+                .for_each(|(result, to)| *to = if added { *to + result.potential } else { result.potential });
         }
         if let Some(to) = &mut self.laplacian {
-            results.iter().zip(to).for_each(|(result, to)| *to = result.laplacian);
+            results
+                .iter()
+                .zip(to)
+                .for_each(|(result, to)| *to = if added { *to + result.laplacian } else { result.laplacian });
         }
         if let Some(to) = &mut self.gradient {
             for (result, to) in results.iter().zip(to) {
+                if added {
+                    to.iter_mut().zip(&result.gradient).for_each(|(to, &g)| *to += g);
+                    continue;
+                }
                 *to = result.gradient;
                 if let (Some((a, b)), [x, y, ..]) = (self.combination, to.as_mut_slice()) {
                     // A factor of zero takes nothing from a component that has overflowed.

@@ -127,15 +127,15 @@ pub(super) fn farthest<T: Real, const D: usize>(a: &Bounds<T, D>, b: &Bounds<T, 
 
 /// Sources with mass, class by class, each in the caller's order.
 #[derive(Debug)]
-pub(super) struct Packed<'w, T, const D: usize> {
-    pub(super) positions: &'w mut [[T; D]],
-    pub(super) masses: &'w mut [T],
+pub(in crate::field) struct Packed<'w, T, const D: usize> {
+    pub(in crate::field) positions: &'w mut [[T; D]],
+    pub(in crate::field) masses: &'w mut [T],
     /// Of their core radii, if they have any, or vector strengths ([`super::PairKernel::core`]).
     cores: &'w mut [T],
     /// Vector strengths in units, if they have any; masses are then 1.
     strengths: &'w mut [[T; D]],
     /// Which of the caller's sources each one is.
-    origins: &'w mut [u32],
+    pub(in crate::field) origins: &'w mut [u32],
     /// The bounds of each block, class by class.
     boxes: &'w mut [Bounds<T, D>],
     /// How many there are in each class.
@@ -143,7 +143,7 @@ pub(super) struct Packed<'w, T, const D: usize> {
 }
 
 /// The sources of a class.
-pub(super) struct Class<'a, T, const D: usize> {
+pub(in crate::field) struct Class<'a, T, const D: usize> {
     pub positions: &'a [[T; D]],
     pub masses: &'a [T],
     pub cores: &'a [T],
@@ -173,6 +173,21 @@ impl<'w, T: Real, const D: usize> Packed<'w, T, D> {
         })
     }
 
+    /// The arrays of a workspace that another module has filled with `count` sources, in units and all in one class; computes what is kept of their core radii, which are
+    /// `delta` where the sources have none.
+    pub fn ordered(
+        mut self,
+        units: Units<T>,
+        radii: Option<&[T]>,
+        delta: T,
+        count: usize,
+        core: &dyn Fn(T) -> T,
+    ) -> Self {
+        self.counts = [count, 0, 0];
+        self.fill_cores(units, radii, delta, core);
+        self
+    }
+
     /// Copies the sources with mass, scaled and grouped by class, and computes the bounds of blocks. `core` is applied to the squares of core radii
     /// in units, which are `delta` where the sources have none.
     pub fn fill(&mut self, units: Units<T>, sources: Sources<'_, T, D>, delta: T, core: &dyn Fn(T) -> T) {
@@ -196,17 +211,22 @@ impl<'w, T: Real, const D: usize> Packed<'w, T, D> {
             }
             *next += 1;
         }
-        let n = self.len();
-        for (to, &origin) in self.cores.iter_mut().zip(self.origins.iter().take(n)) {
-            let radius = radii.map_or(Some(&delta), |radii| radii.get(origin as usize)).copied().present_or(T::ZERO);
-            let radius = radius.ldexp(units.position);
-            *to = core(radius * radius);
-        }
+        self.fill_cores(units, radii, delta, core);
         let (mut boxes, mut rest) = (self.boxes.iter_mut(), &*self.positions);
         for &count in &self.counts {
             let (class, later) = rest.split_at_checked(count).unwrap_or((rest, &[]));
             rest = later;
             class.chunks(BLOCK).zip(&mut boxes).for_each(|(block, bounds)| *bounds = bounds_of(block));
+        }
+    }
+
+    /// What is kept of the core radii.
+    fn fill_cores(&mut self, units: Units<T>, radii: Option<&[T]>, delta: T, core: &dyn Fn(T) -> T) {
+        let n = self.len();
+        for (to, &origin) in self.cores.iter_mut().zip(self.origins.iter().take(n)) {
+            let radius = radii.map_or(Some(&delta), |radii| radii.get(origin as usize)).copied().present_or(T::ZERO);
+            let radius = radius.ldexp(units.position);
+            *to = core(radius * radius);
         }
     }
 
@@ -248,11 +268,47 @@ impl<'w, T: Real, const D: usize> Packed<'w, T, D> {
 }
 
 impl<'a, T: Real, const D: usize> Class<'a, T, D> {
-    /// Blocks of [`BLOCK`] sources with their bounds and where they begin.
-    pub fn blocks(&self) -> impl Iterator<Item = (usize, &'a Bounds<T, D>, List<'a, T, D>)> {
-        let blocks = self.positions.chunks(BLOCK).zip(self.masses.chunks(BLOCK));
-        let blocks = self.boxes.iter().zip(blocks).enumerate();
-        blocks.map(|(k, (bounds, (positions, masses)))| (k * BLOCK, bounds, (positions, masses)))
+    /// Blocks of at most [`BLOCK`] sources with their bounds and where they begin: of all sources, or of some ranges of them, for which the bounds are those of all points.
+    pub fn blocks(&self, ranges: Option<&'a [[u32; 2]]>) -> Blocks<'a, T, D> {
+        let (positions, masses, boxes) = (self.positions, self.masses, self.boxes);
+        let end = if ranges.is_some() { 0 } else { positions.len() };
+        Blocks {
+            positions,
+            masses,
+            boxes,
+            listed: ranges.is_some(),
+            ranges: ranges.unwrap_or_default().iter(),
+            at: 0,
+            end,
+        }
+    }
+}
+
+/// See [`Class::blocks`].
+pub(in crate::field) struct Blocks<'a, T, const D: usize> {
+    positions: &'a [[T; D]],
+    masses: &'a [T],
+    boxes: &'a [Bounds<T, D>],
+    listed: bool,
+    ranges: core::slice::Iter<'a, [u32; 2]>,
+    at: usize,
+    end: usize,
+}
+
+impl<'a, T: Real, const D: usize> Iterator for Blocks<'a, T, D> {
+    type Item = (usize, Bounds<T, D>, List<'a, T, D>);
+
+    #[inline(always)]
+    fn next(&mut self) -> Option<Self::Item> {
+        while self.at >= self.end {
+            let &[from, to] = self.ranges.next()?;
+            (self.at, self.end) = (from as usize, to as usize);
+        }
+        let start = self.at;
+        self.at = (start + BLOCK).min(self.end);
+        // Coordinates are at most 1 in units.
+        let bounds = if self.listed { [[-T::TWO; D], [T::TWO; D]] } else { *self.boxes.get(start / BLOCK)? };
+        Some((start, bounds, (self.positions.get(start..self.at)?, self.masses.get(start..self.at)?)))
     }
 }
 

@@ -30,7 +30,7 @@ pub(super) fn sums<T: Real, const D: usize, const FULL: bool>(
     workspace: &mut [u8],
     run: &mut Run<'_>,
 ) -> Result<()> {
-    let Call { options, sources, targets, mut outputs } = call;
+    let Call { options, sources, targets, mut outputs, .. } = call;
     let [coordinate, mass] = sources.largest(1);
     let units = Units::of([coordinate.max(kernel.length()), mass], targets);
     let mut packed = Packed::<T, D>::layout(&mut Carve::reopen(workspace)?, sources.positions.len(), [false; 2])?;

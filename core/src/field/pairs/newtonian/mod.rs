@@ -170,6 +170,16 @@ fn gaussian_support<T: Real>(dimension: usize, order: u32) -> T {
     T::from_f64(square).sqrt() * (T::from_f64(f64::from(T::DIGITS) * core::f64::consts::LN_2 + 1.0)).sqrt()
 }
 
+/// The radius of a mollifier of length 1 beyond which its field is Newtonian, to rounding; none for algebraic ones.
+pub(in crate::field) fn support<T: Real>(dimension: usize, mollifier: Mollifier) -> Option<T> {
+    match mollifier {
+        Mollifier::None => Some(T::ZERO),
+        Mollifier::Compact { .. } => Some(T::ONE),
+        Mollifier::Gaussian { order } => Some(gaussian_support(dimension, order)),
+        Mollifier::Plummer | Mollifier::Algebraic | Mollifier::Vatistas => None,
+    }
+}
+
 impl<'a, T: Real, const D: usize, const EACH: bool, const VECTOR: bool> PairKernel<T, D>
     for Newtonian<'a, T, D, EACH, VECTOR>
 {

@@ -1,0 +1,411 @@
+//! Who meets whom, and the local expansions, from the root of the target boxes down.
+//!
+//! A target box is visited with a list of open source boxes, which its parent has left to it. Each open box is, for this target box,
+//!
+//! * well separated ([`super::settings`]), and no mollified pair between them: its expansion is translated;
+//! * else left open for the parts of the target box, if that is the larger one or the source box is a leaf;
+//! * else divided, and its parts looked at in the same way.
+//!
+//! At a leaf nothing is left open: source leaves that are near are met pair by pair. Nothing is kept of these lists but what the boxes on the way down need. The
+//! order of the lists is that of the boxes, so near leaves that follow each other become one range of sources.
+//!
+//! Boxes of more than [`TASK`] targets come first, one after the other ([`Descent::begin`]); then every largest box of fewer is a task. A task repeats the lists of
+//! the boxes above it, but not their translations. Where room for a list ends, the pair of boxes is summed pair by pair, which is always right: it takes longer.
+
+use super::expansions::{Lower, Order, Scatter};
+use super::settings::OPENING;
+use super::translate::Translate;
+use super::tree::{Shape, Tree};
+use super::upward::TASK;
+use crate::checked::Present;
+use crate::error::Result;
+use crate::field::pairs::{Groups, Near, Task, Units};
+use crate::memory::{Carve, Space};
+use crate::real::Real;
+use crate::simd::Level;
+
+/// Room for open boxes, for boxes to be divided, well separated ones, depths below a task's box, groups and ranges.
+const OPEN: usize = 8192;
+const DIVIDE: usize = 64;
+const FAR: usize = 128;
+const DEPTH: usize = 48;
+const GROUPS: usize = 256;
+const RANGES: usize = 4096;
+/// No box.
+const NONE: u32 = u32::MAX;
+
+/// What all tasks share.
+pub(super) struct Descent<'a, 'w, T: Real> {
+    pub order: Order<'a, T>,
+    pub units: Units<T>,
+    pub sources: &'a Tree<'w, T>,
+    /// How many sources there are.
+    pub count: usize,
+    /// The roots of the source trees.
+    pub roots: &'a [u32],
+    /// The expansions of the source boxes.
+    pub from: &'a [T],
+    pub targets: &'a Tree<'w, T>,
+    /// The targets, in true units.
+    pub points: &'a [[T; 2]],
+    pub potential: bool,
+    /// The way to true potentials and gradients, in factors one after the other.
+    pub scales: [[T; 3]; 2],
+    /// The box of each task, and the number of the local expansion of the box above it.
+    pub tasks: &'a [[u32; 2]],
+    pub starts: &'a [u32],
+    /// Local expansions of boxes above tasks.
+    pub tops: &'a [T],
+}
+
+/// The scratch of a worker.
+pub(super) struct Scratch<'s, T> {
+    open: &'s mut [u32],
+    pending: &'s mut [[u32; 5]],
+    far: &'s mut [u32],
+    locals: &'s mut [T],
+    groups: &'s mut [[u32; 4]],
+    ranges: &'s mut [[u32; 2]],
+}
+
+/// Numbers of a local expansion.
+pub(super) fn local_length(stride: usize) -> usize {
+    2 * stride + 1
+}
+
+impl<'s, T: Real> Scratch<'s, T> {
+    /// The layout, for expansions of this stride.
+    pub fn layout(space: &mut impl Space<'s>, stride: usize) -> Result<Self> {
+        Ok(Self {
+            open: space.try_array(OPEN)?,
+            pending: space.try_array(DEPTH + 2)?,
+            far: space.try_array(FAR)?,
+            locals: space.try_array(DEPTH * local_length(stride))?,
+            groups: space.try_array(GROUPS)?,
+            ranges: space.try_array(RANGES)?,
+        })
+    }
+}
+
+/// What the boxes above tasks leave to them.
+pub(super) struct Tops<'w, T> {
+    /// Local expansions.
+    pub tops: &'w mut [T],
+    pub tasks: &'w mut [[u32; 2]],
+    pub starts: &'w mut [u32],
+}
+
+/// The visits of a task.
+struct Walk<'a, 's, 'w, T: Real> {
+    of: &'a Descent<'a, 'w, T>,
+    level: Level,
+    scratch: Scratch<'s, T>,
+    n_groups: usize,
+    n_ranges: usize,
+    /// The first range of the group that is being made.
+    first_range: usize,
+    n_far: usize,
+}
+
+/// What to do with the boxes that a target box meets.
+struct Meet<'t, 'l, T> {
+    /// The targets of the box, counted from the task's first, and who sums pairs; none above tasks.
+    near: Option<([u32; 2], &'t mut dyn Task<T>)>,
+    /// The local expansion; none where it is there already.
+    local: Option<&'l mut [T]>,
+    leaf: bool,
+}
+
+impl<'w, T: Real> Descent<'_, 'w, T> {
+    /// Whether a source box is well separated from a target box and nothing between them is mollified.
+    #[inline(always)]
+    fn is_far(&self, source: &Shape<T>, target: &Shape<T>) -> bool {
+        let opening = T::from_f64(OPENING);
+        let (dx, dy) = (source.centre[0] - target.centre[0], source.centre[1] - target.centre[1]);
+        let square = dx * dx + dy * dy;
+        let (a, b) = (source.radius, target.radius);
+        let sum = if a > b { a + opening * b } else { b + opening * a };
+        // The inverse of the distance, and its square, must be numbers.
+        let least = T::ONE.ldexp(if T::DIGITS > 24 { -400 } else { -56 });
+        if !(sum * sum < opening * opening * square && square > least) {
+            return false;
+        }
+        if source.reach == T::ZERO {
+            return true;
+        }
+        let gap = |d: T, a: T, b: T| {
+            let gap = d.abs() - a - b;
+            if gap > T::ZERO { gap } else { T::ZERO }
+        };
+        let (x, y) = (gap(dx, source.half[0], target.half[0]), gap(dy, source.half[1], target.half[1]));
+        let reach = source.reach * (T::ONE + T::from_f64(64.0) * T::EPSILON);
+        x * x + y * y > reach * reach
+    }
+
+    /// Visits the boxes of more than [`TASK`] targets. Returns how many tasks there are.
+    pub fn begin(&self, scratch: &mut [u8], level: Level, to: Tops<'_, T>) -> Result<usize> {
+        let Tops { tops, tasks, starts } = to;
+        let length = local_length(self.order.stride);
+        let mut walk = Walk::new(self, level, scratch)?;
+        let (mut n_tops, mut n_tasks, mut waiting) = (0, 0, 1);
+        // A box above tasks adds one task to those that there would be without it.
+        let room = tops.len().checked_div(length).unwrap_or(0).min(tasks.len()).min(starts.len().saturating_sub(1));
+        let open = walk.start(0)?;
+        *walk.scratch.pending.first_mut().present()? = [0, 0, open, NONE, NONE];
+        while waiting > 0 {
+            waiting -= 1;
+            let [k, from, end, above, slot] = walk.scratch.pending.get(waiting).copied().present()?;
+            let target = k as usize;
+            let points = self.targets.points(target);
+            let parts =
+                self.targets.parts(target).filter(|_| points.len() > TASK && n_tops + 1 < room && waiting + 2 <= DEPTH);
+            let Some([first, second]) = parts else {
+                *tasks.get_mut(n_tasks).present()? = [k, slot];
+                *starts.get_mut(n_tasks).present()? = points.start as u32;
+                n_tasks += 1;
+                continue;
+            };
+            let (before, local) = tops.split_at_mut_checked(n_tops * length).present()?;
+            let local = local.get_mut(..length).present()?;
+            local.fill(T::ZERO);
+            let large = before.get((slot as usize).saturating_mul(length)..).and_then(|rest| rest.get(..length));
+            if let (false, Some(large)) = (above == NONE, large) {
+                let (from, shape) = ((large, self.targets.shape(above as usize)), self.targets.shape(target));
+                level.run(Lower { order: self.order, from, shape, to: &mut *local });
+            }
+            let next = walk.visit(target, [from, end], Meet { near: None, local: Some(local), leaf: false })?;
+            let number = n_tops as u32;
+            n_tops += 1;
+            let slots = walk.scratch.pending.get_mut(waiting..waiting + 2).present()?;
+            slots.copy_from_slice(&[[second as u32, end, next, k, number], [first as u32, end, next, k, number]]);
+            waiting += 2;
+        }
+        *starts.get_mut(n_tasks).present()? = self.targets.points(0).end as u32;
+        Ok(n_tasks)
+    }
+}
+
+impl<T: Real> Near<T> for Descent<'_, '_, T> {
+    fn units(&self) -> Units<T> {
+        self.units
+    }
+
+    fn sources(&self) -> usize {
+        self.count
+    }
+
+    fn starts(&self) -> &[u32] {
+        self.starts
+    }
+
+    fn run(&self, task: usize, level: Level, scratch: &mut [u8], to: &mut dyn Task<T>) -> Result<()> {
+        for output in to.outputs().into_iter().flatten() {
+            output.fill(T::ZERO);
+        }
+        let [node, slot] = self.tasks.get(task).copied().present()?;
+        let length = local_length(self.order.stride);
+        let mut walk = Walk::new(self, level, scratch)?;
+        let tree = self.targets;
+        let all = tree.points(node as usize);
+        let start = all.start as u32;
+        let relative = |points: core::ops::Range<usize>| [points.start as u32 - start, points.end as u32 - start];
+        // The boxes above.
+        let (mut k, mut above, mut from) = (0, NONE, 0);
+        let mut end = walk.start(0)?;
+        while k != node as usize {
+            let meet = Meet { near: Some((relative(all.clone()), &mut *to)), local: None, leaf: false };
+            let next = walk.visit(k, [from, end], meet)?;
+            walk.close(relative(all.clone()), to);
+            let [first, second] = tree.parts(k).present()?;
+            above = k as u32;
+            k = if (node as usize) < second { first } else { second };
+            (from, end) = (end, next);
+        }
+        *walk.scratch.pending.first_mut().present()? = [node, from, end, above, 0];
+        let mut waiting = 1;
+        while waiting > 0 {
+            waiting -= 1;
+            let [k, from, end, above, depth] = walk.scratch.pending.get(waiting).copied().present()?;
+            let (target, depth) = (k as usize, depth as usize);
+            let shape = tree.shape(target);
+            let parts = tree.parts(target).filter(|_| depth + 1 < DEPTH && waiting + 2 <= DEPTH);
+            // The scratch's locals are taken out while a box is visited.
+            let locals = core::mem::take(&mut walk.scratch.locals);
+            let (before, local) = locals.split_at_mut_checked(depth * length).present()?;
+            let local = local.get_mut(..length).present()?;
+            local.fill(T::ZERO);
+            let large = match depth.checked_sub(1) {
+                Some(last) => before.get(last * length..),
+                None => self.tops.get((slot as usize).saturating_mul(length)..),
+            };
+            if let (false, Some(large)) = (above == NONE, large.and_then(|rest| rest.get(..length))) {
+                let from = (large, tree.shape(above as usize));
+                level.run(Lower { order: self.order, from, shape, to: &mut *local });
+            }
+            let points = relative(tree.points(target));
+            let meet = Meet { near: Some((points, &mut *to)), local: Some(&mut *local), leaf: parts.is_none() };
+            let next = walk.visit(target, [from, end], meet)?;
+            match parts {
+                Some([first, second]) => {
+                    let slots = walk.scratch.pending.get_mut(waiting..waiting + 2).present()?;
+                    let depth = depth as u32 + 1;
+                    slots.copy_from_slice(&[[second as u32, end, next, k, depth], [first as u32, end, next, k, depth]]);
+                    waiting += 2;
+                }
+                None => {
+                    let [from, to_end] = points.map(|at| at as usize);
+                    let [potential, gradient, _] = to.outputs();
+                    level.run(Scatter {
+                        order: self.order,
+                        from: &*local,
+                        shape,
+                        points: (self.points.get(tree.points(target)).present()?, self.factor()),
+                        potential: potential.and_then(|p| p.get_mut(from..to_end)),
+                        gradient: gradient.and_then(|g| g.as_chunks_mut().0.get_mut(from..to_end)),
+                        scales: self.scales,
+                    });
+                    walk.close(points, to);
+                }
+            }
+            walk.scratch.locals = locals;
+        }
+        walk.flush(to);
+        Ok(())
+    }
+}
+
+impl<T: Real> Descent<'_, '_, T> {
+    /// What a true coordinate is multiplied by.
+    fn factor(&self) -> T {
+        T::ONE.ldexp(self.units.position)
+    }
+}
+
+impl<'a, 's, 'w, T: Real> Walk<'a, 's, 'w, T> {
+    fn new(of: &'a Descent<'a, 'w, T>, level: Level, scratch: &'s mut [u8]) -> Result<Self> {
+        let scratch = Scratch::layout(&mut Carve::reopen(scratch)?, of.order.stride)?;
+        Ok(Self { of, level, scratch, n_groups: 0, n_ranges: 0, first_range: 0, n_far: 0 })
+    }
+
+    /// Opens the roots; where the list ends.
+    fn start(&mut self, at: usize) -> Result<u32> {
+        let n = self.of.roots.len();
+        self.scratch.open.get_mut(at..at + n).present()?.copy_from_slice(self.of.roots);
+        Ok((at + n) as u32)
+    }
+
+    /// Visits a target box with the open boxes from one place to another. What it leaves open follows these; returns its end.
+    fn visit(&mut self, k: usize, [from, end]: [u32; 2], mut meet: Meet<'_, '_, T>) -> Result<u32> {
+        let of = self.of;
+        let target = of.targets.shape(k);
+        let mut next = end as usize;
+        let mut stack = [0_u32; DIVIDE];
+        for at in from as usize..end as usize {
+            let mut waiting = 1;
+            *stack.first_mut().present()? = self.scratch.open.get(at).copied().present()?;
+            while waiting > 0 {
+                waiting -= 1;
+                let source = stack.get(waiting).copied().present()?;
+                let shape = of.sources.shape(source as usize);
+                if of.is_far(&shape, &target) {
+                    if let Some(local) = meet.local.as_deref_mut() {
+                        if self.n_far == FAR {
+                            self.translate(&target, local);
+                        }
+                        *self.scratch.far.get_mut(self.n_far).present()? = source;
+                        self.n_far += 1;
+                    }
+                    continue;
+                }
+                let parts = of.sources.parts(source as usize);
+                let keeps = !meet.leaf && (parts.is_none() || target.radius >= shape.radius);
+                match (parts, self.scratch.open.get_mut(next)) {
+                    (_, Some(slot)) if keeps => {
+                        *slot = source;
+                        next += 1;
+                    }
+                    (Some([first, second]), _) if !keeps && waiting + 2 <= DIVIDE => {
+                        let slots = stack.get_mut(waiting..waiting + 2).present()?;
+                        slots.copy_from_slice(&[second as u32, first as u32]);
+                        waiting += 2;
+                    }
+                    _ => self.meet(source, &mut meet),
+                }
+            }
+        }
+        if let Some(local) = meet.local {
+            self.translate(&target, local);
+        }
+        Ok(next as u32)
+    }
+
+    /// Translates the well separated boxes that wait for it.
+    fn translate(&mut self, target: &Shape<T>, local: &mut [T]) {
+        let of = self.of;
+        let list = self.scratch.far.get(..self.n_far).unwrap_or_default();
+        self.n_far = 0;
+        if !list.is_empty() {
+            let log_exponent = T::from_i32(of.units.position.saturating_mul(-2));
+            self.level.run(Translate {
+                order: of.order,
+                tree: of.sources,
+                from: of.from,
+                list,
+                shape: *target,
+                log_exponent: of.potential.then_some(log_exponent),
+                to: local,
+            });
+        }
+    }
+
+    /// Lists the sources of a box as near.
+    fn meet(&mut self, source: u32, meet: &mut Meet<'_, '_, T>) {
+        let Some((targets, to)) = &mut meet.near else { return };
+        let tree = self.of.sources;
+        let range = match tree.parts(source as usize) {
+            None => tree.sources(source as usize),
+            Some(_) => {
+                let points = tree.points(source as usize);
+                [points.start as u32, points.end as u32]
+            }
+        };
+        let last = self.n_ranges.checked_sub(1).filter(|&last| last >= self.first_range);
+        if let Some([_, end]) = last.and_then(|last| self.scratch.ranges.get_mut(last))
+            && *end == range[0]
+        {
+            *end = range[1];
+            return;
+        }
+        if self.n_ranges == RANGES {
+            self.close(*targets, &mut **to);
+            self.flush(&mut **to);
+        }
+        if let Some(slot) = self.scratch.ranges.get_mut(self.n_ranges) {
+            *slot = range;
+            self.n_ranges += 1;
+        }
+    }
+
+    /// Ends the group of ranges of some targets.
+    fn close(&mut self, [start, end]: [u32; 2], to: &mut dyn Task<T>) {
+        if self.n_ranges == self.first_range {
+            return;
+        }
+        if let Some(slot) = self.scratch.groups.get_mut(self.n_groups) {
+            *slot = [start, end, self.first_range as u32, self.n_ranges as u32];
+            self.n_groups += 1;
+        }
+        self.first_range = self.n_ranges;
+        if self.n_groups == GROUPS {
+            self.flush(to);
+        }
+    }
+
+    /// Sums the pairs of all groups.
+    fn flush(&mut self, to: &mut dyn Task<T>) {
+        let groups = self.scratch.groups.get(..self.n_groups).unwrap_or_default();
+        let ranges = self.scratch.ranges.get(..self.n_ranges).unwrap_or_default();
+        to.add_near(Groups { groups, ranges });
+        (self.n_groups, self.n_ranges, self.first_range) = (0, 0, 0);
+    }
+}

@@ -1,0 +1,407 @@
+//! Expansions about the centres of boxes, and the operators within a tree.
+//!
+//! Points are complex numbers. The sum over sources is the real part of f(z) = sum m log(z - s), its gradient the conjugate of f'(z) = sum m / (z - s).
+//!
+//! * Outside the sources of a box with centre c and radius R: f'(z) = sum_k A_k / (z - c)^(k+1), A_k = sum m (s - c)^k (Greengard & Rokhlin 1987, (2.1), (2.2), here
+//!   for the derivative). Stored: alpha_k = A_k / (R^k k!).
+//! * Inside a box with centre t and radius R, from sources that are well separated from it: f'(z) = sum_l B_l (z - t)^l, and Re f(t). Stored: beta_l = B_l R^l l!.
+//!
+//! Divided by R^k or times R^l no coefficient is larger than sum |m| (over the distance), whatever the size of a box. With the factorials the operators have simple weights:
+//! from box to box (k + l)! (module `translate`), and within a tree products of series, with e_n = (d/R)^n / n! for a step d between centres:
+//!
+//! * to the larger box, (2.4): alpha_k = sum_j alpha'_j (R'/R)^j e_(k-j);
+//! * to the smaller one, Lemma 2.5: beta'_j = (R'/R)^j sum_l beta_l e_(l-j), Re f(t') = Re f(t) + R Re sum_l beta_l e_(l+1).
+//!
+//! A set of coefficients is stored as all real parts, then all imaginary ones, each padded by zeros to the stride; a local expansion ends in Re f(t).
+
+use super::settings::MAX_TERMS;
+use super::tree::Shape;
+use crate::real::Real;
+use crate::simd::{BlockJob, Isa, Job, MAX_LANES};
+
+/// n! and 1 / n!.
+#[derive(Debug)]
+pub(super) struct Factorials<T> {
+    /// Up to twice the most terms; zero where it is out of range, which no number of terms in use reaches.
+    pub whole: [T; 2 * MAX_TERMS],
+    pub inverse: [T; MAX_TERMS + 2],
+}
+
+impl<T: Real> Factorials<T> {
+    pub fn new() -> Self {
+        let (mut whole, mut inverse) = ([T::ZERO; 2 * MAX_TERMS], [T::ZERO; MAX_TERMS + 2]);
+        let mut product = 1.0_f64;
+        let most = T::MAX.to_f64();
+        for (n, to) in whole.iter_mut().enumerate() {
+            if n > 0 {
+                product *= n as f64;
+            }
+            *to = if product < most { T::from_f64(product) } else { T::ZERO };
+            if let Some(to) = inverse.get_mut(n) {
+                *to = if product < most { T::from_f64(1.0 / product) } else { T::ZERO };
+            }
+        }
+        Self { whole, inverse }
+    }
+}
+
+/// What all operators need to know.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Order<'a, T> {
+    pub terms: usize,
+    pub stride: usize,
+    pub factorials: &'a Factorials<T>,
+}
+
+/// 1 / R, or zero for a point.
+#[inline(always)]
+pub(super) fn inverse<T: Real>(radius: T) -> T {
+    if radius > T::ZERO { T::ONE / radius } else { T::ZERO }
+}
+
+/// The sum over lanes.
+#[inline(always)]
+pub(super) fn across<T: Real, I: Isa<T>>(isa: I, v: I::V) -> T {
+    let lanes = isa.store(v);
+    let (fours, _) = lanes.as_chunks::<4>();
+    let mut sums = [T::ZERO; 4];
+    for four in fours.iter().take(I::LANES.div_ceil(4)) {
+        sums.iter_mut().zip(four).for_each(|(sum, &x)| *sum += x);
+    }
+    let [a, b, c, d] = sums;
+    (a + b) + (c + d)
+}
+
+/// The product of complex numbers.
+#[inline(always)]
+pub(super) fn times<T: Real, I: Isa<T>>(isa: I, [a, b]: [I::V; 2], [c, d]: [I::V; 2]) -> [I::V; 2] {
+    [isa.neg_mul_add(b, d, isa.mul(a, c)), isa.mul_add(a, d, isa.mul(b, c))]
+}
+
+/// The vectors of some points' coordinates relative to a centre, over a radius; lanes beyond the last point hold zeros.
+#[inline(always)]
+fn load_points<T: Real, I: Isa<T>, const N: usize>(
+    isa: I,
+    points: &[[T; 2]],
+    factor: T,
+    shape: &Shape<T>,
+) -> [[I::V; 2]; N] {
+    let zero = isa.splat(T::ZERO);
+    let mut vectors = [[zero; 2]; N];
+    let (inverse, [x, y]) = (isa.splat(inverse(shape.radius)), shape.centre);
+    let (x, y, factor) = (isa.splat(x), isa.splat(y), isa.splat(factor));
+    for (vector, points) in vectors.iter_mut().zip(points.chunks(I::LANES)) {
+        let mut lanes = [[T::ZERO; MAX_LANES]; 2];
+        let [xs, ys] = &mut lanes;
+        for ((to_x, to_y), &[x, y]) in xs.iter_mut().zip(ys.iter_mut()).zip(points) {
+            (*to_x, *to_y) = (x, y);
+        }
+        let [xs, ys] = &lanes;
+        *vector = [
+            isa.mul(isa.sub(isa.mul(isa.load(xs), factor), x), inverse),
+            isa.mul(isa.sub(isa.mul(isa.load(ys), factor), y), inverse),
+        ];
+    }
+    vectors
+}
+
+/// The expansion of sources about the centre of their box: lanes are sources.
+pub(super) struct Gather<'a, T> {
+    pub order: Order<'a, T>,
+    pub points: &'a [[T; 2]],
+    pub masses: &'a [T],
+    pub shape: Shape<T>,
+    pub to: &'a mut [T],
+}
+
+impl<T: Real> Job<T> for Gather<'_, T> {
+    type Out = ();
+
+    #[inline(always)]
+    fn run<I: Isa<T>>(self, isa: I) {
+        isa.in_blocks(self);
+    }
+}
+
+impl<T: Real> BlockJob<T> for Gather<'_, T> {
+    type Out = ();
+
+    #[inline(always)]
+    fn run<I: Isa<T>, const N: usize>(self, isa: I) {
+        let Self { order, points, masses, shape, to } = self;
+        let zero = isa.splat(T::ZERO);
+        let mut sums = [[zero; 2]; MAX_TERMS];
+        for (points, masses) in points.chunks(N * I::LANES).zip(masses.chunks(N * I::LANES)) {
+            let w = load_points::<T, I, N>(isa, points, T::ONE, &shape);
+            let mut powers = [[zero; 2]; N];
+            for (power, masses) in powers.iter_mut().zip(masses.chunks(I::LANES)) {
+                let mut lanes = [T::ZERO; MAX_LANES];
+                lanes.iter_mut().zip(masses).for_each(|(to, &m)| *to = m);
+                *power = [isa.load(&lanes), zero];
+            }
+            for [re, im] in sums.iter_mut().take(order.terms) {
+                for (power, &w) in powers.iter_mut().zip(&w) {
+                    let [a, b] = *power;
+                    (*re, *im) = (isa.add(*re, a), isa.add(*im, b));
+                    *power = times(isa, [a, b], w);
+                }
+            }
+        }
+        let (real, imaginary) = to.split_at_mut_checked(order.stride).unwrap_or_default();
+        let slots = real.iter_mut().zip(imaginary).zip(sums.iter().zip(&order.factorials.inverse));
+        for ((re, im), (&[a, b], &inverse)) in slots.take(order.terms) {
+            (*re, *im) = (across(isa, a) * inverse, across(isa, b) * inverse);
+        }
+    }
+}
+
+/// Room for a series, with a vector of zeros on either side.
+const ROOM: usize = MAX_TERMS + 2 * MAX_LANES + 8;
+
+/// A series, real and imaginary parts.
+type Series<T> = [[T; ROOM]; 2];
+
+/// e_n = step^n / n!, from place [`MAX_LANES`] on.
+#[inline(always)]
+fn exponential<T: Real>([x, y]: [T; 2], terms: usize) -> Series<T> {
+    let mut series = [[T::ZERO; ROOM]; 2];
+    let [real, imaginary] = &mut series;
+    let (mut a, mut b) = (T::ONE, T::ZERO);
+    let slots = real.iter_mut().zip(imaginary.iter_mut()).skip(MAX_LANES);
+    for (n, (re, im)) in slots.take(terms).enumerate() {
+        (*re, *im) = (a, b);
+        let per = T::ONE / T::from_usize(n + 1);
+        (a, b) = ((a * x - b * y) * per, (a * y + b * x) * per);
+    }
+    series
+}
+
+/// A vector of a series from some place on.
+#[inline(always)]
+fn at<T: Real, I: Isa<T>>(isa: I, series: &[T; ROOM], place: usize) -> I::V {
+    match series.get(place..).and_then(|rest| rest.first_chunk()) {
+        Some(chunk) => isa.load(chunk),
+        None => isa.splat(T::ZERO),
+    }
+}
+
+/// Adds a vector to a slice from some place on, as far as that goes.
+#[inline(always)]
+fn add_at<T: Real, I: Isa<T>>(isa: I, to: &mut [T], place: usize, v: I::V) {
+    let lanes = isa.store(v);
+    to.iter_mut().skip(place).zip(lanes.iter().take(I::LANES)).for_each(|(to, &x)| *to += x);
+}
+
+/// The sums over j of x_j times a vector of y from place `start` on, going down by one (`DOWN`) or up: complex, in four sums that do not wait for each other.
+#[inline(always)]
+fn product<T: Real, I: Isa<T>, const DOWN: bool>(isa: I, x: [&[T]; 2], y: &Series<T>, start: usize) -> [I::V; 2] {
+    let zero = isa.splat(T::ZERO);
+    let (mut rr, mut ii, mut ri, mut ir) = (zero, zero, zero, zero);
+    let [real, imaginary] = y;
+    let [x_real, x_imaginary] = x;
+    for (j, (&a, &b)) in x_real.iter().zip(x_imaginary).enumerate() {
+        let place = if DOWN { start - j } else { start + j };
+        let (a, b, c, d) = (isa.splat(a), isa.splat(b), at(isa, real, place), at(isa, imaginary, place));
+        rr = isa.mul_add(a, c, rr);
+        ii = isa.mul_add(b, d, ii);
+        ri = isa.mul_add(a, d, ri);
+        ir = isa.mul_add(b, c, ir);
+    }
+    [isa.sub(rr, ii), isa.add(ri, ir)]
+}
+
+/// Adds the expansion of a part to that of the larger box.
+pub(super) struct Raise<'a, T> {
+    pub order: Order<'a, T>,
+    pub from: (&'a [T], Shape<T>),
+    pub shape: Shape<T>,
+    pub to: &'a mut [T],
+}
+
+/// R'/R and (c' - c)/R.
+#[inline(always)]
+fn step<T: Real>(small: &Shape<T>, large: &Shape<T>) -> (T, [T; 2]) {
+    let inverse = inverse(large.radius);
+    let ([x, y], [u, v]) = (small.centre, large.centre);
+    (small.radius * inverse, [(x - u) * inverse, (y - v) * inverse])
+}
+
+impl<T: Real> Job<T> for Raise<'_, T> {
+    type Out = ();
+
+    #[inline(always)]
+    fn run<I: Isa<T>>(self, isa: I) {
+        let Self { order: Order { terms, stride, .. }, from: (from, small), shape, to } = self;
+        let (ratio, step) = step(&small, &shape);
+        let powers = exponential(step, terms);
+        let mut x = [[T::ZERO; MAX_TERMS]; 2];
+        let [real, imaginary] = &mut x;
+        let (from_real, from_imaginary) = from.split_at_checked(stride).unwrap_or_default();
+        let mut factor = T::ONE;
+        for ((to, &a), (to_i, &b)) in
+            real.iter_mut().zip(from_real).zip(imaginary.iter_mut().zip(from_imaginary)).take(terms)
+        {
+            (*to, *to_i) = (a * factor, b * factor);
+            factor *= ratio;
+        }
+        let [real, imaginary] = &x;
+        let (to_real, to_imaginary) = to.split_at_mut_checked(stride).unwrap_or_default();
+        for first in (0..terms).step_by(I::LANES) {
+            let some = terms.min(first + I::LANES);
+            let x = [real.get(..some).unwrap_or_default(), imaginary.get(..some).unwrap_or_default()];
+            let [a, b] = product::<T, I, true>(isa, x, &powers, MAX_LANES + first);
+            add_at(isa, to_real, first, a);
+            add_at(isa, to_imaginary, first, b);
+        }
+        // What lies beyond the last term belongs to none.
+        to_real.iter_mut().chain(to_imaginary.iter_mut()).skip(terms).take(stride - terms).for_each(|x| *x = T::ZERO);
+        to_imaginary.iter_mut().skip(terms).for_each(|x| *x = T::ZERO);
+    }
+}
+
+/// Adds the local expansion of a box to that of a part.
+pub(super) struct Lower<'a, T> {
+    pub order: Order<'a, T>,
+    pub from: (&'a [T], Shape<T>),
+    pub shape: Shape<T>,
+    pub to: &'a mut [T],
+}
+
+impl<T: Real> Job<T> for Lower<'_, T> {
+    type Out = ();
+
+    #[inline(always)]
+    fn run<I: Isa<T>>(self, isa: I) {
+        let Self { order: Order { terms, stride, .. }, from: (from, large), shape, to } = self;
+        let (ratio, step) = step(&shape, &large);
+        let powers = exponential(step, terms + 1);
+        let mut series: Series<T> = [[T::ZERO; ROOM]; 2];
+        let (from_real, rest) = from.split_at_checked(stride).unwrap_or_default();
+        let (from_imaginary, potential) = rest.split_at_checked(stride).unwrap_or_default();
+        let [real, imaginary] = &mut series;
+        real.iter_mut().zip(from_real.iter().take(terms)).for_each(|(to, &x)| *to = x);
+        imaginary.iter_mut().zip(from_imaginary.iter().take(terms)).for_each(|(to, &x)| *to = x);
+        let [e_real, e_imaginary] = &powers;
+        let e_real = e_real.get(MAX_LANES..).unwrap_or_default();
+        let e_imaginary = e_imaginary.get(MAX_LANES..).unwrap_or_default();
+        let mut sum = T::ZERO;
+        for ((&a, &b), (&c, &d)) in
+            from_real.iter().zip(from_imaginary).zip(e_real.iter().zip(e_imaginary).skip(1)).take(terms)
+        {
+            sum += a * c - b * d;
+        }
+        let (to_real, rest) = to.split_at_mut_checked(stride).unwrap_or_default();
+        let (to_imaginary, to_potential) = rest.split_at_mut_checked(stride).unwrap_or_default();
+        for (to, &value) in to_potential.iter_mut().zip(potential).take(1) {
+            *to += value + large.radius * sum;
+        }
+        let mut lanes = [T::ONE; MAX_LANES];
+        let mut factor = T::ONE;
+        for lane in lanes.iter_mut().take(I::LANES) {
+            *lane = factor;
+            factor *= ratio;
+        }
+        let (mut scale, factor) = (isa.load(&lanes), isa.splat(factor));
+        for first in (0..terms).step_by(I::LANES) {
+            let left = terms - first;
+            let e = [e_real.get(..left).unwrap_or_default(), e_imaginary.get(..left).unwrap_or_default()];
+            let [a, b] = product::<T, I, false>(isa, e, &series, first);
+            add_at(isa, to_real, first, isa.mul(a, scale));
+            add_at(isa, to_imaginary, first, isa.mul(b, scale));
+            scale = isa.mul(scale, factor);
+        }
+    }
+}
+
+/// Adds the values of a local expansion at the targets of its box: lanes are targets.
+pub(super) struct Scatter<'a, T> {
+    pub order: Order<'a, T>,
+    pub from: &'a [T],
+    pub shape: Shape<T>,
+    /// In true units, and the factor that leads to the shape's.
+    pub points: (&'a [[T; 2]], T),
+    pub potential: Option<&'a mut [T]>,
+    pub gradient: Option<&'a mut [[T; 2]]>,
+    /// Factors of the results, multiplied one after the other.
+    pub scales: [[T; 3]; 2],
+}
+
+impl<T: Real> Job<T> for Scatter<'_, T> {
+    type Out = ();
+
+    #[inline(always)]
+    fn run<I: Isa<T>>(self, isa: I) {
+        isa.in_blocks(self);
+    }
+}
+
+/// The three factors one after the other.
+#[inline(always)]
+fn scaled<T: Real>(x: T, [a, b, c]: [T; 3]) -> T {
+    x * a * b * c
+}
+
+impl<T: Real> BlockJob<T> for Scatter<'_, T> {
+    type Out = ();
+
+    #[inline(always)]
+    fn run<I: Isa<T>, const N: usize>(self, isa: I) {
+        let Self { order, from, shape, points: (points, factor), mut potential, mut gradient, scales } = self;
+        let Order { terms, stride, factorials } = order;
+        let zero = isa.splat(T::ZERO);
+        let (real, rest) = from.split_at_checked(stride).unwrap_or_default();
+        let (imaginary, constant) = rest.split_at_checked(stride).unwrap_or_default();
+        let constant = constant.first().copied().unwrap_or(T::ZERO);
+        // Of f', and of f over the radius, both lowest power first.
+        let (mut slope, mut value) = ([[T::ZERO; 2]; MAX_TERMS], [[T::ZERO; 2]; MAX_TERMS]);
+        let coefficients =
+            real.iter().zip(imaginary).zip(factorials.inverse.iter().zip(factorials.inverse.iter().skip(1)));
+        for ((slope, value), ((&a, &b), (&of_slope, &of_value))) in
+            slope.iter_mut().zip(&mut value).zip(coefficients).take(terms)
+        {
+            (*slope, *value) = ([a * of_slope, b * of_slope], [a * of_value, b * of_value]);
+        }
+        let each = N * I::LANES;
+        let [of_potential, of_gradient] = scales;
+        for (block, points) in points.chunks(each).enumerate() {
+            let u = load_points::<T, I, N>(isa, points, factor, &shape);
+            if let Some(gradient) = gradient.as_deref_mut() {
+                let sums = horner::<T, I, N>(isa, slope.get(..terms).unwrap_or_default(), &u);
+                for ((v, [a, b]), _) in sums.iter().enumerate().zip(points.chunks(I::LANES)) {
+                    let (a, b) = (isa.store(*a), isa.store(*b));
+                    let to = gradient.iter_mut().skip(block * each + v * I::LANES).take(I::LANES);
+                    for ([x, y], (&a, &b)) in to.zip(a.iter().zip(&b)) {
+                        *x += scaled(a, of_gradient);
+                        *y += scaled(-b, of_gradient);
+                    }
+                }
+            }
+            if let Some(potential) = potential.as_deref_mut() {
+                let sums = horner::<T, I, N>(isa, value.get(..terms).unwrap_or_default(), &u);
+                let (radius, constant) = (isa.splat(shape.radius), isa.splat(constant));
+                for (((v, &sum), &u), _) in sums.iter().enumerate().zip(&u).zip(points.chunks(I::LANES)) {
+                    let [a, _] = times(isa, sum, u);
+                    let a = isa.store(isa.mul_add(a, radius, constant));
+                    let to = potential.iter_mut().skip(block * each + v * I::LANES).take(I::LANES);
+                    to.zip(&a).for_each(|(to, &a)| *to += scaled(a, of_potential));
+                }
+            }
+        }
+        let _ = zero;
+    }
+}
+
+/// A polynomial with complex coefficients, lowest power first.
+#[inline(always)]
+fn horner<T: Real, I: Isa<T>, const N: usize>(isa: I, coefficients: &[[T; 2]], u: &[[I::V; 2]; N]) -> [[I::V; 2]; N] {
+    let zero = isa.splat(T::ZERO);
+    let mut sums = [[zero; 2]; N];
+    for &[a, b] in coefficients.iter().rev() {
+        let (a, b) = (isa.splat(a), isa.splat(b));
+        for (sum, &[x, y]) in sums.iter_mut().zip(u) {
+            let [re, im] = *sum;
+            *sum = [isa.neg_mul_add(im, y, isa.mul_add(re, x, a)), isa.mul_add(im, x, isa.mul_add(re, y, b))];
+        }
+    }
+    sums
+}

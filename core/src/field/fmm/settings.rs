@@ -1,0 +1,68 @@
+//! The order of the expansions and the size of the leaves, from the tolerance.
+//!
+//! Two boxes of radii a >= b about centres at a distance d are *well separated* if a + [`OPENING`] b < [`OPENING`] d: every source is then closer to its centre than
+//! `OPENING` times the distance from there to any target, and every target likewise. With p terms either series is cut with an error of at most
+//! `OPENING^p / (1 - OPENING)` times sum |m| over the least distance (Greengard & Rokhlin 1987, Lemma 2.1 and Theorem 2.4, without the powers that the distance to
+//! the box adds). Few pairs of boxes are as close as that, and errors of different pairs have different phases: the measured error of all targets in the l2 norm is far
+//! below the bound. [`terms`] is fitted to measured errors of masses of random sign, the worst case seen, with two terms to spare (test `fmm::tolerances`).
+
+use crate::real::Real;
+
+/// The opening of well separated boxes.
+pub(super) const OPENING: f64 = 0.55;
+
+/// The most terms of an expansion.
+pub(super) const MAX_TERMS: usize = 40;
+
+/// The least tolerance: below it sums go direct. Rounding in the expansions is some units in the last place of sum |m| |K|; so is that of a direct sum.
+pub(super) const fn floor<T: Real>() -> f64 {
+    if T::DIGITS > 24 { 1e-13 } else { 1e-5 }
+}
+
+/// What the tolerance decides.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::field) struct Settings {
+    /// Terms of an expansion.
+    pub terms: usize,
+    /// The most points of a leaf.
+    pub leaf: usize,
+}
+
+impl Settings {
+    /// For a tolerance, or the floor where that is larger.
+    pub fn new<T: Real>(tolerance: f64) -> Self {
+        let least = floor::<T>();
+        let terms = terms(if tolerance > least { tolerance } else { least });
+        Self { terms, leaf: leaf(terms) }
+    }
+
+    /// [`Settings::terms`], rounded up to what the loops over terms do at a time.
+    pub fn stride(&self) -> usize {
+        self.terms.next_multiple_of(4)
+    }
+}
+
+/// Terms for a tolerance.
+fn terms(tolerance: f64) -> usize {
+    // Tolerances as powers of ten, without a logarithm.
+    let (mut digits, mut left) = (0.0, tolerance);
+    while left < 0.999 && digits < 20.0 {
+        left *= 1.778_279_410_038_922_8;
+        digits += 0.25;
+    }
+    ((2.75 * digits) as usize + 1).clamp(4, MAX_TERMS)
+}
+
+/// The size of leaves for a number of terms: the cost of translations grows with the one and shrinks with the other.
+fn leaf(terms: usize) -> usize {
+    match terms {
+        0..=16 => 48,
+        17..=24 => 64,
+        _ => 80,
+    }
+}
+
+/// From this many sources and targets on (their harmonic mean) the method is faster than the sum over all pairs.
+pub(super) fn crossover(terms: usize) -> usize {
+    1000 + 60 * terms
+}

@@ -1,0 +1,155 @@
+//! From the expansions of well separated boxes to the local expansion of a target box: where the method spends its time besides the sum over pairs.
+//!
+//! With the step D = t - c from a source box to the target box, R and R' their radii (Greengard & Rokhlin 1987, Lemma 2.4, for the derivative):
+//!
+//! beta_l = (1/D) (-R'/D)^l sum_k (k + l)! alpha_k (R/D)^k,    Re f(t) = alpha_0 log |D| - Re sum_(k>0) (k - 1)! alpha_k (R/D)^k.
+//!
+//! Lanes are source boxes. The powers of R/D and R'/D are multiplied before and after, so that the weights between are real and the same for every pair.
+
+use super::expansions::{Order, across, times};
+use super::settings::MAX_TERMS;
+use super::tree::{Shape, Tree};
+use crate::real::Real;
+use crate::simd::{Isa, Job, MAX_LANES, log, log_numerator};
+
+/// Coefficients whose sums are in registers at a time.
+const ROWS: usize = 4;
+
+/// Adds what source boxes give to a target box.
+pub(super) struct Translate<'a, 'w, T> {
+    pub order: Order<'a, T>,
+    pub tree: &'a Tree<'w, T>,
+    /// The expansions of all source boxes.
+    pub from: &'a [T],
+    pub list: &'a [u32],
+    pub shape: Shape<T>,
+    /// Added to the binary logarithm of |D|^2, which is in units; none: no potential is wanted.
+    pub log_exponent: Option<T>,
+    pub to: &'a mut [T],
+}
+
+/// What is gathered of a vector of source boxes.
+struct Lanes<T> {
+    step: [[T; MAX_LANES]; 2],
+    radius: [T; MAX_LANES],
+    real: [[T; MAX_LANES]; MAX_TERMS],
+    imaginary: [[T; MAX_LANES]; MAX_TERMS],
+}
+
+impl<T: Real> Job<T> for Translate<'_, '_, T> {
+    type Out = ();
+
+    #[inline(always)]
+    fn run<I: Isa<T>>(self, isa: I) {
+        let Self { order: Order { terms, stride, factorials }, tree, from, list, shape, log_exponent, to } = self;
+        let (zero, one) = (isa.splat(T::ZERO), isa.splat(T::ONE));
+        let mut sums = [[zero; 2]; MAX_TERMS];
+        let mut potential = zero;
+        let mut lanes = Lanes {
+            step: [[T::ONE; MAX_LANES]; 2],
+            radius: [T::ZERO; MAX_LANES],
+            real: [[T::ZERO; MAX_LANES]; MAX_TERMS],
+            imaginary: [[T::ZERO; MAX_LANES]; MAX_TERMS],
+        };
+        for some in list.chunks(I::LANES) {
+            gather(&mut lanes, tree, (from, stride, terms), some, &shape, I::LANES);
+            let [x, y] = &lanes.step;
+            let (x, y, radius) = (isa.load(x), isa.load(y), isa.load(&lanes.radius));
+            let square = isa.mul_add(x, x, isa.mul(y, y));
+            let per_square = isa.div(one, square);
+            let quotient = [isa.mul(x, per_square), isa.sub(zero, isa.mul(y, per_square))];
+            // alpha_k (R/D)^k
+            let ratio = [isa.mul(quotient[0], radius), isa.mul(quotient[1], radius)];
+            let mut scaled = [[zero; 2]; MAX_TERMS];
+            let mut power = [one, zero];
+            for (to, (re, im)) in scaled.iter_mut().zip(lanes.real.iter().zip(&lanes.imaginary)).take(terms) {
+                *to = times(isa, [isa.load(re), isa.load(im)], power);
+                power = times(isa, power, ratio);
+            }
+            let scaled = scaled.get(..terms).unwrap_or_default();
+            if let Some(log_exponent) = log_exponent {
+                let (z, e) = log_numerator(isa, square);
+                let e = isa.add(e, isa.splat(log_exponent));
+                let [value] = log(isa, [e], [isa.div(z, isa.add(isa.splat(T::TWO), z))]);
+                let value = isa.mul(value, isa.splat(T::HALF));
+                let mut terms = scaled.iter();
+                let [first, _] = terms.next().copied().unwrap_or([zero; 2]);
+                potential = isa.mul_add(first, value, potential);
+                for (&[re, _], &weight) in terms.zip(&factorials.whole) {
+                    potential = isa.neg_mul_add(re, isa.splat(weight), potential);
+                }
+            }
+            // (1/D) (-R'/D)^l
+            let own = isa.splat(T::ZERO - shape.radius);
+            let ratio = [isa.mul(quotient[0], own), isa.mul(quotient[1], own)];
+            let mut power = quotient;
+            let (rows, _) = sums.as_chunks_mut::<ROWS>();
+            for (number, rows) in rows.iter_mut().enumerate().take(stride / ROWS) {
+                let weights = factorials.whole.get(number * ROWS..).unwrap_or_default();
+                let products = weighted(isa, scaled, weights);
+                for (sum, product) in rows.iter_mut().zip(products) {
+                    let [a, b] = times(isa, product, power);
+                    *sum = [isa.add(sum[0], a), isa.add(sum[1], b)];
+                    power = times(isa, power, ratio);
+                }
+            }
+        }
+        let (real, rest) = to.split_at_mut_checked(stride).unwrap_or_default();
+        let (imaginary, of_potential) = rest.split_at_mut_checked(stride).unwrap_or_default();
+        for ((re, im), &[a, b]) in real.iter_mut().zip(imaginary).zip(&sums).take(terms) {
+            *re += across(isa, a);
+            *im += across(isa, b);
+        }
+        of_potential.iter_mut().take(1).for_each(|to| *to += across(isa, potential));
+    }
+}
+
+/// The sums over k of (k + l)! x_k for [`ROWS`] successive l, of which the weights are those from l on.
+#[inline(always)]
+fn weighted<T: Real, I: Isa<T>>(isa: I, x: &[[I::V; 2]], weights: &[T]) -> [[I::V; 2]; ROWS] {
+    let zero = isa.splat(T::ZERO);
+    let mut sums = [[zero; 2]; ROWS];
+    for (&[a, b], weights) in x.iter().zip(weights.windows(ROWS)) {
+        for (sum, &weight) in sums.iter_mut().zip(weights) {
+            let weight = isa.splat(weight);
+            *sum = [isa.mul_add(weight, a, sum[0]), isa.mul_add(weight, b, sum[1])];
+        }
+    }
+    sums
+}
+
+/// Gathers the steps, radii and coefficients of source boxes. Lanes beyond the last box have no mass.
+#[inline(always)]
+fn gather<T: Real>(
+    lanes: &mut Lanes<T>,
+    tree: &Tree<'_, T>,
+    (from, stride, terms): (&[T], usize, usize),
+    list: &[u32],
+    shape: &Shape<T>,
+    width: usize,
+) {
+    let [x, y] = &mut lanes.step;
+    for (lane, ((x, y), radius)) in x.iter_mut().zip(y.iter_mut()).zip(&mut lanes.radius).enumerate().take(width) {
+        let (mut coefficients, mut step, mut of_source) = (&[][..], [T::ONE, T::ZERO], T::ZERO);
+        if let Some(&k) = list.get(lane) {
+            let source = tree.shape(k as usize);
+            let start = k as usize * 2 * stride;
+            coefficients = from.get(start..start + 2 * stride).unwrap_or_default();
+            step = [shape.centre[0] - source.centre[0], shape.centre[1] - source.centre[1]];
+            of_source = source.radius;
+        }
+        (*x, *y, *radius) = (step[0], step[1], of_source);
+        let (real, imaginary) = coefficients.split_at_checked(stride).unwrap_or_default();
+        if coefficients.is_empty() {
+            let rows = lanes.real.iter_mut().chain(&mut lanes.imaginary);
+            rows.filter_map(|row| row.get_mut(lane)).for_each(|to| *to = T::ZERO);
+            continue;
+        }
+        for (row, &a) in lanes.real.iter_mut().zip(real).take(terms) {
+            row.get_mut(lane).into_iter().for_each(|to| *to = a);
+        }
+        for (row, &b) in lanes.imaginary.iter_mut().zip(imaginary).take(terms) {
+            row.get_mut(lane).into_iter().for_each(|to| *to = b);
+        }
+    }
+}

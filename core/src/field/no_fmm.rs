@@ -1,0 +1,46 @@
+//! Firmware has no fast multipole method.
+
+use super::options::Options;
+use super::problem::{Interaction, Outputs, Sources, Wanted};
+use crate::error::{Error, Result};
+use crate::exec::Run;
+use crate::real::Real;
+
+/// What a plan would say of the method.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::field) struct Settings {
+    pub terms: usize,
+    pub leaf: usize,
+}
+
+/// None: the method serves no sum.
+pub(super) fn settings<T: Real, const D: usize>(_: &dyn Interaction<T, D>, _: &Options) -> Option<Settings> {
+    None
+}
+
+/// No.
+pub(super) fn pays(_: Settings, _: (usize, usize)) -> bool {
+    false
+}
+
+/// None is enough.
+pub(super) fn least_size(_: Settings) -> usize {
+    usize::MAX
+}
+
+/// [`Error::Unsupported`].
+pub(super) fn workspace_bytes<T: Real>(_: Settings, _: (usize, usize), _: Wanted, _: bool, _: usize) -> Result<usize> {
+    Err(Error::Unsupported)
+}
+
+/// [`Error::Unsupported`].
+pub(super) fn evaluate<T: Real, const D: usize>(
+    _: &dyn Interaction<T, D>,
+    _: &Options,
+    _: (Sources<'_, T, D>, &[[T; D]]),
+    _: Outputs<'_, T, D>,
+    _: &mut [u8],
+    _: &mut Run<'_>,
+) -> Result<()> {
+    Err(Error::Unsupported)
+}
