@@ -13,8 +13,7 @@
 //! the boxes above it, but not their translations. Where room for a list ends, the pair of boxes is summed pair by pair, which is always right: it takes longer.
 
 use super::expansions::{Lower, Order, Scatter};
-use super::settings::OPENING;
-use super::translate::Translate;
+use super::translate::{Translate, gathered};
 use super::tree::{Shape, Tree};
 use super::upward::TASK;
 use crate::checked::Present;
@@ -22,7 +21,7 @@ use crate::error::Result;
 use crate::field::pairs::{Groups, Near, Task, Units};
 use crate::memory::{Carve, Space};
 use crate::real::Real;
-use crate::simd::Level;
+use crate::simd::{Level, MAX_LANES};
 
 /// Room for open boxes, for boxes to be divided, well separated ones, depths below a task's box, groups and ranges.
 const OPEN: usize = 8192;
@@ -31,6 +30,11 @@ const FAR: usize = 128;
 const DEPTH: usize = 48;
 const GROUPS: usize = 256;
 const RANGES: usize = 4096;
+/// The exponent of [`Descent::least`].
+pub(super) const fn least_square<T: Real>() -> i32 {
+    if T::DIGITS > 24 { -400 } else { -56 }
+}
+
 /// No box.
 const NONE: u32 = u32::MAX;
 
@@ -49,6 +53,9 @@ pub(super) struct Descent<'a, 'w, T: Real> {
     /// The targets, in true units.
     pub points: &'a [[T; 2]],
     pub potential: bool,
+    /// [`super::settings::OPENING`], and the least square of a distance between centres: its inverse must be a normal number.
+    pub opening: T,
+    pub least: T,
     /// The way to true potentials and gradients, in factors one after the other.
     pub scales: [[T; 3]; 2],
     /// The box of each task, and the number of the local expansion of the box above it.
@@ -64,6 +71,8 @@ pub(super) struct Scratch<'s, T> {
     pending: &'s mut [[u32; 5]],
     far: &'s mut [u32],
     locals: &'s mut [T],
+    /// What is gathered of source boxes.
+    lanes: &'s mut [[T; MAX_LANES]],
     groups: &'s mut [[u32; 4]],
     ranges: &'s mut [[u32; 2]],
 }
@@ -81,6 +90,7 @@ impl<'s, T: Real> Scratch<'s, T> {
             pending: space.try_array(DEPTH + 2)?,
             far: space.try_array(FAR)?,
             locals: space.try_array(DEPTH * local_length(stride))?,
+            lanes: space.try_array(gathered(stride))?,
             groups: space.try_array(GROUPS)?,
             ranges: space.try_array(RANGES)?,
         })
@@ -120,13 +130,11 @@ impl<'w, T: Real> Descent<'_, 'w, T> {
     /// Whether a source box is well separated from a target box and nothing between them is mollified.
     #[inline(always)]
     fn is_far(&self, source: &Shape<T>, target: &Shape<T>) -> bool {
-        let opening = T::from_f64(OPENING);
+        let (opening, least) = (self.opening, self.least);
         let (dx, dy) = (source.centre[0] - target.centre[0], source.centre[1] - target.centre[1]);
         let square = dx * dx + dy * dy;
         let (a, b) = (source.radius, target.radius);
         let sum = if a > b { a + opening * b } else { b + opening * a };
-        // The inverse of the distance, and its square, must be numbers.
-        let least = T::ONE.ldexp(if T::DIGITS > 24 { -400 } else { -56 });
         if !(sum * sum < opening * opening * square && square > least) {
             return false;
         }
@@ -353,6 +361,7 @@ impl<'a, 's, 'w, T: Real> Walk<'a, 's, 'w, T> {
                 list,
                 shape: *target,
                 log_exponent: of.potential.then_some(log_exponent),
+                lanes: &mut *self.scratch.lanes,
                 to: local,
             });
         }

@@ -348,7 +348,6 @@ impl<T: Real> BlockJob<T> for Scatter<'_, T> {
     fn run<I: Isa<T>, const N: usize>(self, isa: I) {
         let Self { order, from, shape, points: (points, factor), mut potential, mut gradient, scales } = self;
         let Order { terms, stride, factorials } = order;
-        let zero = isa.splat(T::ZERO);
         let (real, rest) = from.split_at_checked(stride).unwrap_or_default();
         let (imaginary, constant) = rest.split_at_checked(stride).unwrap_or_default();
         let constant = constant.first().copied().unwrap_or(T::ZERO);
@@ -387,7 +386,6 @@ impl<T: Real> BlockJob<T> for Scatter<'_, T> {
                 }
             }
         }
-        let _ = zero;
     }
 }
 

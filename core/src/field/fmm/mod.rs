@@ -47,10 +47,10 @@ use crate::kernel::sphere;
 use crate::memory::{Carve, Measure, Space};
 use crate::real::Real;
 use crate::sort::words::BUCKETS;
-use descent::{Descent, Scratch, Tops, local_length};
+use descent::{Descent, Scratch, Tops, least_square, local_length};
 use expansions::{Factorials, Order};
 pub(super) use settings::Settings;
-use settings::{crossover, floor};
+use settings::{OPENING, crossover, floor};
 use tree::{MAX_ROOTS, Tree, boxes};
 use upward::TASK;
 
@@ -463,6 +463,8 @@ fn sums<T: Real>(
         targets: if same { &tree } else { &target_tree },
         points,
         potential: wanted.potential,
+        opening: T::from_f64(OPENING),
+        least: T::ONE.ldexp(least_square::<T>()),
         scales: [scale(units.mass.saturating_neg()), scale(units.position.saturating_sub(units.mass))],
         tasks: &[],
         starts: &[],

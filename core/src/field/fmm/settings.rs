@@ -50,15 +50,15 @@ fn terms(tolerance: f64) -> usize {
         left *= 1.778_279_410_038_922_8;
         digits += 0.25;
     }
-    ((2.75 * digits) as usize + 1).clamp(4, MAX_TERMS)
+    ((2.65 * digits) as usize).saturating_sub(1).max(4).min(MAX_TERMS)
 }
 
 /// The size of leaves for a number of terms: the cost of translations grows with the one and shrinks with the other.
 fn leaf(terms: usize) -> usize {
     match terms {
-        0..=16 => 48,
-        17..=24 => 64,
-        _ => 80,
+        0..=16 => 32,
+        17..=24 => 48,
+        _ => 64,
     }
 }
 

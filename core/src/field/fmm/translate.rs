@@ -9,6 +9,7 @@
 use super::expansions::{Order, across, times};
 use super::settings::MAX_TERMS;
 use super::tree::{Shape, Tree};
+use crate::checked::Present;
 use crate::real::Real;
 use crate::simd::{Isa, Job, MAX_LANES, log, log_numerator};
 
@@ -25,15 +26,14 @@ pub(super) struct Translate<'a, 'w, T> {
     pub shape: Shape<T>,
     /// Added to the binary logarithm of |D|^2, which is in units; none: no potential is wanted.
     pub log_exponent: Option<T>,
+    /// [`gathered`] rows of arbitrary content.
+    pub lanes: &'a mut [[T; MAX_LANES]],
     pub to: &'a mut [T],
 }
 
-/// What is gathered of a vector of source boxes.
-struct Lanes<T> {
-    step: [[T; MAX_LANES]; 2],
-    radius: [T; MAX_LANES],
-    real: [[T; MAX_LANES]; MAX_TERMS],
-    imaginary: [[T; MAX_LANES]; MAX_TERMS],
+/// Rows that [`Translate`] gathers: the steps, the radii, and both parts of the coefficients.
+pub(super) fn gathered(stride: usize) -> usize {
+    3 + 2 * stride
 }
 
 impl<T: Real> Job<T> for Translate<'_, '_, T> {
@@ -41,20 +41,22 @@ impl<T: Real> Job<T> for Translate<'_, '_, T> {
 
     #[inline(always)]
     fn run<I: Isa<T>>(self, isa: I) {
-        let Self { order: Order { terms, stride, factorials }, tree, from, list, shape, log_exponent, to } = self;
+        let Self { order: Order { terms, stride, factorials }, tree, from, list, shape, log_exponent, lanes, to } =
+            self;
         let (zero, one) = (isa.splat(T::ZERO), isa.splat(T::ONE));
         let mut sums = [[zero; 2]; MAX_TERMS];
         let mut potential = zero;
-        let mut lanes = Lanes {
-            step: [[T::ONE; MAX_LANES]; 2],
-            radius: [T::ZERO; MAX_LANES],
-            real: [[T::ZERO; MAX_LANES]; MAX_TERMS],
-            imaginary: [[T::ZERO; MAX_LANES]; MAX_TERMS],
-        };
+        let Some(([step_x, step_y, radii], rows)) = lanes.split_first_chunk_mut() else { return };
+        let Some((real, imaginary)) = rows.split_at_mut_checked(stride) else { return };
         for some in list.chunks(I::LANES) {
-            gather(&mut lanes, tree, (from, stride, terms), some, &shape, I::LANES);
-            let [x, y] = &lanes.step;
-            let (x, y, radius) = (isa.load(x), isa.load(y), isa.load(&lanes.radius));
+            gather(
+                ([&mut *step_x, &mut *step_y, &mut *radii], [&mut *real, &mut *imaginary]),
+                (tree, from, stride),
+                some,
+                &shape,
+                I::LANES,
+            );
+            let (x, y, radius) = (isa.load(step_x), isa.load(step_y), isa.load(radii));
             let square = isa.mul_add(x, x, isa.mul(y, y));
             let per_square = isa.div(one, square);
             let quotient = [isa.mul(x, per_square), isa.sub(zero, isa.mul(y, per_square))];
@@ -62,7 +64,7 @@ impl<T: Real> Job<T> for Translate<'_, '_, T> {
             let ratio = [isa.mul(quotient[0], radius), isa.mul(quotient[1], radius)];
             let mut scaled = [[zero; 2]; MAX_TERMS];
             let mut power = [one, zero];
-            for (to, (re, im)) in scaled.iter_mut().zip(lanes.real.iter().zip(&lanes.imaginary)).take(terms) {
+            for (to, (re, im)) in scaled.iter_mut().zip(real.iter().zip(imaginary.iter())).take(terms) {
                 *to = times(isa, [isa.load(re), isa.load(im)], power);
                 power = times(isa, power, ratio);
             }
@@ -121,35 +123,29 @@ fn weighted<T: Real, I: Isa<T>>(isa: I, x: &[[I::V; 2]], weights: &[T]) -> [[I::
 /// Gathers the steps, radii and coefficients of source boxes. Lanes beyond the last box have no mass.
 #[inline(always)]
 fn gather<T: Real>(
-    lanes: &mut Lanes<T>,
-    tree: &Tree<'_, T>,
-    (from, stride, terms): (&[T], usize, usize),
+    ([step_x, step_y, radii], [real, imaginary]): ([&mut [T; MAX_LANES]; 3], [&mut [[T; MAX_LANES]]; 2]),
+    (tree, from, stride): (&Tree<'_, T>, &[T], usize),
     list: &[u32],
     shape: &Shape<T>,
     width: usize,
 ) {
-    let [x, y] = &mut lanes.step;
-    for (lane, ((x, y), radius)) in x.iter_mut().zip(y.iter_mut()).zip(&mut lanes.radius).enumerate().take(width) {
-        let (mut coefficients, mut step, mut of_source) = (&[][..], [T::ONE, T::ZERO], T::ZERO);
-        if let Some(&k) = list.get(lane) {
-            let source = tree.shape(k as usize);
-            let start = k as usize * 2 * stride;
-            coefficients = from.get(start..start + 2 * stride).unwrap_or_default();
-            step = [shape.centre[0] - source.centre[0], shape.centre[1] - source.centre[1]];
-            of_source = source.radius;
-        }
-        (*x, *y, *radius) = (step[0], step[1], of_source);
-        let (real, imaginary) = coefficients.split_at_checked(stride).unwrap_or_default();
-        if coefficients.is_empty() {
-            let rows = lanes.real.iter_mut().chain(&mut lanes.imaginary);
-            rows.filter_map(|row| row.get_mut(lane)).for_each(|to| *to = T::ZERO);
+    let [x, y] = shape.centre;
+    for (lane, ((to_x, to_y), radius)) in step_x.iter_mut().zip(step_y).zip(radii).enumerate().take(width) {
+        let Some(&k) = list.get(lane) else {
+            (*to_x, *to_y, *radius) = (T::ONE, T::ZERO, T::ZERO);
+            let rows = real.iter_mut().chain(imaginary.iter_mut());
+            rows.for_each(|row| row.get_mut(lane).into_iter().for_each(|to| *to = T::ZERO));
             continue;
-        }
-        for (row, &a) in lanes.real.iter_mut().zip(real).take(terms) {
-            row.get_mut(lane).into_iter().for_each(|to| *to = a);
-        }
-        for (row, &b) in lanes.imaginary.iter_mut().zip(imaginary).take(terms) {
-            row.get_mut(lane).into_iter().for_each(|to| *to = b);
+        };
+        let source = tree.shape(k as usize);
+        let [u, v] = source.centre;
+        (*to_x, *to_y, *radius) = (x - u, y - v, source.radius);
+        let start = k as usize * 2 * stride;
+        let coefficients = from.get(start..start + 2 * stride).present_or(&[]);
+        let (of_real, of_imaginary) = coefficients.split_at_checked(stride).unwrap_or_default();
+        for ((re, im), (&a, &b)) in real.iter_mut().zip(imaginary.iter_mut()).zip(of_real.iter().zip(of_imaginary)) {
+            re.get_mut(lane).into_iter().for_each(|to| *to = a);
+            im.get_mut(lane).into_iter().for_each(|to| *to = b);
         }
     }
 }

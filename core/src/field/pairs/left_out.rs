@@ -36,21 +36,30 @@ impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, K: PairKernel<T, D>, c
     fn run(self, isa: I) {
         let Self { shared, lanes, want, targets, sources, cores, origins, noted, close, groups, valid, counts } = self;
         let (targets, results) = targets;
-        let mut closer = [const { None }; close::RESCALINGS];
-        if let ([Some(_), ..], [first, _]) = (shared.closer, &*noted)
-            && !first.is_empty()
-        {
-            for (to, prepared) in closer.iter_mut().zip(shared.closer) {
-                if let Some(prepared) = prepared {
-                    *to = Some((prepared, K::lanes(prepared, isa)));
-                }
-            }
-        }
+        let (mut closer, has_closer) = ([const { None }; close::RESCALINGS], shared.closer[0].is_some());
+        let singular = shared.kernel.is_singular();
         for (list, laplacian) in noted.iter_mut().zip([false, true]) {
             let want = if laplacian { Want { laplacian, ..Want::default() } } else { want };
             for at in list.take() {
                 let (Some(x), Some(&mass)) = (sources.0.get(at), sources.1.get(at)) else { continue };
-                let left_out = if !laplacian && closer[0].is_some() {
+                let origin = origins.get(at).map_or(usize::MAX, |&origin| origin as usize);
+                if singular {
+                    let lanes =
+                        K::left_out::<I, NB>(isa, (shared.prepared, lanes), (x, cores.get(at)), groups, laplacian);
+                    let source = shared.sources.positions.get(origin);
+                    if let Some(pairs) = coincident(source, targets, (&lanes, valid, I::LANES)) {
+                        counts.scaled_pairs += pairs;
+                        continue;
+                    }
+                }
+                let left_out = if !laplacian && has_closer {
+                    if closer[0].is_none() {
+                        for (to, prepared) in closer.iter_mut().zip(shared.closer) {
+                            if let Some(prepared) = prepared {
+                                *to = Some((prepared, K::lanes(prepared, isa)));
+                            }
+                        }
+                    }
                     let close = close.get_or_insert_with(|| Close::new(isa.splat(T::ZERO)));
                     let [served, left] =
                         close.add::<T, I, K, P>(isa, lanes, &closer, want.laplacian, (x, mass), groups);
@@ -64,7 +73,6 @@ impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, K: PairKernel<T, D>, c
                 if left_out.iter().all(|&lanes| lanes == 0) {
                     continue;
                 }
-                let origin = origins.get(at).map_or(usize::MAX, |&origin| origin as usize);
                 let pairs = (shared.sources, origin);
                 let own = shared.ordered.then(|| mass.ldexp(shared.units.class(0).saturating_neg()));
                 counts.scaled_pairs +=
@@ -72,4 +80,25 @@ impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, K: PairKernel<T, D>, c
             }
         }
     }
+}
+
+/// How many of some lanes hold targets, if all of these coincide with the source in the caller's own numbers.
+#[inline(never)]
+fn coincident<T: Real, const D: usize>(
+    source: Option<&[T; D]>,
+    targets: &[[T; D]],
+    (lanes, valid, each): (&[u32], &[u32], usize),
+) -> Option<u64> {
+    let (source, mut count) = (source?, 0);
+    for ((lanes, valid), targets) in lanes.iter().zip(valid).zip(targets.chunks(each.max(1))) {
+        let mut left = lanes & valid;
+        while left != 0 {
+            if targets.get(left.trailing_zeros() as usize)? != source {
+                return None;
+            }
+            left &= left - 1;
+            count += 1;
+        }
+    }
+    Some(count)
 }

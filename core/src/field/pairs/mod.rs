@@ -121,6 +121,11 @@ pub(in crate::field) trait PairKernel<T: Real, const D: usize>: Sync {
     /// A length of the kernel that the units must hold besides the coordinates: delta, the largest core radius, or zero.
     fn length(&self) -> T;
 
+    /// Whether pairs at distance zero contribute nothing.
+    fn is_singular(&self) -> bool {
+        false
+    }
+
     /// What is kept of the square of a source's core radius, in units.
     fn core(&self, square: T) -> T {
         square

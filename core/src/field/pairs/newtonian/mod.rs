@@ -192,6 +192,10 @@ impl<'a, T: Real, const D: usize, const EACH: bool, const VECTOR: bool> PairKern
         self.largest
     }
 
+    fn is_singular(&self) -> bool {
+        self.blob.mollifier() == Mollifier::None
+    }
+
     /// The square below which lanes are not plainly Newtonian.
     fn core(&self, square: T) -> T {
         let support = match self.blob.mollifier() {
