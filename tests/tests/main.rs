@@ -10,6 +10,7 @@ mod diagnostics_abi;
 mod field_bounds;
 mod field_ranges;
 mod field_skips;
+mod fmm;
 mod grid;
 mod grid_abi;
 mod kernel_abi;

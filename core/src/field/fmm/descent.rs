@@ -100,7 +100,7 @@ impl<'s, T: Real> Scratch<'s, T> {
 /// What the boxes above tasks leave to them.
 pub(super) struct Tops<'w, T> {
     /// Local expansions.
-    pub tops: &'w mut [T],
+    pub locals: &'w mut [T],
     pub tasks: &'w mut [[u32; 2]],
     pub starts: &'w mut [u32],
 }
@@ -126,7 +126,7 @@ struct Meet<'t, 'l, T> {
     leaf: bool,
 }
 
-impl<'w, T: Real> Descent<'_, 'w, T> {
+impl<T: Real> Descent<'_, '_, T> {
     /// Whether a source box is well separated from a target box and nothing between them is mollified.
     #[inline(always)]
     fn is_far(&self, source: &Shape<T>, target: &Shape<T>) -> bool {
@@ -152,7 +152,7 @@ impl<'w, T: Real> Descent<'_, 'w, T> {
 
     /// Visits the boxes of more than [`TASK`] targets. Returns how many tasks there are.
     pub fn begin(&self, scratch: &mut [u8], level: Level, to: Tops<'_, T>) -> Result<usize> {
-        let Tops { tops, tasks, starts } = to;
+        let Tops { locals: tops, tasks, starts } = to;
         let length = local_length(self.order.stride);
         let mut walk = Walk::new(self, level, scratch)?;
         let (mut n_tops, mut n_tasks, mut waiting) = (0, 0, 1);

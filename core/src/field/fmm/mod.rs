@@ -251,7 +251,7 @@ impl<T: Real> Given<'_, T> {
     }
 
     /// Sorts the sources with mass and makes a tree of each class.
-    fn sort<'t>(&self, sort: &mut Sort<'_>, tree: &mut Tree<'t, T>, leaf: usize) -> Result<Forest> {
+    fn sort(&self, sort: &mut Sort<'_>, tree: &mut Tree<'_, T>, leaf: usize) -> Result<Forest> {
         let with_mass = || self.masses.iter().enumerate().filter(|(_, m)| **m != T::ZERO).map(|(source, _)| source);
         let least = if self.radii.is_some() { self.least_radius() } else { T::ZERO };
         let mut counts = [0_usize; MAX_ROOTS];
@@ -474,7 +474,7 @@ fn sums<T: Real>(
         return Ok(());
     }
     let n_tasks =
-        descent.begin(scratch, run.level, Tops { tops: &mut *tops, tasks: &mut *tasks, starts: &mut *starts })?;
+        descent.begin(scratch, run.level, Tops { locals: &mut *tops, tasks: &mut *tasks, starts: &mut *starts })?;
     descent.tasks = tasks.get(..n_tasks).present()?;
     descent.starts = starts.get(..=n_tasks).present()?;
     descent.tops = tops;

@@ -50,7 +50,8 @@ fn terms(tolerance: f64) -> usize {
         left *= 1.778_279_410_038_922_8;
         digits += 0.25;
     }
-    ((2.65 * digits) as usize).saturating_sub(1).max(4).min(MAX_TERMS)
+    let terms = (2.8 * digits) as usize;
+    if terms < 4 { 4 } else { terms.min(MAX_TERMS) }
 }
 
 /// The size of leaves for a number of terms: the cost of translations grows with the one and shrinks with the other.

@@ -1,7 +1,7 @@
 //! Sources of a block with at least one lane outside the range of the fast path.
 
 use super::close::{self, Close};
-use super::lanes::{Deferred, Group, List, Want};
+use super::lanes::{Deferred, Group, List, Want, distances};
 use super::output::Results;
 use super::{PairKernel, Shared, exact};
 use crate::exec::Statistics;
@@ -46,8 +46,19 @@ impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, K: PairKernel<T, D>, c
                 if singular {
                     let lanes =
                         K::left_out::<I, NB>(isa, (shared.prepared, lanes), (x, cores.get(at)), groups, laplacian);
-                    let source = shared.sources.positions.get(origin);
-                    if let Some(pairs) = coincident(source, targets, (&lanes, valid, I::LANES)) {
+                    // Where no bit of a coordinate was lost by the change of units, who coincides there coincides.
+                    let is_exact = x.iter().all(|x| x.abs() > T::MIN_POSITIVE.ldexp(T::DIGITS as i32));
+                    let (mut pairs, mut others) = (0, !is_exact);
+                    let (d, _) = distances(isa, x, groups);
+                    for ((d, &lanes), &valid) in d.iter().zip(&lanes).zip(valid) {
+                        let (zero, mut apart) = (isa.splat(T::ZERO), 0);
+                        for &d in d {
+                            apart |= isa.bits(isa.lt(zero, isa.abs(d)));
+                        }
+                        others |= lanes & valid & apart != 0;
+                        pairs += u64::from((lanes & valid).count_ones());
+                    }
+                    if !others {
                         counts.scaled_pairs += pairs;
                         continue;
                     }
@@ -80,25 +91,4 @@ impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, K: PairKernel<T, D>, c
             }
         }
     }
-}
-
-/// How many of some lanes hold targets, if all of these coincide with the source in the caller's own numbers.
-#[inline(never)]
-fn coincident<T: Real, const D: usize>(
-    source: Option<&[T; D]>,
-    targets: &[[T; D]],
-    (lanes, valid, each): (&[u32], &[u32], usize),
-) -> Option<u64> {
-    let (source, mut count) = (source?, 0);
-    for ((lanes, valid), targets) in lanes.iter().zip(valid).zip(targets.chunks(each.max(1))) {
-        let mut left = lanes & valid;
-        while left != 0 {
-            if targets.get(left.trailing_zeros() as usize)? != source {
-                return None;
-            }
-            left &= left - 1;
-            count += 1;
-        }
-    }
-    Some(count)
 }

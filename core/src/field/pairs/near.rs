@@ -62,10 +62,10 @@ pub(in crate::field) struct NearCall<'a, T> {
 
 /// The targets of each group and their ranges; all targets, and all sources, without groups.
 #[inline(always)]
-pub(super) fn each_group<'a>(
-    groups: Option<Groups<'a>>,
+pub(super) fn each_group(
+    groups: Option<Groups<'_>>,
     targets: usize,
-) -> impl Iterator<Item = (Range<usize>, Option<&'a [[u32; 2]]>)> {
+) -> impl Iterator<Item = (Range<usize>, Option<&[[u32; 2]]>)> {
     let whole = groups.is_none().then_some((0..targets, None));
     let (groups, ranges) = groups.map_or((&[][..], &[][..]), |Groups { groups, ranges }| (groups, ranges));
     whole.into_iter().chain(groups.iter().map(move |&[from, to, first, last]| {
