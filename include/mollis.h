@@ -140,6 +140,11 @@
 #define MOLLIS_METHOD_NEIGHBOURS 4
 /** Even powers from moments, the other terms over all pairs. */
 #define MOLLIS_METHOD_SPLIT 5
+
+/**
+ * Newtonian kernels in the plane, without a mollifier or with a compact or Gaussian one: the fast multipole method, to the tolerance (at least 1e-13, single precision 1e-5).
+ */
+#define MOLLIS_METHOD_FMM 6
 /** Terms are added up in blocks. */
 #define MOLLIS_ACCUMULATION_BLOCKED 0
 /** Each addition's error is carried along: for diagnostics. */
@@ -260,7 +265,7 @@ typedef struct mollis_field_options {
   int32_t reserved;
   /** (a, b): in 2D the gradient output is a grad u + b (grad u rotated by +90 degrees), of the rounded gradient; else (1, 0). */
   double combination[2];
-  /** The relative error that may be spent for speed; 0 asks for rounding alone. */
+  /** The relative error that may be spent for speed (`MOLLIS_METHOD_FMM`); 0 asks for rounding alone. */
   double tolerance;
 } mollis_field_options;
 

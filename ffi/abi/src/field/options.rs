@@ -19,6 +19,8 @@ pub const MOLLIS_METHOD_SORTED: i32 = 3;
 pub const MOLLIS_METHOD_NEIGHBOURS: i32 = 4;
 /// Even powers from moments, the other terms over all pairs.
 pub const MOLLIS_METHOD_SPLIT: i32 = 5;
+/// Newtonian kernels in the plane, without a mollifier or with a compact or Gaussian one: the fast multipole method, to the tolerance (at least 1e-13, single precision 1e-5).
+pub const MOLLIS_METHOD_FMM: i32 = 6;
 
 /// Terms are added up in blocks.
 pub const MOLLIS_ACCUMULATION_BLOCKED: i32 = 0;
@@ -39,7 +41,7 @@ pub struct mollis_field_options {
     pub reserved: i32,
     /// (a, b): in 2D the gradient output is a grad u + b (grad u rotated by +90 degrees), of the rounded gradient; else (1, 0).
     pub combination: [f64; 2],
-    /// The relative error that may be spent for speed; 0 asks for rounding alone.
+    /// The relative error that may be spent for speed (`MOLLIS_METHOD_FMM`); 0 asks for rounding alone.
     pub tolerance: f64,
 }
 
@@ -71,6 +73,7 @@ impl mollis_field_options {
                 MOLLIS_METHOD_SORTED => Some(Method::Sorted),
                 MOLLIS_METHOD_NEIGHBOURS => Some(Method::Neighbours),
                 MOLLIS_METHOD_SPLIT => Some(Method::Split),
+                MOLLIS_METHOD_FMM => Some(Method::Fmm),
                 _ => return Err(Error::UnknownValue),
             },
         })
