@@ -8,8 +8,6 @@ pub const METHODS: bool = true;
 pub const KERNELS: bool = true;
 /// Particle methods compute potentials, velocities and divergences besides positions and densities.
 pub const BESIDES: bool = true;
-/// A caller's arrays may have gaps: they are copied.
-pub const STRIDES: bool = true;
 /// Massless particles that follow the flow.
 pub const TRACERS: bool = true;
 /// A function of the host is called after each step of the blob method.

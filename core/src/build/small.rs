@@ -6,7 +6,6 @@ pub const WORKERS: bool = false;
 pub const METHODS: bool = false;
 pub const KERNELS: bool = cfg!(feature = "kernels");
 pub const BESIDES: bool = false;
-pub const STRIDES: bool = false;
 pub const TRACERS: bool = false;
 pub const AFTER_STEP: bool = false;
 pub const MESHES: bool = false;

@@ -8,9 +8,9 @@ use mollis_core::kernel::Kernel;
 use mollis_core::memory::{Carve, Measure, Plain, Space};
 use mollis_core::{Error, Real, Result};
 
+use super::arrays::Arrays;
 use super::options::{field_options, mollis_blob_options, mollis_blob_report, read_options};
-use crate::arrays::{Column, Extents, Points, Way, apart, fetch, of_structure};
-use crate::buffers::{Input, Output, aligned, with_slack};
+use crate::buffers::{Input, Output, aligned, disjoint, with_slack};
 use crate::first_bad::MOLLIS_NONE_BAD;
 use crate::run::{CallReport, HostRun, mollis_run, with_run};
 use crate::status::mollis_status;
@@ -54,138 +54,6 @@ pub(crate) struct Step {
     pub report: *mut mollis_blob_report,
 }
 
-/// The arrays of particles or of tracers, checked.
-struct Arrays<T, const D: usize> {
-    n: usize,
-    positions: Points<T, D>,
-    /// None of tracers.
-    masses: Option<Column<T>>,
-    density: Option<Column<T>>,
-    velocity: Option<Points<T, D>>,
-    divergence: Option<Column<T>>,
-}
-
-/// Arrays of the workspace in place of a caller's that have gaps.
-struct Copies<'w, T, const D: usize> {
-    positions: &'w mut [[T; D]],
-    masses: &'w mut [T],
-    density: &'w mut [T],
-    velocity: &'w mut [[T; D]],
-    divergence: &'w mut [T],
-}
-
-impl<T: Real, const D: usize> Arrays<T, D>
-where
-    [T; D]: Plain,
-{
-    /// # Safety
-    /// The crate's contract for the structure.
-    unsafe fn read(given: *const ParticlesOf<T, D>, massless: bool) -> Result<Self> {
-        // SAFETY: passed on.
-        let given = unsafe { fetch(given)? };
-        let n = given.n;
-        if massless && !given.divergence.is_null() {
-            return Err(Error::Unsupported);
-        }
-        let arrays = Self {
-            n,
-            positions: Points::new(given.positions, given.stride, n)?,
-            masses: if massless { None } else { Some(Column::new(given.masses.cast_mut(), given.mass_stride, n)?) },
-            density: Column::optional(given.density, given.density_stride, n)?,
-            velocity: Points::optional(given.velocity, given.velocity_stride, n)?,
-            divergence: Column::optional(given.divergence, given.divergence_stride, n)?,
-        };
-        let beside = arrays.velocity.is_some() || arrays.divergence.is_some();
-        let gaps = !build::STRIDES && !arrays.is_dense();
-        if gaps || !build::TRACERS && (massless || beside) { Err(Error::Unsupported) } else { Ok(arrays) }
-    }
-
-    fn is_dense(&self) -> bool {
-        let columns = [self.masses, self.density, self.divergence];
-        self.positions.is_dense()
-            && columns.iter().flatten().all(Column::is_dense)
-            && self.velocity.is_none_or(|velocity| velocity.is_dense())
-    }
-
-    fn extents(&self, outputs: &mut Extents, inputs: &mut Extents) {
-        outputs.add(self.positions.extents()).add(self.density.map(|c| c.extent()));
-        outputs.add(self.velocity.iter().flat_map(Points::extents)).add(self.divergence.map(|c| c.extent()));
-        inputs.add(self.masses.map(|c| c.extent()));
-    }
-
-    fn layout<'w>(&self, space: &mut impl Space<'w>) -> Result<Copies<'w, T, D>> {
-        let unless = |dense: bool| if dense { 0 } else { self.n };
-        let column = |column: Option<Column<T>>| unless(column.is_none_or(|c| c.is_dense()));
-        Ok(Copies {
-            positions: space.try_array(unless(self.positions.is_dense()))?,
-            masses: space.try_array(column(self.masses))?,
-            density: space.try_array(column(self.density))?,
-            velocity: space.try_array(unless(self.velocity.is_none_or(|v| v.is_dense())))?,
-            divergence: space.try_array(column(self.divergence))?,
-        })
-    }
-
-    /// The masses, and what is advanced or wanted: the caller's arrays, or copies of them.
-    ///
-    /// # Safety
-    /// The crate's contract for the arrays, which overlap nothing.
-    unsafe fn state<'a>(&self, copies: &'a mut Copies<'_, T, D>) -> (&'a [T], Trajectories<'a, T, D>) {
-        // SAFETY: passed on.
-        unsafe {
-            if build::STRIDES {
-                if !self.positions.is_dense() {
-                    self.positions.gather(copies.positions);
-                }
-                if let Some(masses) = self.masses.filter(|masses| !masses.is_dense()) {
-                    masses.gather(copies.masses);
-                }
-                if let Some(density) = self.density.filter(|density| !density.is_dense()) {
-                    density.gather(copies.density);
-                }
-            }
-            let column =
-                |column: Column<T>, copy: &'a mut [T]| if column.is_dense() { column.array_mut() } else { copy };
-            let points = |points: Points<T, D>, copy: &'a mut [[T; D]]| {
-                if points.is_dense() { points.array_mut() } else { copy }
-            };
-            let masses = match self.masses {
-                Some(masses) if masses.is_dense() => masses.array(),
-                _ => copies.masses,
-            };
-            let trajectories = Trajectories {
-                positions: points(self.positions, copies.positions),
-                density: self.density.map(|density| column(density, copies.density)),
-                velocity: self.velocity.map(|velocity| points(velocity, copies.velocity)),
-                divergence: self.divergence.map(|divergence| column(divergence, copies.divergence)),
-            };
-            (masses, trajectories)
-        }
-    }
-
-    /// Brings copies back to the caller; velocities and divergences only if `finished`.
-    ///
-    /// # Safety
-    /// As [`Arrays::state`], whose results are no longer used.
-    unsafe fn scatter(&self, copies: &Copies<'_, T, D>, finished: bool) {
-        let columns = [(self.density, &*copies.density), (self.divergence.filter(|_| finished), &*copies.divergence)];
-        let points =
-            [(Some(self.positions), &*copies.positions), (self.velocity.filter(|_| finished), &*copies.velocity)];
-        // SAFETY: passed on.
-        unsafe {
-            for (column, copy) in columns {
-                if let Some(column) = column.filter(|column| !column.is_dense()) {
-                    column.scatter(copy.iter().copied(), Way::PLAIN);
-                }
-            }
-            for (points, copy) in points {
-                if let Some(points) = points.filter(|points| !points.is_dense()) {
-                    points.scatter(copy, Way::PLAIN);
-                }
-            }
-        }
-    }
-}
-
 /// All arguments, checked as far as sizes and addresses go.
 struct Checked<T, const D: usize> {
     particles: Arrays<T, D>,
@@ -201,24 +69,19 @@ where
         let (particles, tracers) = (&self.particles, self.tracers.as_ref());
         let n_tracers = tracers.map_or(0, |tracers| tracers.n);
         // With no tracers the particles alone decide whether densities are advanced.
-        if tracers.is_some_and(|tracers| tracers.n > 0 && tracers.density.is_some() != particles.density.is_some()) {
+        let ours = particles.wanted();
+        let theirs = tracers.map(Arrays::wanted).unwrap_or_default();
+        if n_tracers > 0 && theirs.density != ours.density {
             return Err(Error::LengthMismatch);
         }
-        let wanted = Wanted {
-            density: particles.density.is_some(),
-            velocity: particles.velocity.is_some() || tracers.is_some_and(|tracers| tracers.velocity.is_some()),
-            divergence: particles.divergence.is_some(),
-            energy: self.options.watch_energy != 0,
-        };
+        let velocity = ours.velocity || theirs.velocity;
+        let wanted = Wanted { velocity, energy: self.options.watch_energy != 0, ..ours };
         aggregation::plan(kernel, particles.n, n_tracers, wanted, &field_options(&self.options))
     }
 
     /// Bytes of the step's own workspace, and of the whole with copies of arrays that have gaps, wherever it begins.
     fn bytes(&self, plan: &Plan, workers: usize) -> Result<[usize; 2]> {
         let own = plan.workspace_bytes::<T, D>(workers)?;
-        if !build::STRIDES {
-            return Ok([own, with_slack(own)?]);
-        }
         let all = Measure::of(|space| {
             self.particles.layout(space)?;
             self.tracers.as_ref().map_or(Ok(()), |tracers| tracers.layout(space).map(|_| ()))?;
@@ -247,7 +110,7 @@ where
     /// The crate's contract.
     pub(crate) unsafe fn bytes(self, bytes: *mut usize) -> Result<()> {
         let (kernel, bytes) = (Input::<u8>::new(self.kernel.cast(), self.kernel_bytes)?, Output::new(bytes, 1)?);
-        apart(&[bytes.range().into()], &[kernel.range().into()])?;
+        disjoint(&[Some(bytes.range())], &[kernel.range()])?;
         // SAFETY: passed on.
         let (checked, host, kernel) =
             unsafe { (self.check()?, HostRun::read(self.run)?, Kernel::<T, D>::open(kernel.slice())?) };
@@ -273,16 +136,10 @@ where
         let workspace = Output::new(step.workspace.cast::<u8>(), step.workspace_bytes)?;
         // The report is four numbers of eight bytes; as such it takes part in the overlap check.
         let report = Output::optional(step.report.cast::<u64>(), size_of::<mollis_blob_report>() / 8)?;
-        let (mut outputs, mut inputs) = (Extents::new(), Extents::new());
-        checked.particles.extents(&mut outputs, &mut inputs);
-        checked.tracers.iter().for_each(|tracers| tracers.extents(&mut outputs, &mut inputs));
-        outputs.add([workspace.range().into()]).add(report.map(|report| report.range().into()));
-        outputs.add(host.outputs().into_iter().flatten().map(Into::into));
-        inputs.add([kernel.range().into(), of_structure(self.particles)?]);
-        if !self.tracers.is_null() {
-            inputs.add([of_structure(self.tracers)?]);
-        }
-        apart(outputs.as_slice(), inputs.as_slice())?;
+        let [bad, needed] = host.outputs();
+        let outputs = [Some(workspace.range()), report.map(Output::range), bad, needed];
+        let ours = Input::new(self.particles.cast::<u8>(), size_of::<ParticlesOf<T, D>>())?;
+        Arrays::check(&checked.particles, checked.tracers.as_ref(), &outputs, &[kernel.range(), ours.range()])?;
         if !build::AFTER_STEP && checked.options.after_step.is_some() {
             return Err(Error::Unsupported);
         }
@@ -325,13 +182,11 @@ where
         }
         let mut said = Report::default();
         let result = host.enter(|run| aggregation::step(plan, kernel, state, advance, scratch, run, &mut said));
-        if build::STRIDES {
-            // SAFETY: as above; the state is no longer used. A refused call left the copies, and so what is written, as they were.
-            unsafe {
-                particles.scatter(&copies, result.is_ok());
-                if let (Some(tracers), Some(copies)) = (tracers, &of_tracers) {
-                    tracers.scatter(copies, result.is_ok());
-                }
+        // SAFETY: as above; the state is no longer used. A refused call left the copies, and so what is written, as they were.
+        unsafe {
+            particles.scatter(&copies, result.is_ok());
+            if let (Some(tracers), Some(copies)) = (tracers, &of_tracers) {
+                tracers.scatter(copies, result.is_ok());
             }
         }
         told.first_bad = said.first_bad;

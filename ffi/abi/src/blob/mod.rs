@@ -1,5 +1,7 @@
 //! The blob method: sizes and runs.
 
+#[cfg_attr(feature = "small", path = "no_gaps.rs")]
+mod arrays;
 pub(crate) mod call;
 mod options;
 

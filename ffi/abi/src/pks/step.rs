@@ -224,7 +224,7 @@ where
         let buffers = unsafe { self.buffers(run)? };
         // Without a grid the step finds out by itself whether the workspace is large enough.
         // SAFETY: as above.
-        let memory = aligned(unsafe { buffers.memory.slice() });
+        let mut memory = aligned(unsafe { buffers.memory.slice() });
         let own = if build::MESHES {
             let (own, grid) = chosen.bytes(buffers.positions.len(), options, run.workers())?;
             let needed = with_slack(own.checked_add(grid).ok_or(Error::TooLarge)?)?;
@@ -233,7 +233,10 @@ where
             }
             own
         } else {
-            memory.len()
+            // As many as a query would have asked for, less what alignment may take.
+            let own = self.workspace_bytes.saturating_sub(ALIGN - 1);
+            memory = memory.get_mut(..own).unwrap_or_default();
+            own
         };
         // The built-in generator would stay linked for those who bring their own.
         if self.generator.is_null() && !build::PHILOX {
