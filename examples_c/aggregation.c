@@ -30,16 +30,15 @@ static void try(mollis_status status, const char *what)
     }
 }
 
-/* n bytes at a multiple of 64; *base is what to free. */
-static void *aligned(size_t n, void **base)
+/* malloc, or the end of the program. */
+static void *memory(size_t n)
 {
-    char *start = malloc(n + 64);
+    void *start = malloc(n);
     if (start == NULL) {
         fprintf(stderr, "out of memory\n");
         exit(1);
     }
-    *base = start;
-    return start + (64 - (size_t)start % 64) % 64;
+    return start;
 }
 
 /* The mass within r of the centre: the integral of 2 pi r (1 - r^2)^2. */
@@ -70,20 +69,16 @@ static result solve(double h, mollis_mollifier mollifier, double delta, const mo
     mollis_blob_report report;
     size_t kernel_bytes, bytes, n = 0, i;
     long reach = (long)ceil(1.0 / h), a, b;
-    void *kernel, *workspace, *kernel_base;
+    void *kernel, *workspace;
     double(*x)[2], (*start)[2], *mass, *rho;
     result result = {0};
     clock_t clock_start;
 
     /* The state: plain arrays. */
-    x = malloc((size_t)(2 * reach + 1) * (size_t)(2 * reach + 1) * sizeof *x);
-    start = malloc((size_t)(2 * reach + 1) * (size_t)(2 * reach + 1) * sizeof *start);
-    mass = malloc((size_t)(2 * reach + 1) * (size_t)(2 * reach + 1) * sizeof *mass);
-    rho = malloc((size_t)(2 * reach + 1) * (size_t)(2 * reach + 1) * sizeof *rho);
-    if (x == NULL || start == NULL || mass == NULL || rho == NULL) {
-        fprintf(stderr, "out of memory\n");
-        exit(1);
-    }
+    x = memory((size_t)(2 * reach + 1) * (size_t)(2 * reach + 1) * sizeof *x);
+    start = memory((size_t)(2 * reach + 1) * (size_t)(2 * reach + 1) * sizeof *start);
+    mass = memory((size_t)(2 * reach + 1) * (size_t)(2 * reach + 1) * sizeof *mass);
+    rho = memory((size_t)(2 * reach + 1) * (size_t)(2 * reach + 1) * sizeof *rho);
     for (a = -reach; a <= reach; a++) {
         for (b = -reach; b <= reach; b++) {
             double u = (double)a * h, v = (double)b * h, t = 1.0 - u * u - v * v;
@@ -101,7 +96,7 @@ static result solve(double h, mollis_mollifier mollifier, double delta, const mo
     term.kind = MOLLIS_KERNEL_NEWTONIAN;
     term.coefficient = 1.0;
     try(mollis_kernel2_bytes(&term, 1, NULL, mollifier, &kernel_bytes), "kernel size");
-    kernel = aligned(kernel_bytes, &kernel_base);
+    kernel = memory(kernel_bytes);
     try(mollis_kernel2_prepare(kernel, kernel_bytes, &term, 1, NULL, mollifier, delta), "kernel");
 
     /* The run: asks how much scratch it needs, then takes all steps in one call. */
@@ -111,11 +106,7 @@ static result solve(double h, mollis_mollifier mollifier, double delta, const mo
     particles.masses = mass;
     particles.density = rho;
     try(mollis_blob2_workspace_bytes(kernel, kernel_bytes, &particles, NULL, &options, run, &bytes), "size");
-    workspace = malloc(bytes);
-    if (workspace == NULL) {
-        fprintf(stderr, "out of memory\n");
-        exit(1);
-    }
+    workspace = memory(bytes);
     clock_start = clock();
     try(mollis_blob2_step(kernel, kernel_bytes, &particles, NULL, T_END / STEPS, STEPS, &options, run, workspace, bytes, &report),
         "step");
@@ -134,7 +125,7 @@ static result solve(double h, mollis_mollifier mollifier, double delta, const mo
         result.positions += h * h * hypot(x[i][0] - factor * start[i][0], x[i][1] - factor * start[i][1]);
         result.density += h * h * fabs(rho[i] - rho_0 / (1.0 - rho_0 * T_END));
     }
-    free(kernel_base);
+    free(kernel);
     free(workspace);
     free(x);
     free(start);

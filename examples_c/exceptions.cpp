@@ -42,17 +42,14 @@ void check(mollis_status status) {
   if (status != MOLLIS_OK) throw std::runtime_error(mollis_status_text(status));
 }
 
-/* Memory aligned as workspaces must be. */
+/* Memory that frees itself. */
 class Memory {
 public:
-  explicit Memory(std::size_t bytes) : bytes_(bytes + MOLLIS_ALIGN) {}
-  void *get() {
-    const std::size_t at = reinterpret_cast<std::uintptr_t>(bytes_.data()) % MOLLIS_ALIGN;
-    return bytes_.data() + (MOLLIS_ALIGN - at);
-  }
+  explicit Memory(std::size_t bytes) : bytes_((bytes + sizeof(double) - 1) / sizeof(double)) {}
+  void *get() { return bytes_.data(); }
 
 private:
-  std::vector<unsigned char> bytes_;
+  std::vector<double> bytes_;
 };
 
 } // namespace

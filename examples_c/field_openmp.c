@@ -20,14 +20,6 @@ static double x[N][2], mass[N], gradient[2][N][2];
         }                                                                  \
     } while (0)
 
-/* Memory at a multiple of 64; free *base. */
-static void *aligned(size_t n, void **base)
-{
-    char *start = *base = malloc(n + 64);
-    if (!start) abort();
-    return start + (64 - (uintptr_t)start % 64) % 64;
-}
-
 /* mollis asks for `tasks` independent tasks; each worker index runs one at a time. */
 static int32_t parallel_for(void *context, size_t tasks, mollis_task task, void *data)
 {
@@ -57,7 +49,8 @@ int main(void)
     const mollis_mollifier mollifier = {MOLLIS_MOLLIFIER_COMPACT, 2, 4};
     size_t kernel_bytes, bytes;
     TRY(mollis_kernel2_bytes(&term, 1, NULL, mollifier, &kernel_bytes));
-    void *kernel_base, *kernel = aligned(kernel_bytes, &kernel_base);
+    void *kernel = malloc(kernel_bytes);
+    if (!kernel) abort();
     TRY(mollis_kernel2_prepare(kernel, kernel_bytes, &term, 1, NULL, mollifier, 0.1));
 
     char text[512];
@@ -82,7 +75,7 @@ int main(void)
         TRY(mollis_field2_eval(kernel, kernel_bytes, &sources, NULL, &outputs, NULL, &run, workspace, bytes, &counters));
         free(workspace);
     }
-    free(kernel_base);
+    free(kernel);
 
     printf("pairs: %llu\n", (unsigned long long)counters.pairs);
     printf("1 and 2 threads: %s\n", memcmp(gradient[0], gradient[1], sizeof gradient[0]) == 0 ? "same bits" : "differ");

@@ -127,7 +127,7 @@ static const int32_t levels[] = {MOLLIS_LEVEL_PORTABLE, MOLLIS_LEVEL_NEON, MOLLI
             const mollis_mollifier psi = mollifiers[i];                                                                     \
             const REAL delta = (REAL)0.3;                                                                                   \
             CALL(mollis_mollifier##D##_eval##_F32, psi, delta, RADII, r, out[0], out[1], out[2], out[3], out[4], out[5]);   \
-            CALL(mollis_mollifier_field##D##_eval##_F32, psi, delta, N, at, out[0], out[1], gradient, hessian);             \
+            CALL(mollis_mollifier##D##_field##_F32, psi, delta, N, at, out[0], out[1], gradient, hessian);                  \
             for (size_t k = 0; k < sizeof sums / sizeof *sums; ++k) {                                                       \
                 size_t bytes;                                                                                               \
                 CALL(mollis_kernel##D##_bytes##_F32, sums[k], 2, NULL, psi, &bytes);                                        \

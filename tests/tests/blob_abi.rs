@@ -316,7 +316,7 @@ fn misaligned_arrays() {
     refused(Error::Misaligned, none, |p| p.masses = p.masses.wrapping_byte_add(1));
     refused(Error::Misaligned, none, |p| p.divergence = p.divergence.wrapping_byte_add(4));
     refused(Error::Misaligned, none, |p| p.report = p.report.wrapping_byte_add(4));
-    refused(Error::Misaligned, none, |p| p.kernel = p.kernel.wrapping_byte_add(8));
+    refused(Error::Misaligned, none, |p| p.kernel = p.kernel.wrapping_byte_add(4));
 }
 
 #[test]

@@ -261,7 +261,7 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
         if memory.len() < bytes {
             return Err(Error::WorkspaceTooSmall);
         }
-        let Arrays { head, records, series, rows } = layout::<T>(&mut Carve::new(memory)?, sizes)?;
+        let Arrays { head, records, series, rows } = layout::<T>(&mut Carve::block(memory)?, sizes)?;
         // What stood here before is a block no more, also if this one is refused.
         head.fill(0);
         let (start, rest) = records.split_first_chunk_mut::<START>().ok_or(Error::WorkspaceTooSmall)?;

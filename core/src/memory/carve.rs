@@ -8,6 +8,9 @@ use crate::error::{Error, Result};
 /// The alignment of every workspace and of every array in it, in bytes: a cache line, and an AVX-512 register.
 pub const ALIGN: usize = 64;
 
+/// The alignment of a prepared block, in bytes: that of its numbers. At a multiple of [`ALIGN`] its tables take fewer cache lines.
+pub const BLOCK_ALIGN: usize = 8;
+
 /// Plain-data types: any bytes are a valid value, and a value owns nothing.
 ///
 /// # Safety
@@ -119,6 +122,8 @@ pub struct Carve<'w> {
     next: *mut u8,
     left: usize,
     fresh: bool,
+    /// What its start is aligned to.
+    align: usize,
     error: Option<Error>,
     owner: PhantomData<&'w mut [MaybeUninit<u8>]>,
 }
@@ -129,7 +134,15 @@ impl<'w> Carve<'w> {
     /// # Errors
     /// [`Error::Misaligned`]: `memory` does not start at a multiple of [`ALIGN`].
     pub fn new(memory: &'w mut [u8]) -> Result<Self> {
-        Self::start(memory.as_mut_ptr(), memory.len(), true)
+        Self::start(memory.as_mut_ptr(), memory.len(), true, ALIGN)
+    }
+
+    /// As [`Carve::new`], for a block of numbers that begins at a multiple of [`BLOCK_ALIGN`].
+    ///
+    /// # Errors
+    /// [`Error::Misaligned`]: it does not; later, an array of a type that needs more.
+    pub fn block(memory: &'w mut [u8]) -> Result<Self> {
+        Self::start(memory.as_mut_ptr(), memory.len(), true, BLOCK_ALIGN)
     }
 
     /// As [`Carve::new`], over memory that may be uninitialised.
@@ -137,7 +150,7 @@ impl<'w> Carve<'w> {
     /// # Errors
     /// As [`Carve::new`].
     pub fn new_uninit(memory: &'w mut [MaybeUninit<u8>]) -> Result<Self> {
-        Self::start(memory.as_mut_ptr().cast(), memory.len(), true)
+        Self::start(memory.as_mut_ptr().cast(), memory.len(), true, ALIGN)
     }
 
     /// Finds the arrays again with their content; nothing is zeroed. The type of `memory` guarantees that it is initialised.
@@ -145,15 +158,15 @@ impl<'w> Carve<'w> {
     /// # Errors
     /// As [`Carve::new`].
     pub fn reopen(memory: &'w mut [u8]) -> Result<Self> {
-        Self::start(memory.as_mut_ptr(), memory.len(), false)
+        Self::start(memory.as_mut_ptr(), memory.len(), false, ALIGN)
     }
 
-    fn start(next: *mut u8, left: usize, fresh: bool) -> Result<Self> {
+    fn start(next: *mut u8, left: usize, fresh: bool, align: usize) -> Result<Self> {
         // An empty layout needs no memory, so its pointer need not be aligned.
-        if left > 0 && !next.addr().is_multiple_of(ALIGN) {
+        if left > 0 && !next.addr().is_multiple_of(align) {
             return Err(Error::Misaligned);
         }
-        Ok(Self { next, left, fresh, error: None, owner: PhantomData })
+        Ok(Self { next, left, fresh, align, error: None, owner: PhantomData })
     }
 
     /// Bytes that are not handed out yet.
@@ -203,8 +216,11 @@ impl<'w> Space<'w> for Carve<'w> {
     #[expect(unsafe_code, reason = "turns a checked part of the buffer into an array")]
     fn try_array<T: Plain>(&mut self, n: usize) -> Result<&'w mut [T]> {
         const { assert!(align_of::<T>() <= ALIGN) }
+        if align_of::<T>() > self.align {
+            return Err(Error::Misaligned);
+        }
         let start = self.take(size_of::<T>(), n)?;
-        // SAFETY: the range is in the buffer or empty, aligned to ALIGN (the start is, and all steps are multiples), initialised
+        // SAFETY: the range is in the buffer or empty, aligned for T (the start is, and all steps are multiples of ALIGN), initialised
         // (zeroed above, or initialised by the argument type of `reopen`), valid as `T: Plain`, and handed out once.
         Ok(unsafe { core::slice::from_raw_parts_mut(start.cast::<T>(), n) })
     }
@@ -213,6 +229,9 @@ impl<'w> Space<'w> for Carve<'w> {
     #[expect(unsafe_code, reason = "turns a checked part of the buffer into an array")]
     fn array<T: Plain>(&mut self, n: usize) -> &'w mut [T] {
         const { assert!(align_of::<T>() <= ALIGN) }
+        if align_of::<T>() > self.align {
+            self.error = self.error.or(Some(Error::Misaligned));
+        }
         let (start, n) = self.take_part(size_of::<T>(), n);
         // SAFETY: as in `try_array`; after an error n = 0, with an address aligned for any type.
         unsafe { core::slice::from_raw_parts_mut(start.cast::<T>(), n) }
@@ -233,9 +252,9 @@ impl<'w> View<'w> {
     /// Starts at the beginning of `memory`.
     ///
     /// # Errors
-    /// [`Error::Misaligned`]: `memory` does not start at a multiple of [`ALIGN`].
+    /// [`Error::Misaligned`]: `memory` does not start at a multiple of [`BLOCK_ALIGN`].
     pub fn new(memory: &'w [u8]) -> Result<Self> {
-        if !memory.is_empty() && !memory.as_ptr().addr().is_multiple_of(ALIGN) {
+        if !memory.is_empty() && !memory.as_ptr().addr().is_multiple_of(BLOCK_ALIGN) {
             return Err(Error::Misaligned);
         }
         Ok(Self { rest: memory })
@@ -247,15 +266,15 @@ impl<'w> View<'w> {
     /// [`Error::TooLarge`]: the size overflows. [`Error::WorkspaceTooSmall`]: not enough bytes are left.
     #[expect(unsafe_code, reason = "turns a checked part of the buffer into an array")]
     pub fn try_array<T: Plain>(&mut self, n: usize) -> Result<&'w [T]> {
-        const { assert!(align_of::<T>() <= ALIGN) }
+        const { assert!(align_of::<T>() <= BLOCK_ALIGN) }
         let bytes = padded_bytes(size_of::<T>(), n)?;
         let (mine, rest) = self.rest.split_at_checked(bytes).ok_or(Error::WorkspaceTooSmall)?;
         self.rest = rest;
         if mine.is_empty() {
             return Ok(&[]);
         }
-        // SAFETY: `mine` holds the bytes of n elements, starts at a multiple of ALIGN (the block does, and all steps are
-        // multiples), is initialised, and any bytes are valid as `T: Plain`.
+        // SAFETY: `mine` holds the bytes of n elements, starts at a multiple of BLOCK_ALIGN (the block does, and all steps are
+        // multiples of it), is initialised, and any bytes are valid as `T: Plain`.
         Ok(unsafe { core::slice::from_raw_parts(mine.as_ptr().cast::<T>(), n) })
     }
 }

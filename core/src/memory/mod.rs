@@ -22,4 +22,4 @@
 
 mod carve;
 
-pub use carve::{ALIGN, Carve, Measure, Plain, Space, View};
+pub use carve::{ALIGN, BLOCK_ALIGN, Carve, Measure, Plain, Space, View};

@@ -2,7 +2,7 @@
 
 use core::ptr::NonNull;
 
-use mollis_core::memory::{ALIGN, Plain};
+use mollis_core::memory::{ALIGN, BLOCK_ALIGN, Plain};
 use mollis_core::{Error, Result};
 
 /// The byte range of a buffer, for overlap checks.
@@ -146,10 +146,10 @@ pub(crate) fn aligned(memory: &mut [u8]) -> &mut [u8] {
     memory.get_mut(ahead..).unwrap_or_default()
 }
 
-/// A prepared object: `Output<u8>` that must be aligned to [`ALIGN`].
-pub(crate) fn workspace(pointer: *mut core::ffi::c_void, bytes: usize) -> Result<Output<u8>> {
+/// A prepared object: `Output<u8>` that must be aligned to [`BLOCK_ALIGN`].
+pub(crate) fn block(pointer: *mut core::ffi::c_void, bytes: usize) -> Result<Output<u8>> {
     let output = Output::new(pointer.cast::<u8>(), bytes)?;
-    if bytes > 0 && !pointer.addr().is_multiple_of(ALIGN) { Err(Error::Misaligned) } else { Ok(output) }
+    if bytes > 0 && !pointer.addr().is_multiple_of(BLOCK_ALIGN) { Err(Error::Misaligned) } else { Ok(output) }
 }
 
 /// Refuses outputs that overlap each other or an input.

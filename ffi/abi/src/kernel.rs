@@ -7,7 +7,7 @@ use mollis_core::kernel::{Kernel, Law, MAX_TERMS, RadialKernel, Supplied, Term};
 use mollis_core::memory::Plain;
 use mollis_core::{Error, Real, Result};
 
-use crate::buffers::{Input, Output, disjoint, workspace};
+use crate::buffers::{Input, Output, block, disjoint};
 use crate::mollifier::mollis_mollifier;
 use crate::status::{mollis_status, status};
 
@@ -154,7 +154,7 @@ pub(crate) unsafe fn prepare<T: Real, const D: usize>(
 ) -> mollis_status {
     let refused = Cell::new(0);
     let result = (|| {
-        let (block, terms) = (workspace(kernel, bytes)?, Input::new(terms, n_terms)?);
+        let (block, terms) = (block(kernel, bytes)?, Input::new(terms, n_terms)?);
         disjoint(&[Some(block.range())], &[terms.range()])?;
         let host = if own.is_null() {
             None
@@ -290,7 +290,7 @@ mod tests {
         };
         assert_eq!(other, Error::NotPrepared as i32);
         let askew = unsafe {
-            mollis_kernel2_eval(moved.0[8..].as_ptr().cast(), bytes, 0, null(), null_mut(), null_mut(), null_mut())
+            mollis_kernel2_eval(moved.0[4..].as_ptr().cast(), bytes, 0, null(), null_mut(), null_mut(), null_mut())
         };
         assert_eq!(askew, Error::Misaligned as i32);
         moved.0[8] ^= 2;

@@ -4,9 +4,9 @@ use core::ffi::c_void;
 
 use mollis_core::diagnostics::{self, Lattice};
 use mollis_core::memory::Plain;
-use mollis_core::{Real, Result};
+use mollis_core::{Error, Real, Result};
 
-use crate::buffers::{Input, Output, disjoint, workspace};
+use crate::buffers::{Input, Output, aligned, disjoint, with_slack};
 use crate::diagnostics::put;
 
 pub(crate) unsafe fn norm<T: Real>(n: usize, values: *const T, cell: T, p: T, norm: *mut T) -> Result<()> {
@@ -59,7 +59,7 @@ where
     let (given, bytes) = (Input::new(points, 1)?, Output::new(bytes, 1)?);
     disjoint(&[Some(bytes.range())], &[given.range()])?;
     // SAFETY: the caller promises the crate's contract; the output overlaps nothing.
-    unsafe { put(Some(bytes), lattice::<T, D>(points, T::ONE, margin)?.workspace_bytes()?) };
+    unsafe { put(Some(bytes), with_slack(lattice::<T, D>(points, T::ONE, margin)?.workspace_bytes()?)?) };
     Ok(())
 }
 
@@ -77,10 +77,14 @@ where
     // SAFETY: the caller promises the crate's contract.
     let lattice = unsafe { lattice::<T, D>(points, spacing, margin) }?;
     let count = lattice.points.iter().try_fold(1_usize, |product, &n| product.checked_mul(n));
-    let values = Input::new(values, count.ok_or(mollis_core::Error::TooLarge)?)?;
-    let (norm, memory) = (Output::new(norm, 1)?, workspace(memory, bytes)?);
+    let values = Input::new(values, count.ok_or(Error::TooLarge)?)?;
+    let (norm, memory) = (Output::new(norm, 1)?, Output::new(memory.cast::<u8>(), bytes)?);
     disjoint(&[Some(norm.range()), Some(memory.range())], &[given.range(), values.range()])?;
     // SAFETY: the caller promises the crate's contract; the outputs overlap nothing.
-    unsafe { put(Some(norm), lattice.dual_norm(values.slice(), memory.slice())?) };
+    if bytes < with_slack(lattice.workspace_bytes()?)? {
+        return Err(Error::WorkspaceTooSmall);
+    }
+    // SAFETY: as above.
+    unsafe { put(Some(norm), lattice.dual_norm(values.slice(), aligned(memory.slice()))?) };
     Ok(())
 }

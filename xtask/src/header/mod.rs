@@ -1,5 +1,6 @@
 //! Makes `include/mollis.h` from `ffi/abi` with cbindgen, or compares it with the committed file.
 
+mod fortran;
 mod layout;
 
 use std::fmt::Write as _;
@@ -21,16 +22,22 @@ pub fn run(check: bool) -> Result<()> {
     templates::run(check)?;
     let fresh = generate()?;
     complete(&fresh)?;
-    let path = shell::root().join(HEADER);
+    bring(HEADER, &fresh, check)?;
+    bring("include/mollis.f90", &fortran::module(&fresh)?, check)
+}
+
+/// Writes a file, or checks that it is up to date.
+fn bring(name: &str, fresh: &str, check: bool) -> Result<()> {
+    let path = shell::root().join(name);
     let committed = std::fs::read_to_string(&path).unwrap_or_default();
     if committed == fresh {
-        println!("{HEADER} is up to date");
+        println!("{name} is up to date");
     } else if check {
-        bail!("{HEADER} is not what the source makes: run `cargo xtask header`");
+        bail!("{name} is not what the source makes: run `cargo xtask header`");
     } else {
         std::fs::create_dir_all(path.parent().context("no folder")?)?;
         std::fs::write(&path, fresh)?;
-        println!("{HEADER} written");
+        println!("{name} written");
     }
     Ok(())
 }
@@ -121,7 +128,7 @@ fn constants() -> Result<String> {
     write!(
         out,
         "
-/** Static buffers for prepared kernels are aligned so; in a workspace arrays are. */
+/** How arrays in a workspace are aligned, and best prepared kernels. */
 #define MOLLIS_ALIGN {}
 /** `bytes`, rounded up to the alignment: what an array takes in a workspace. */
 #define MOLLIS_PADDED(bytes) (((size_t)(bytes) + MOLLIS_ALIGN - 1) / MOLLIS_ALIGN * MOLLIS_ALIGN)
