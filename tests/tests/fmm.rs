@@ -180,7 +180,7 @@ fn tolerances<T: Real>(n: usize, tolerances: &[f64]) {
                 let (got, counts) = case.fmm(&x, FIELD, tolerance);
                 let errors = case.errors(&x, &got, FIELD, &kernel);
                 let [potential, gradient, _] = errors;
-                println!("{kind:?} {signed} {tolerance:e}: {errors:.1e?}, {} pairs", counts.pairs as f64 / n as f64);
+                println!("{kind:?} {signed} {tolerance:e}: {errors:?}, {} pairs", counts.pairs as f64 / n as f64);
                 assert!(
                     potential[0] <= tolerance && gradient[0] <= tolerance,
                     "{kind:?} {signed} {tolerance}: {errors:?}"

@@ -36,6 +36,50 @@ where
     unsafe { inside(machine, job) }
 }
 
+/// The columns of the rows of eight numbers at these addresses. Two 128-bit halves, from two rows, form a vector. Unpacking it with the vector of the two other rows
+/// gives two columns.
+macro_rules! transposed_pd {
+    ($rows:expr) => {{
+        let [a, b, c, d] = $rows;
+        let mut columns = [_mm256_setzero_pd(); ROW];
+        let (pairs, _) = columns.as_chunks_mut::<2>();
+        for (k, [even, odd]) in pairs.iter_mut().enumerate() {
+            let (a, b, c, d) = (a.add(2 * k), b.add(2 * k), c.add(2 * k), d.add(2 * k));
+            let ac = _mm256_insertf128_pd::<1>(_mm256_castpd128_pd256(_mm_loadu_pd(a)), _mm_loadu_pd(c));
+            let bd = _mm256_insertf128_pd::<1>(_mm256_castpd128_pd256(_mm_loadu_pd(b)), _mm_loadu_pd(d));
+            *even = _mm256_unpacklo_pd(ac, bd);
+            *odd = _mm256_unpackhi_pd(ac, bd);
+        }
+        columns
+    }};
+}
+
+/// The same of eight rows. Four numbers of row k and four of row k + 4 form a vector. Four such vectors are transposed within their halves.
+macro_rules! transposed_ps {
+    ($rows:expr) => {{
+        let [a, b, c, d, e, f, g, h] = $rows;
+        let mut columns = [_mm256_setzero_ps(); ROW];
+        let (fours, _) = columns.as_chunks_mut::<4>();
+        for (k, four) in fours.iter_mut().enumerate() {
+            let (a, b, c, d) = (a.add(4 * k), b.add(4 * k), c.add(4 * k), d.add(4 * k));
+            let (e, f, g, h) = (e.add(4 * k), f.add(4 * k), g.add(4 * k), h.add(4 * k));
+            let ae = _mm256_insertf128_ps::<1>(_mm256_castps128_ps256(_mm_loadu_ps(a)), _mm_loadu_ps(e));
+            let bf = _mm256_insertf128_ps::<1>(_mm256_castps128_ps256(_mm_loadu_ps(b)), _mm_loadu_ps(f));
+            let cg = _mm256_insertf128_ps::<1>(_mm256_castps128_ps256(_mm_loadu_ps(c)), _mm_loadu_ps(g));
+            let dh = _mm256_insertf128_ps::<1>(_mm256_castps128_ps256(_mm_loadu_ps(d)), _mm_loadu_ps(h));
+            let (ab_low, cd_low) = (_mm256_unpacklo_ps(ae, bf), _mm256_unpacklo_ps(cg, dh));
+            let (ab_high, cd_high) = (_mm256_unpackhi_ps(ae, bf), _mm256_unpackhi_ps(cg, dh));
+            *four = [
+                _mm256_shuffle_ps::<0b01_00_01_00>(ab_low, cd_low),
+                _mm256_shuffle_ps::<0b11_10_11_10>(ab_low, cd_low),
+                _mm256_shuffle_ps::<0b01_00_01_00>(ab_high, cd_high),
+                _mm256_shuffle_ps::<0b11_10_11_10>(ab_high, cd_high),
+            ];
+        }
+        columns
+    }};
+}
+
 /// Wraps one instruction.
 macro_rules! op {
     ($call:expr) => {{
@@ -168,7 +212,6 @@ impl Isa<f64> for Avx2 {
         })
     }
 
-    // Two 128-bit halves, from two rows, form a vector. Unpacking it with the vector of the two other rows gives two columns.
     #[inline(always)]
     fn look_up(self, table: &Rows<f64>, rows: __m256i) -> [__m256d; ROW] {
         op!({
@@ -179,17 +222,14 @@ impl Isa<f64> for Avx2 {
             let b = base.add(ROW * _mm_extract_epi64::<1>(low) as usize);
             let c = base.add(ROW * _mm_cvtsi128_si64(high) as usize);
             let d = base.add(ROW * _mm_extract_epi64::<1>(high) as usize);
-            let mut columns = [_mm256_setzero_pd(); ROW];
-            let (pairs, _) = columns.as_chunks_mut::<2>();
-            for (k, [even, odd]) in pairs.iter_mut().enumerate() {
-                let (a, b, c, d) = (a.add(2 * k), b.add(2 * k), c.add(2 * k), d.add(2 * k));
-                let ac = _mm256_insertf128_pd::<1>(_mm256_castpd128_pd256(_mm_loadu_pd(a)), _mm_loadu_pd(c));
-                let bd = _mm256_insertf128_pd::<1>(_mm256_castpd128_pd256(_mm_loadu_pd(b)), _mm_loadu_pd(d));
-                *even = _mm256_unpacklo_pd(ac, bd);
-                *odd = _mm256_unpackhi_pd(ac, bd);
-            }
-            columns
+            transposed_pd!([a, b, c, d])
         })
+    }
+
+    #[inline(always)]
+    fn columns(self, rows: &[&[f64; ROW]; MAX_LANES]) -> [__m256d; ROW] {
+        let [a, b, c, d, ..] = rows.map(|row| row.as_ptr());
+        op!(transposed_pd!([a, b, c, d]))
     }
 
     #[inline(always)]
@@ -247,7 +287,6 @@ impl Isa<f32> for Avx2 {
         })
     }
 
-    // Four numbers of row k and four of row k + 4 form a vector. Four such vectors are transposed within their halves.
     #[inline(always)]
     fn look_up(self, table: &Rows<f32>, rows: __m256i) -> [__m256; ROW] {
         op!({
@@ -255,27 +294,14 @@ impl Isa<f32> for Avx2 {
             let mut at = [0_i32; 8];
             _mm256_storeu_si256(at.as_mut_ptr().cast(), rows);
             // Row numbers are below ROWS, so every load lies in the table.
-            let [a, b, c, d, e, f, g, h] = at.map(|row| base.add(ROW * row as usize));
-            let mut columns = [_mm256_setzero_ps(); ROW];
-            let (fours, _) = columns.as_chunks_mut::<4>();
-            for (k, four) in fours.iter_mut().enumerate() {
-                let (a, b, c, d) = (a.add(4 * k), b.add(4 * k), c.add(4 * k), d.add(4 * k));
-                let (e, f, g, h) = (e.add(4 * k), f.add(4 * k), g.add(4 * k), h.add(4 * k));
-                let ae = _mm256_insertf128_ps::<1>(_mm256_castps128_ps256(_mm_loadu_ps(a)), _mm_loadu_ps(e));
-                let bf = _mm256_insertf128_ps::<1>(_mm256_castps128_ps256(_mm_loadu_ps(b)), _mm_loadu_ps(f));
-                let cg = _mm256_insertf128_ps::<1>(_mm256_castps128_ps256(_mm_loadu_ps(c)), _mm_loadu_ps(g));
-                let dh = _mm256_insertf128_ps::<1>(_mm256_castps128_ps256(_mm_loadu_ps(d)), _mm_loadu_ps(h));
-                let (ab_low, cd_low) = (_mm256_unpacklo_ps(ae, bf), _mm256_unpacklo_ps(cg, dh));
-                let (ab_high, cd_high) = (_mm256_unpackhi_ps(ae, bf), _mm256_unpackhi_ps(cg, dh));
-                *four = [
-                    _mm256_shuffle_ps::<0b01_00_01_00>(ab_low, cd_low),
-                    _mm256_shuffle_ps::<0b11_10_11_10>(ab_low, cd_low),
-                    _mm256_shuffle_ps::<0b01_00_01_00>(ab_high, cd_high),
-                    _mm256_shuffle_ps::<0b11_10_11_10>(ab_high, cd_high),
-                ];
-            }
-            columns
+            transposed_ps!(at.map(|row| base.add(ROW * row as usize)))
         })
+    }
+
+    #[inline(always)]
+    fn columns(self, rows: &[&[f32; ROW]; MAX_LANES]) -> [__m256; ROW] {
+        let [a, b, c, d, e, f, g, h, ..] = rows.map(|row| row.as_ptr());
+        op!(transposed_ps!([a, b, c, d, e, f, g, h]))
     }
 
     #[inline(always)]

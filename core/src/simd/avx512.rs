@@ -63,6 +63,46 @@ macro_rules! quarters {
     }};
 }
 
+/// The columns of the rows of eight numbers at these addresses. A row is a vector. Eight rows are transposed by pairs of numbers, then by pairs of pairs, then by halves.
+macro_rules! transposed_pd {
+    ($rows:expr) => {{
+        let [a, b, c, d, e, f, g, h] = $rows;
+        let (a, b, c, d) = (_mm512_loadu_pd(a), _mm512_loadu_pd(b), _mm512_loadu_pd(c), _mm512_loadu_pd(d));
+        let (e, f, g, h) = (_mm512_loadu_pd(e), _mm512_loadu_pd(f), _mm512_loadu_pd(g), _mm512_loadu_pd(h));
+        let (ab0, ab1) = (_mm512_unpacklo_pd(a, b), _mm512_unpackhi_pd(a, b));
+        let (cd0, cd1) = (_mm512_unpacklo_pd(c, d), _mm512_unpackhi_pd(c, d));
+        let (ef0, ef1) = (_mm512_unpacklo_pd(e, f), _mm512_unpackhi_pd(e, f));
+        let (gh0, gh1) = (_mm512_unpacklo_pd(g, h), _mm512_unpackhi_pd(g, h));
+        let [c0, c2, c4, c6] = quarters!(ab0, cd0, ef0, gh0);
+        let [c1, c3, c5, c7] = quarters!(ab1, cd1, ef1, gh1);
+        [c0, c1, c2, c3, c4, c5, c6, c7]
+    }};
+}
+
+/// The same of sixteen rows. Four numbers each of rows k, k + 4, k + 8, k + 12 form a vector. Four such vectors are transposed within their quarters.
+macro_rules! transposed_ps {
+    ($rows:expr) => {{
+        let [r0, r1, r2, r3, r4, r5, r6, r7, r8, r9, r10, r11, r12, r13, r14, r15] = $rows;
+        let mut columns = [_mm512_setzero_ps(); ROW];
+        let (fours, _) = columns.as_chunks_mut::<4>();
+        for (k, four) in fours.iter_mut().enumerate() {
+            let p = fours!(k, r0, r4, r8, r12);
+            let q = fours!(k, r1, r5, r9, r13);
+            let r = fours!(k, r2, r6, r10, r14);
+            let s = fours!(k, r3, r7, r11, r15);
+            let (pq_low, rs_low) = (_mm512_unpacklo_ps(p, q), _mm512_unpacklo_ps(r, s));
+            let (pq_high, rs_high) = (_mm512_unpackhi_ps(p, q), _mm512_unpackhi_ps(r, s));
+            *four = [
+                _mm512_shuffle_ps::<0b01_00_01_00>(pq_low, rs_low),
+                _mm512_shuffle_ps::<0b11_10_11_10>(pq_low, rs_low),
+                _mm512_shuffle_ps::<0b01_00_01_00>(pq_high, rs_high),
+                _mm512_shuffle_ps::<0b11_10_11_10>(pq_high, rs_high),
+            ];
+        }
+        columns
+    }};
+}
+
 /// Wraps one instruction.
 macro_rules! op {
     ($call:expr) => {{
@@ -214,7 +254,6 @@ impl Isa<f64> for Avx512 {
         })
     }
 
-    // A row is a vector. Eight rows are transposed by pairs of numbers, then by pairs of pairs, then by halves.
     #[inline(always)]
     fn look_up(self, table: &Rows<f64>, rows: __m512i) -> [__m512d; ROW] {
         op!({
@@ -222,17 +261,14 @@ impl Isa<f64> for Avx512 {
             let mut at = [0_i64; 8];
             _mm512_storeu_si512(at.as_mut_ptr().cast(), rows);
             // Row numbers are below ROWS, so every load lies in the table.
-            let [a, b, c, d, e, f, g, h] = at.map(|row| base.add(ROW * row as usize));
-            let (a, b, c, d) = (_mm512_loadu_pd(a), _mm512_loadu_pd(b), _mm512_loadu_pd(c), _mm512_loadu_pd(d));
-            let (e, f, g, h) = (_mm512_loadu_pd(e), _mm512_loadu_pd(f), _mm512_loadu_pd(g), _mm512_loadu_pd(h));
-            let (ab0, ab1) = (_mm512_unpacklo_pd(a, b), _mm512_unpackhi_pd(a, b));
-            let (cd0, cd1) = (_mm512_unpacklo_pd(c, d), _mm512_unpackhi_pd(c, d));
-            let (ef0, ef1) = (_mm512_unpacklo_pd(e, f), _mm512_unpackhi_pd(e, f));
-            let (gh0, gh1) = (_mm512_unpacklo_pd(g, h), _mm512_unpackhi_pd(g, h));
-            let [c0, c2, c4, c6] = quarters!(ab0, cd0, ef0, gh0);
-            let [c1, c3, c5, c7] = quarters!(ab1, cd1, ef1, gh1);
-            [c0, c1, c2, c3, c4, c5, c6, c7]
+            transposed_pd!(at.map(|row| base.add(ROW * row as usize)))
         })
+    }
+
+    #[inline(always)]
+    fn columns(self, rows: &[&[f64; ROW]; MAX_LANES]) -> [__m512d; ROW] {
+        let [a, b, c, d, e, f, g, h, ..] = rows.map(|row| row.as_ptr());
+        op!(transposed_pd!([a, b, c, d, e, f, g, h]))
     }
 
     #[inline(always)]
@@ -296,7 +332,6 @@ impl Isa<f32> for Avx512 {
         })
     }
 
-    // Four numbers each of rows k, k + 4, k + 8, k + 12 form a vector. Four such vectors are transposed within their quarters.
     #[inline(always)]
     fn look_up(self, table: &Rows<f32>, rows: __m512i) -> [__m512; ROW] {
         op!({
@@ -304,26 +339,13 @@ impl Isa<f32> for Avx512 {
             let mut at = [0_i32; 16];
             _mm512_storeu_si512(at.as_mut_ptr().cast(), rows);
             // Row numbers are below ROWS, so every load lies in the table.
-            let [r0, r1, r2, r3, r4, r5, r6, r7, r8, r9, r10, r11, r12, r13, r14, r15] =
-                at.map(|row| base.add(ROW * row as usize));
-            let mut columns = [_mm512_setzero_ps(); ROW];
-            let (fours, _) = columns.as_chunks_mut::<4>();
-            for (k, four) in fours.iter_mut().enumerate() {
-                let p = fours!(k, r0, r4, r8, r12);
-                let q = fours!(k, r1, r5, r9, r13);
-                let r = fours!(k, r2, r6, r10, r14);
-                let s = fours!(k, r3, r7, r11, r15);
-                let (pq_low, rs_low) = (_mm512_unpacklo_ps(p, q), _mm512_unpacklo_ps(r, s));
-                let (pq_high, rs_high) = (_mm512_unpackhi_ps(p, q), _mm512_unpackhi_ps(r, s));
-                *four = [
-                    _mm512_shuffle_ps::<0b01_00_01_00>(pq_low, rs_low),
-                    _mm512_shuffle_ps::<0b11_10_11_10>(pq_low, rs_low),
-                    _mm512_shuffle_ps::<0b01_00_01_00>(pq_high, rs_high),
-                    _mm512_shuffle_ps::<0b11_10_11_10>(pq_high, rs_high),
-                ];
-            }
-            columns
+            transposed_ps!(at.map(|row| base.add(ROW * row as usize)))
         })
+    }
+
+    #[inline(always)]
+    fn columns(self, rows: &[&[f32; ROW]; MAX_LANES]) -> [__m512; ROW] {
+        op!(transposed_ps!(rows.map(|row| row.as_ptr())))
     }
 
     #[inline(always)]

@@ -107,6 +107,22 @@ pub trait Isa<T: Scalar>: Copy + Send + Sync {
     /// The numbers of each lane's row: vector n holds number n of every lane's row.
     fn look_up(self, table: &Rows<T>, rows: Self::R) -> [Self::V; ROW];
 
+    /// The columns of some rows, one a lane: vector n holds number n of every lane's row. Rows beyond the last lane are not looked at.
+    #[inline(always)]
+    fn columns(self, rows: &[&[T; ROW]; MAX_LANES]) -> [Self::V; ROW] {
+        let mut columns = [[T::ZERO; MAX_LANES]; ROW];
+        for (lane, row) in rows.iter().enumerate().take(Self::LANES) {
+            for (column, &number) in columns.iter_mut().zip(*row) {
+                column.get_mut(lane).into_iter().for_each(|slot| *slot = number);
+            }
+        }
+        let mut vectors = [self.splat(T::ZERO); ROW];
+        for (vector, column) in vectors.iter_mut().zip(&columns) {
+            *vector = self.load(column);
+        }
+        vectors
+    }
+
     /// (f, e) with a = f 2^e, sqrt(1/2) <= f < sqrt(2) to rounding, e an integer. a is positive and normal.
     fn split(self, a: Self::V) -> (Self::V, Self::V);
 }

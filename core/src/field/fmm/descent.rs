@@ -13,7 +13,7 @@
 //! the boxes above it, but not their translations. Where room for a list ends, the pair of boxes is summed pair by pair, which is always right: it takes longer.
 
 use super::expansions::{Lower, Order, Scatter};
-use super::translate::{Translate, gathered};
+use super::translate::Translate;
 use super::tree::{Shape, Tree};
 use super::upward::TASK;
 use crate::checked::Present;
@@ -21,7 +21,7 @@ use crate::error::Result;
 use crate::field::pairs::{Groups, Near, Task, Units};
 use crate::memory::{Carve, Space};
 use crate::real::Real;
-use crate::simd::{Level, MAX_LANES};
+use crate::simd::Level;
 
 /// Room for open boxes, for boxes to be divided, well separated ones, depths below a task's box, groups and ranges.
 const OPEN: usize = 8192;
@@ -71,8 +71,6 @@ pub(super) struct Scratch<'s, T> {
     pending: &'s mut [[u32; 5]],
     far: &'s mut [u32],
     locals: &'s mut [T],
-    /// What is gathered of source boxes.
-    lanes: &'s mut [[T; MAX_LANES]],
     groups: &'s mut [[u32; 4]],
     ranges: &'s mut [[u32; 2]],
 }
@@ -90,7 +88,6 @@ impl<'s, T: Real> Scratch<'s, T> {
             pending: space.try_array(DEPTH + 2)?,
             far: space.try_array(FAR)?,
             locals: space.try_array(DEPTH * local_length(stride))?,
-            lanes: space.try_array(gathered(stride))?,
             groups: space.try_array(GROUPS)?,
             ranges: space.try_array(RANGES)?,
         })
@@ -361,7 +358,6 @@ impl<'a, 's, 'w, T: Real> Walk<'a, 's, 'w, T> {
                 list,
                 shape: *target,
                 log_exponent: of.potential.then_some(log_exponent),
-                lanes: &mut *self.scratch.lanes,
                 to: local,
             });
         }

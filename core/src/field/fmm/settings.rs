@@ -7,6 +7,7 @@
 //! below the bound. [`terms`] is fitted to measured errors of masses of random sign, the worst case seen, with two terms to spare (test `fmm::tolerances`).
 
 use crate::real::Real;
+use crate::simd::ROW;
 
 /// The opening of well separated boxes.
 pub(super) const OPENING: f64 = 0.55;
@@ -38,7 +39,7 @@ impl Settings {
 
     /// [`Settings::terms`], rounded up to what the loops over terms do at a time.
     pub fn stride(&self) -> usize {
-        self.terms.next_multiple_of(4)
+        self.terms.next_multiple_of(ROW)
     }
 }
 
@@ -58,8 +59,8 @@ fn terms(tolerance: f64) -> usize {
 fn leaf(terms: usize) -> usize {
     match terms {
         0..=16 => 32,
-        17..=24 => 48,
-        _ => 64,
+        17..=25 => 40,
+        _ => 48,
     }
 }
 

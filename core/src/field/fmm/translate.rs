@@ -11,7 +11,7 @@ use super::settings::MAX_TERMS;
 use super::tree::{Shape, Tree};
 use crate::checked::Present;
 use crate::real::Real;
-use crate::simd::{Isa, Job, MAX_LANES, log, log_numerator};
+use crate::simd::{Isa, Job, MAX_LANES, ROW, log, log_numerator};
 
 /// Coefficients whose sums are in registers at a time.
 const ROWS: usize = 4;
@@ -26,14 +26,7 @@ pub(super) struct Translate<'a, 'w, T> {
     pub shape: Shape<T>,
     /// Added to the binary logarithm of |D|^2, which is in units; none: no potential is wanted.
     pub log_exponent: Option<T>,
-    /// [`gathered`] rows of arbitrary content.
-    pub lanes: &'a mut [[T; MAX_LANES]],
     pub to: &'a mut [T],
-}
-
-/// Rows that [`Translate`] gathers: the steps, the radii, and both parts of the coefficients.
-pub(super) fn gathered(stride: usize) -> usize {
-    3 + 2 * stride
 }
 
 impl<T: Real> Job<T> for Translate<'_, '_, T> {
@@ -41,22 +34,24 @@ impl<T: Real> Job<T> for Translate<'_, '_, T> {
 
     #[inline(always)]
     fn run<I: Isa<T>>(self, isa: I) {
-        let Self { order: Order { terms, stride, factorials }, tree, from, list, shape, log_exponent, lanes, to } =
-            self;
+        let Self { order: Order { terms, stride, factorials }, tree, from, list, shape, log_exponent, to } = self;
         let (zero, one) = (isa.splat(T::ZERO), isa.splat(T::ONE));
         let mut sums = [[zero; 2]; MAX_TERMS];
         let mut potential = zero;
-        let Some(([step_x, step_y, radii], rows)) = lanes.split_first_chunk_mut() else { return };
-        let Some((real, imaginary)) = rows.split_at_mut_checked(stride) else { return };
+        let (rows, none) = (from.as_chunks::<ROW>().0, [T::ZERO; ROW]);
+        let each = stride / ROW;
         for some in list.chunks(I::LANES) {
-            gather(
-                ([&mut *step_x, &mut *step_y, &mut *radii], [&mut *real, &mut *imaginary]),
-                (tree, from, stride),
-                some,
-                &shape,
-                I::LANES,
-            );
-            let (x, y, radius) = (isa.load(step_x), isa.load(step_y), isa.load(radii));
+            // Lanes beyond the last box have no mass.
+            let mut steps = [[T::ONE; MAX_LANES], [T::ZERO; MAX_LANES], [T::ZERO; MAX_LANES]];
+            let [to_x, to_y, radii] = &mut steps;
+            let lanes = to_x.iter_mut().zip(to_y.iter_mut()).zip(radii.iter_mut());
+            for (&k, ((to_x, to_y), radius)) in some.iter().zip(lanes) {
+                let source = tree.shape(k as usize);
+                (*to_x, *to_y) = (shape.centre[0] - source.centre[0], shape.centre[1] - source.centre[1]);
+                *radius = source.radius;
+            }
+            let [x, y, radii] = &steps;
+            let (x, y, radius) = (isa.load(x), isa.load(y), isa.load(radii));
             let square = isa.mul_add(x, x, isa.mul(y, y));
             let per_square = isa.div(one, square);
             let quotient = [isa.mul(x, per_square), isa.sub(zero, isa.mul(y, per_square))];
@@ -64,9 +59,17 @@ impl<T: Real> Job<T> for Translate<'_, '_, T> {
             let ratio = [isa.mul(quotient[0], radius), isa.mul(quotient[1], radius)];
             let mut scaled = [[zero; 2]; MAX_TERMS];
             let mut power = [one, zero];
-            for (to, (re, im)) in scaled.iter_mut().zip(real.iter().zip(imaginary.iter())).take(terms) {
-                *to = times(isa, [isa.load(re), isa.load(im)], power);
-                power = times(isa, power, ratio);
+            for (block, to) in scaled.chunks_mut(ROW).enumerate().take(terms.div_ceil(ROW)) {
+                let (mut real, mut imaginary) = ([&none; MAX_LANES], [&none; MAX_LANES]);
+                for ((re, im), &k) in real.iter_mut().zip(&mut imaginary).zip(some) {
+                    let first = k as usize * 2 * each + block;
+                    (*re, *im) = (rows.get(first).present_or(&none), rows.get(first + each).present_or(&none));
+                }
+                let (real, imaginary) = (isa.columns(&real), isa.columns(&imaginary));
+                for (to, (&re, &im)) in to.iter_mut().zip(real.iter().zip(&imaginary)) {
+                    *to = times(isa, [re, im], power);
+                    power = times(isa, power, ratio);
+                }
             }
             let scaled = scaled.get(..terms).unwrap_or_default();
             if let Some(log_exponent) = log_exponent {
@@ -85,8 +88,8 @@ impl<T: Real> Job<T> for Translate<'_, '_, T> {
             let own = isa.splat(T::ZERO - shape.radius);
             let ratio = [isa.mul(quotient[0], own), isa.mul(quotient[1], own)];
             let mut power = quotient;
-            let (rows, _) = sums.as_chunks_mut::<ROWS>();
-            for (number, rows) in rows.iter_mut().enumerate().take(stride / ROWS) {
+            let (blocks, _) = sums.as_chunks_mut::<ROWS>();
+            for (number, rows) in blocks.iter_mut().enumerate().take(terms.div_ceil(ROWS)) {
                 let weights = factorials.whole.get(number * ROWS..).unwrap_or_default();
                 let products = weighted(isa, scaled, weights);
                 for (sum, product) in rows.iter_mut().zip(products) {
@@ -118,34 +121,4 @@ fn weighted<T: Real, I: Isa<T>>(isa: I, x: &[[I::V; 2]], weights: &[T]) -> [[I::
         }
     }
     sums
-}
-
-/// Gathers the steps, radii and coefficients of source boxes. Lanes beyond the last box have no mass.
-#[inline(always)]
-fn gather<T: Real>(
-    ([step_x, step_y, radii], [real, imaginary]): ([&mut [T; MAX_LANES]; 3], [&mut [[T; MAX_LANES]]; 2]),
-    (tree, from, stride): (&Tree<'_, T>, &[T], usize),
-    list: &[u32],
-    shape: &Shape<T>,
-    width: usize,
-) {
-    let [x, y] = shape.centre;
-    for (lane, ((to_x, to_y), radius)) in step_x.iter_mut().zip(step_y).zip(radii).enumerate().take(width) {
-        let Some(&k) = list.get(lane) else {
-            (*to_x, *to_y, *radius) = (T::ONE, T::ZERO, T::ZERO);
-            let rows = real.iter_mut().chain(imaginary.iter_mut());
-            rows.for_each(|row| row.get_mut(lane).into_iter().for_each(|to| *to = T::ZERO));
-            continue;
-        };
-        let source = tree.shape(k as usize);
-        let [u, v] = source.centre;
-        (*to_x, *to_y, *radius) = (x - u, y - v, source.radius);
-        let start = k as usize * 2 * stride;
-        let coefficients = from.get(start..start + 2 * stride).present_or(&[]);
-        let (of_real, of_imaginary) = coefficients.split_at_checked(stride).unwrap_or_default();
-        for ((re, im), (&a, &b)) in real.iter_mut().zip(imaginary.iter_mut()).zip(of_real.iter().zip(of_imaginary)) {
-            re.get_mut(lane).into_iter().for_each(|to| *to = a);
-            im.get_mut(lane).into_iter().for_each(|to| *to = b);
-        }
-    }
 }
