@@ -66,5 +66,5 @@ fn leaf(terms: usize) -> usize {
 
 /// From this many sources and targets on (their harmonic mean) the method is faster than the sum over all pairs.
 pub(super) fn crossover(terms: usize) -> usize {
-    1000 + 60 * terms
+    400 + 12 * terms
 }

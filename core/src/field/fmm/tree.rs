@@ -11,6 +11,7 @@ use crate::checked::Present;
 use crate::error::{Error, Result};
 use crate::memory::Space;
 use crate::real::{DoubleWord, Real, quotient};
+use crate::simd::ROW;
 use crate::sort::words::{BUCKETS, by_20_bits};
 
 /// Bits of a key in each dimension.
@@ -30,21 +31,19 @@ pub(super) struct Shape<T> {
     pub half: [T; 2],
     /// No point is farther from the centre.
     pub radius: T,
-    /// The largest support of its sources.
-    pub reach: T,
 }
 
 impl<T: Real> Shape<T> {
-    fn of([x, y, half_x, half_y, radius, reach]: [T; 6]) -> Self {
-        Self { centre: [x, y], half: [half_x, half_y], radius, reach }
+    fn of([x, y, half_x, half_y, radius, ..]: [T; ROW]) -> Self {
+        Self { centre: [x, y], half: [half_x, half_y], radius }
     }
 }
 
 /// Boxes.
 #[derive(Debug)]
 pub(super) struct Tree<'w, T> {
-    /// See [`Shape`].
-    shapes: &'w mut [[T; 6]],
+    /// Centre, half the sides, radius ([`Shape`]), the largest support of the sources, zeros.
+    shapes: &'w mut [[T; ROW]],
     /// The first point and one beyond the last, the second part (0: a leaf), one beyond the last box below, one beyond the last point that counts as a source.
     links: &'w mut [[u32; 5]],
     len: usize,
@@ -64,7 +63,12 @@ impl<'w, T: Real> Tree<'w, T> {
     /// The geometry of a box.
     #[inline(always)]
     pub fn shape(&self, k: usize) -> Shape<T> {
-        Shape::of(self.shapes.get(k).copied().present_or([T::ZERO; 6]))
+        Shape::of(self.shapes.get(k).copied().present_or([T::ZERO; ROW]))
+    }
+
+    /// The geometry of all boxes in rows.
+    pub fn rows(&self) -> &[[T; ROW]] {
+        self.shapes
     }
 
     #[inline(always)]
@@ -168,7 +172,7 @@ impl<'w, T: Real> Tree<'w, T> {
             let (mut least, mut most, mut farthest) = ([T::INFINITY; 2], [-T::INFINITY; 2], T::ZERO);
             if let Some([first, second]) = self.parts(k) {
                 for part in [first, second] {
-                    let [x, y, u, v, _, reach] = self.shapes.get(part).copied().present_or([T::ZERO; 6]);
+                    let [x, y, u, v, _, reach, ..] = self.shapes.get(part).copied().present_or([T::ZERO; ROW]);
                     least = [least[0].min(x), least[1].min(y)];
                     most = [most[0].max(u), most[1].max(v)];
                     farthest = farthest.max(reach);
@@ -183,13 +187,13 @@ impl<'w, T: Real> Tree<'w, T> {
                 farthest = reach(range);
             }
             if let Some(shape) = self.shapes.get_mut(k) {
-                *shape = [least[0], least[1], most[0], most[1], T::ZERO, farthest];
+                *shape = [least[0], least[1], most[0], most[1], T::ZERO, farthest, T::ZERO, T::ZERO];
             }
         }
         // From corners to centres. Radii are rounded up; those whose inverse would not be a number count as zero, at the cost of a relative 2^-1000 (f32: 2^-110) of the distance.
         let (slack, tiny) = (T::ONE + T::from_f64(8.0) * T::EPSILON, T::MIN_POSITIVE.ldexp(12));
         for shape in self.shapes.iter_mut().take(self.len) {
-            let [x, y, u, v, _, reach] = *shape;
+            let [x, y, u, v, _, reach, ..] = *shape;
             let (half_x, half_y) = ((u - x) * T::HALF, (v - y) * T::HALF);
             let scale = half_x.max(half_y);
             let radius = if scale < tiny {
@@ -198,7 +202,7 @@ impl<'w, T: Real> Tree<'w, T> {
                 let (a, b) = (half_x / scale, half_y / scale);
                 (a * a + b * b).sqrt() * scale * slack
             };
-            *shape = [x + half_x, y + half_y, half_x * slack, half_y * slack, radius, reach];
+            *shape = [x + half_x, y + half_y, half_x * slack, half_y * slack, radius, reach, T::ZERO, T::ZERO];
         }
     }
 

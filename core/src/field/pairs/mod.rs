@@ -62,7 +62,10 @@ mod tabulated;
 pub(super) use firmware::evaluate;
 #[cfg(not(feature = "small"))]
 pub(super) use instances::{ErasedCall, Sum, erased, evaluate, in_double, in_single};
-pub(in crate::field) use near::{Groups, Near, NearCall, Task};
+pub(in crate::field) use near::{Groups, NearCall};
+#[cfg(not(feature = "small"))]
+pub(in crate::field) use near::{Near, Task};
+#[cfg(not(feature = "small"))]
 pub(in crate::field) use newtonian::support;
 pub(in crate::field) use packed::{Packed, Units, power_of_two_pair};
 
