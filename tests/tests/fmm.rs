@@ -118,32 +118,33 @@ impl<'a, T: Real> Case<'a, T> {
         self.run(targets, wanted, &options, &Serial, Level::best())
     }
 
-    /// sum_j |m_j| |K_j| for potential, gradient and Laplacian at a target.
-    fn sizes(&self, x: &[T; 2], blob: &Blob<T, 2>) -> [f64; 3] {
+    /// sum_j |m_j| |K_j| for potential, gradient and Laplacian at a target, by the bare kernel at no less than half a mollifier's length; for Laplacians 1 / length^2 within
+    /// six lengths.
+    fn sizes(&self, x: &[T; 2], delta: f64) -> [f64; 3] {
         let mut sizes = [0.0; 3];
         for (j, (y, m)) in self.positions.iter().zip(self.masses).enumerate() {
-            let blob = self.radii.map_or(*blob, |radii| Blob::new(blob.mollifier(), radii[j]).unwrap());
+            let length = self.radii.map_or(delta, |radii| radii[j].to_f64());
             let r = (x[0] - y[0]).to_f64().hypot((x[1] - y[1]).to_f64());
-            if r == 0.0 && blob.mollifier() == Mollifier::None {
+            if r == 0.0 && length == 0.0 {
                 continue;
             }
-            let (m, t) = (m.abs().to_f64(), T::from_f64(r));
-            sizes[0] += m * blob.potential(t).to_f64().abs();
-            sizes[1] += m * blob.gradient_factor(t).to_f64().abs() * r;
-            sizes[2] += m * blob.density(t).to_f64().abs();
+            let (m, distance) = (m.abs().to_f64(), r.max(0.5 * length));
+            sizes[0] += m * distance.ln().abs() / std::f64::consts::TAU;
+            sizes[1] += m / (std::f64::consts::TAU * distance);
+            sizes[2] += if r < 6.0 * length { m / (length * length) } else { 0.0 };
         }
         sizes
     }
 
     /// Errors of potential, gradient and Laplacian on a sample of the targets, relative to the sizes and to the sums themselves.
-    fn errors(&self, targets: &[[T; 2]], got: &Sums<T>, wanted: Wanted, blob: &Blob<T, 2>) -> [[f64; 2]; 3] {
+    fn errors(&self, targets: &[[T; 2]], got: &Sums<T>, wanted: Wanted, delta: f64) -> [[f64; 2]; 3] {
         let each = (targets.len() / 50).max(1);
         let sample: Vec<[T; 2]> = targets.iter().step_by(each).copied().collect();
         let options = Options { method: Some(Method::Direct), ..Options::default() };
         let (want, _) = self.run(&sample, wanted, &options, &Serial, Level::best());
         let mut squares = [[0.0_f64; 3]; 3];
         for (k, x) in sample.iter().enumerate() {
-            let sizes = self.sizes(x, blob);
+            let sizes = self.sizes(x, delta);
             let mut add = |which: usize, got: T, want: T| {
                 squares[which][0] += (got.to_f64() - want.to_f64()).powi(2);
                 squares[which][2] += want.to_f64().powi(2);
@@ -178,7 +179,7 @@ fn tolerances<T: Real>(n: usize, tolerances: &[f64]) {
             let case = Case::new(&kernel, &x, &m);
             for &tolerance in tolerances {
                 let (got, counts) = case.fmm(&x, FIELD, tolerance);
-                let errors = case.errors(&x, &got, FIELD, &kernel);
+                let errors = case.errors(&x, &got, FIELD, kernel.delta().to_f64());
                 let [potential, gradient, _] = errors;
                 println!("{kind:?} {signed} {tolerance:e}: {errors:?}, {} pairs", counts.pairs as f64 / n as f64);
                 assert!(
@@ -220,7 +221,7 @@ fn every_mollifier() {
             let kernel = Kernel::<f64, 2>::prepare(memory.bytes(), &newtonian, mollifier, delta).unwrap();
             let case = Case::new(&kernel, &x, &m);
             let (got, _) = case.fmm(&x, ALL, 1e-9);
-            let [potential, gradient, laplacian] = case.errors(&x, &got, ALL, &blob(mollifier, delta));
+            let [potential, gradient, laplacian] = case.errors(&x, &got, ALL, delta);
             assert!(potential[0] < 1e-9 && gradient[0] < 1e-9, "{mollifier:?} {delta}: {potential:?} {gradient:?}");
             assert!(laplacian[0] < 1e-12, "{mollifier:?} {delta}: {laplacian:?}");
         }
@@ -243,7 +244,7 @@ fn core_radii() {
         .collect();
     let case = Case { radii: Some(&radii), ..Case::new(&kernel, &x, &m) };
     let (got, counts) = case.fmm(&x, ALL, 1e-6);
-    let [potential, gradient, laplacian] = case.errors(&x, &got, ALL, &kernel);
+    let [potential, gradient, laplacian] = case.errors(&x, &got, ALL, kernel.delta());
     assert!(
         potential[0] < 1e-6 && gradient[0] < 1e-6 && laplacian[0] < 1e-12,
         "{potential:?} {gradient:?} {laplacian:?}"
@@ -260,7 +261,7 @@ fn targets_need_not_be_sources() {
     let case = Case::new(&kernel, &x, &m);
     for targets in [&y[..], &y[..1], &[[1e3, -1e3]], &x[..500]] {
         let (got, _) = case.fmm(targets, ALL, 1e-8);
-        let errors = case.errors(targets, &got, ALL, &kernel);
+        let errors = case.errors(targets, &got, ALL, kernel.delta());
         assert!(errors[0][0] < 1e-8 && errors[1][0] < 1e-8 && errors[2][0] < 1e-12, "{errors:?}");
     }
 }
@@ -272,7 +273,7 @@ fn all_sizes() {
         let (x, m) = (points(Points::Uniform, n, 6), masses(n, true));
         let case = Case::new(&kernel, &x, &m);
         let (got, counts) = case.fmm(&x, ALL, 1e-10);
-        let errors = case.errors(&x, &got, ALL, &kernel);
+        let errors = case.errors(&x, &got, ALL, kernel.delta());
         assert!(errors[0][0] < 1e-10 && errors[1][0] < 1e-10 && errors[2][0] < 1e-12, "{n}: {errors:?}");
         assert!(counts.pairs <= (n * n) as u64);
         // No source, or none with mass; no target.
@@ -303,11 +304,13 @@ fn equal_points_and_tiny_clusters() {
     let bare = blob(Mollifier::None, 0.0);
     let (got, _) = Case::new(&bare, &equal, &m).fmm(&equal, FIELD, 1e-9);
     assert!(got.gradient.iter().flatten().chain(&got.potential).all(|&g| g == 0.0));
-    // A tiny delta, so that pairs are summed one by one.
-    let tiny = blob(COMPACT, 1e-40);
-    let (got, _) = Case::new(&tiny, &equal[..2000], &m[..2000]).fmm(&equal[..20], ALL, 1e-9);
-    let total: f64 = m[..2000].iter().sum();
-    assert!(got.laplacian.iter().all(|&u| (u / (total * tiny.density(0.0)) - 1.0).abs() < 1e-12));
+    // A tiny delta, so that pairs are summed in closer units, and one by one.
+    for delta in [1e-40, 1e-70] {
+        let tiny = blob(COMPACT, delta);
+        let (got, _) = Case::new(&tiny, &equal[..2000], &m[..2000]).fmm(&equal[..20], ALL, 1e-9);
+        let want = tiny.density(0.0) * m[..2000].iter().sum::<f64>();
+        assert!(got.laplacian.iter().all(|&u| (u / want - 1.0).abs() < 1e-12), "{delta}: {} {want}", got.laplacian[0]);
+    }
     // Clusters within clusters.
     let mut x = points(Points::Uniform, 4000, 8);
     for (k, x) in x.iter_mut().enumerate() {
@@ -316,7 +319,7 @@ fn equal_points_and_tiny_clusters() {
     }
     let case = Case::new(&bare, &x, &m[..4000]);
     let (got, counts) = case.fmm(&x, FIELD, 1e-6);
-    let errors = case.errors(&x, &got, FIELD, &bare);
+    let errors = case.errors(&x, &got, FIELD, 0.0);
     assert!(errors[0][0] < 1e-6 && errors[1][0] < 1e-6, "{errors:?}");
     assert!(counts.pairs < 4000 * 1200, "{}", counts.pairs);
 }
@@ -386,7 +389,7 @@ fn smooth_across_boxes() {
         let (got, _) = case.fmm(&line, FIELD, tolerance);
         let direct = Options { method: Some(Method::Direct), ..Options::default() };
         let (want, _) = case.run(&line, FIELD, &direct, &Serial, Level::best());
-        let size = case.sizes(&line[4000], &kernel);
+        let size = case.sizes(&line[4000], kernel.delta());
         let error = |k: usize, d: usize| got.gradient[k][d] - want.gradient[k][d];
         let jump =
             (1..line.len()).flat_map(|k| [0, 1].map(|d| (error(k, d) - error(k - 1, d)).abs())).fold(0.0, f64::max);

@@ -6,13 +6,12 @@
 //! * else left open for the parts of the target box, if that is the larger one or the source box is a leaf;
 //! * else divided, and its parts looked at in the same way.
 //!
-//! At a leaf nothing is left open: source leaves that are near are met pair by pair. Nothing is kept of these lists but what the boxes on the way down need.
-//! Near leaves that follow each other become one range of sources.
+//! At a leaf nothing is left open: source leaves that are near are met pair by pair. Nothing is kept of these lists but what the boxes on the way down need. The
+//! order of the lists is that of the boxes, so near leaves that follow each other become one range of sources.
 //!
 //! Boxes of more than [`TASK`] targets come first, one after the other ([`Descent::begin`]); then every largest box of fewer is a task. A task repeats the lists of
 //! the boxes above it, but not their translations. Where room for a list ends, the pair of boxes is summed pair by pair, which is always right: it takes longer.
 
-use super::classify::{Classify, LEAST_LANES};
 use super::expansions::{Lower, Order, Scatter};
 use super::translate::Translate;
 use super::tree::{Shape, Tree};
@@ -24,9 +23,9 @@ use crate::memory::{Carve, Space};
 use crate::real::Real;
 use crate::simd::Level;
 
-/// Room for open boxes, for boxes to look at, well separated ones, depths below a task's box, groups and ranges.
-const OPEN: usize = 4096;
-const WORK: usize = 2 * OPEN;
+/// Room for open boxes, for boxes to be divided, well separated ones, depths below a task's box, groups and ranges.
+const OPEN: usize = 8192;
+const DIVIDE: usize = 64;
 const FAR: usize = 128;
 const DEPTH: usize = 48;
 const GROUPS: usize = 256;
@@ -69,8 +68,6 @@ pub(super) struct Descent<'a, 'w, T: Real> {
 /// The scratch of a worker.
 pub(super) struct Scratch<'s, T> {
     open: &'s mut [u32],
-    work: &'s mut [u32],
-    flags: &'s mut [[u32; 2]],
     pending: &'s mut [[u32; 5]],
     far: &'s mut [u32],
     locals: &'s mut [T],
@@ -88,8 +85,6 @@ impl<'s, T: Real> Scratch<'s, T> {
     pub fn layout(space: &mut impl Space<'s>, stride: usize) -> Result<Self> {
         Ok(Self {
             open: space.try_array(OPEN)?,
-            work: space.try_array(WORK)?,
-            flags: space.try_array(WORK / LEAST_LANES)?,
             pending: space.try_array(DEPTH + 2)?,
             far: space.try_array(FAR)?,
             locals: space.try_array(DEPTH * local_length(stride))?,
@@ -129,6 +124,29 @@ struct Meet<'t, 'l, T> {
 }
 
 impl<T: Real> Descent<'_, '_, T> {
+    /// Whether a source box is well separated from a target box and nothing between them is mollified.
+    #[inline(always)]
+    fn is_far(&self, source: &Shape<T>, target: &Shape<T>) -> bool {
+        let (opening, least) = (self.opening, self.least);
+        let (dx, dy) = (source.centre[0] - target.centre[0], source.centre[1] - target.centre[1]);
+        let square = dx * dx + dy * dy;
+        let (a, b) = (source.radius, target.radius);
+        let sum = if a > b { a + opening * b } else { b + opening * a };
+        if !(sum * sum < opening * opening * square && square > least) {
+            return false;
+        }
+        if source.reach == T::ZERO {
+            return true;
+        }
+        let gap = |d: T, a: T, b: T| {
+            let gap = d.abs() - a - b;
+            if gap > T::ZERO { gap } else { T::ZERO }
+        };
+        let (x, y) = (gap(dx, source.half[0], target.half[0]), gap(dy, source.half[1], target.half[1]));
+        let reach = source.reach * (T::ONE + T::from_f64(64.0) * T::EPSILON);
+        x * x + y * y > reach * reach
+    }
+
     /// Visits the boxes of more than [`TASK`] targets. Returns how many tasks there are.
     pub fn begin(&self, scratch: &mut [u8], level: Level, to: Tops<'_, T>) -> Result<usize> {
         let Tops { locals: tops, tasks, starts } = to;
@@ -285,51 +303,38 @@ impl<'a, 's, 'w, T: Real> Walk<'a, 's, 'w, T> {
     fn visit(&mut self, k: usize, [from, end]: [u32; 2], mut meet: Meet<'_, '_, T>) -> Result<u32> {
         let of = self.of;
         let target = of.targets.shape(k);
-        let (mut next, mut first, mut last) = (end as usize, 0, (end - from) as usize);
-        let open = self.scratch.open.get(from as usize..end as usize).present()?;
-        self.scratch.work.get_mut(..last).present()?.copy_from_slice(open);
-        // In rounds: the open boxes, then the parts of those that are divided.
-        while first < last {
-            let lanes = self.level.run(Classify {
-                shapes: of.sources.rows(),
-                boxes: self.scratch.work.get(first..last).present()?,
-                target,
-                opening: of.opening,
-                least: of.least,
-                flags: &mut *self.scratch.flags,
-            });
-            let round = first..last;
-            first = last;
-            for (group, at) in round.clone().step_by(lanes.max(1)).enumerate() {
-                let [mut far, mut small] = self.scratch.flags.get(group).copied().present()?;
-                for at in at..round.end.min(at + lanes) {
-                    let source = self.scratch.work.get(at).copied().present()?;
-                    let (is_far, is_small) = (far & 1 == 1, small & 1 == 1);
-                    (far, small) = (far >> 1, small >> 1);
-                    if is_far {
-                        if let Some(local) = meet.local.as_deref_mut() {
-                            if self.n_far == FAR {
-                                self.translate(&target, local);
-                            }
-                            *self.scratch.far.get_mut(self.n_far).present()? = source;
-                            self.n_far += 1;
+        let mut next = end as usize;
+        let mut stack = [0_u32; DIVIDE];
+        for at in from as usize..end as usize {
+            let mut waiting = 1;
+            *stack.first_mut().present()? = self.scratch.open.get(at).copied().present()?;
+            while waiting > 0 {
+                waiting -= 1;
+                let source = stack.get(waiting).copied().present()?;
+                let shape = of.sources.shape(source as usize);
+                if of.is_far(&shape, &target) {
+                    if let Some(local) = meet.local.as_deref_mut() {
+                        if self.n_far == FAR {
+                            self.translate(&target, local);
                         }
-                        continue;
+                        *self.scratch.far.get_mut(self.n_far).present()? = source;
+                        self.n_far += 1;
                     }
-                    let parts = of.sources.parts(source as usize);
-                    let keeps = !meet.leaf && (parts.is_none() || is_small);
-                    let room = self.scratch.work.get_mut(last..last + 2);
-                    match (parts, room, self.scratch.open.get_mut(next)) {
-                        (_, _, Some(slot)) if keeps => {
-                            *slot = source;
-                            next += 1;
-                        }
-                        (Some([a, b]), Some(room), _) if !keeps => {
-                            room.copy_from_slice(&[a as u32, b as u32]);
-                            last += 2;
-                        }
-                        _ => self.meet(source, &mut meet),
+                    continue;
+                }
+                let parts = of.sources.parts(source as usize);
+                let keeps = !meet.leaf && (parts.is_none() || target.radius >= shape.radius);
+                match (parts, self.scratch.open.get_mut(next)) {
+                    (_, Some(slot)) if keeps => {
+                        *slot = source;
+                        next += 1;
                     }
+                    (Some([first, second]), _) if !keeps && waiting + 2 <= DIVIDE => {
+                        let slots = stack.get_mut(waiting..waiting + 2).present()?;
+                        slots.copy_from_slice(&[second as u32, first as u32]);
+                        waiting += 2;
+                    }
+                    _ => self.meet(source, &mut meet),
                 }
             }
         }
@@ -391,9 +396,6 @@ impl<'a, 's, 'w, T: Real> Walk<'a, 's, 'w, T> {
         if self.n_ranges == self.first_range {
             return;
         }
-        if let Some(ranges) = self.scratch.ranges.get_mut(self.first_range..self.n_ranges) {
-            self.n_ranges = self.first_range + join(ranges);
-        }
         if let Some(slot) = self.scratch.groups.get_mut(self.n_groups) {
             *slot = [start, end, self.first_range as u32, self.n_ranges as u32];
             self.n_groups += 1;
@@ -411,37 +413,4 @@ impl<'a, 's, 'w, T: Real> Walk<'a, 's, 'w, T> {
         to.add_near(Groups { groups, ranges });
         (self.n_groups, self.n_ranges, self.first_range) = (0, 0, 0);
     }
-}
-
-/// Few ranges are sorted.
-const FEW: usize = 64;
-
-/// Sorts ranges, if they are few, and joins those that follow each other. Returns how many are left.
-fn join(ranges: &mut [[u32; 2]]) -> usize {
-    if ranges.len() > FEW {
-        return ranges.len();
-    }
-    // By insertion: they come in a few ascending runs.
-    for end in 1..ranges.len() {
-        let mut at = end;
-        while let Some([a, b]) = ranges.get_mut(at.wrapping_sub(1)..).and_then(<[[u32; 2]]>::first_chunk_mut) {
-            if a[0] <= b[0] {
-                break;
-            }
-            core::mem::swap(a, b);
-            at -= 1;
-        }
-    }
-    let mut n = 0_usize;
-    for k in 0..ranges.len() {
-        let range = ranges.get(k).copied().unwrap_or_default();
-        match n.checked_sub(1).and_then(|last| ranges.get_mut(last)) {
-            Some([_, end]) if *end == range[0] => *end = range[1],
-            _ => {
-                ranges.get_mut(n).into_iter().for_each(|slot| *slot = range);
-                n += 1;
-            }
-        }
-    }
-    n
 }

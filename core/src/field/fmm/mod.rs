@@ -28,7 +28,6 @@
 //! * Coordinates and masses are in units ([`Units`]), expansions are scaled by the box: nothing overflows.
 //! * The number of tasks depends on the points alone, and a task's result on nothing else: same bits for any executor.
 
-mod classify;
 mod descent;
 mod expansions;
 mod settings;

@@ -11,7 +11,6 @@ use crate::checked::Present;
 use crate::error::{Error, Result};
 use crate::memory::Space;
 use crate::real::{DoubleWord, Real, quotient};
-use crate::simd::ROW;
 use crate::sort::words::{BUCKETS, by_20_bits};
 
 /// Bits of a key in each dimension.
@@ -31,19 +30,21 @@ pub(super) struct Shape<T> {
     pub half: [T; 2],
     /// No point is farther from the centre.
     pub radius: T,
+    /// The largest support of its sources.
+    pub reach: T,
 }
 
 impl<T: Real> Shape<T> {
-    fn of([x, y, half_x, half_y, radius, ..]: [T; ROW]) -> Self {
-        Self { centre: [x, y], half: [half_x, half_y], radius }
+    fn of([x, y, half_x, half_y, radius, reach]: [T; 6]) -> Self {
+        Self { centre: [x, y], half: [half_x, half_y], radius, reach }
     }
 }
 
 /// Boxes.
 #[derive(Debug)]
 pub(super) struct Tree<'w, T> {
-    /// Centre, half the sides, radius ([`Shape`]), the largest support of the sources, zeros.
-    shapes: &'w mut [[T; ROW]],
+    /// See [`Shape`].
+    shapes: &'w mut [[T; 6]],
     /// The first point and one beyond the last, the second part (0: a leaf), one beyond the last box below, one beyond the last point that counts as a source.
     links: &'w mut [[u32; 5]],
     len: usize,
@@ -63,12 +64,7 @@ impl<'w, T: Real> Tree<'w, T> {
     /// The geometry of a box.
     #[inline(always)]
     pub fn shape(&self, k: usize) -> Shape<T> {
-        Shape::of(self.shapes.get(k).copied().present_or([T::ZERO; ROW]))
-    }
-
-    /// The geometry of all boxes in rows.
-    pub fn rows(&self) -> &[[T; ROW]] {
-        self.shapes
+        Shape::of(self.shapes.get(k).copied().present_or([T::ZERO; 6]))
     }
 
     #[inline(always)]
@@ -172,7 +168,7 @@ impl<'w, T: Real> Tree<'w, T> {
             let (mut least, mut most, mut farthest) = ([T::INFINITY; 2], [-T::INFINITY; 2], T::ZERO);
             if let Some([first, second]) = self.parts(k) {
                 for part in [first, second] {
-                    let [x, y, u, v, _, reach, ..] = self.shapes.get(part).copied().present_or([T::ZERO; ROW]);
+                    let [x, y, u, v, _, reach] = self.shapes.get(part).copied().present_or([T::ZERO; 6]);
                     least = [least[0].min(x), least[1].min(y)];
                     most = [most[0].max(u), most[1].max(v)];
                     farthest = farthest.max(reach);
@@ -187,14 +183,16 @@ impl<'w, T: Real> Tree<'w, T> {
                 farthest = reach(range);
             }
             if let Some(shape) = self.shapes.get_mut(k) {
-                *shape = [least[0], least[1], most[0], most[1], T::ZERO, farthest, T::ZERO, T::ZERO];
+                *shape = [least[0], least[1], most[0], most[1], T::ZERO, farthest];
             }
         }
         // From corners to centres. Radii are rounded up; those whose inverse would not be a number count as zero, at the cost of a relative 2^-1000 (f32: 2^-110) of the distance.
         let (slack, tiny) = (T::ONE + T::from_f64(8.0) * T::EPSILON, T::MIN_POSITIVE.ldexp(12));
         for shape in self.shapes.iter_mut().take(self.len) {
-            let [x, y, u, v, _, reach, ..] = *shape;
-            let (half_x, half_y) = ((u - x) * T::HALF, (v - y) * T::HALF);
+            let [x, y, u, v, _, reach] = *shape;
+            // In a box of a few units in the last place the rounding of the centre matters.
+            let (centre_x, centre_y) = (x + (u - x) * T::HALF, y + (v - y) * T::HALF);
+            let (half_x, half_y) = ((u - centre_x).max(centre_x - x), (v - centre_y).max(centre_y - y));
             let scale = half_x.max(half_y);
             let radius = if scale < tiny {
                 T::ZERO
@@ -202,7 +200,7 @@ impl<'w, T: Real> Tree<'w, T> {
                 let (a, b) = (half_x / scale, half_y / scale);
                 (a * a + b * b).sqrt() * scale * slack
             };
-            *shape = [x + half_x, y + half_y, half_x * slack, half_y * slack, radius, reach, T::ZERO, T::ZERO];
+            *shape = [centre_x, centre_y, half_x * slack, half_y * slack, radius, reach];
         }
     }
 
