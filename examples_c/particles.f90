@@ -77,6 +77,7 @@ contains
     sources%mass_stride = sources%stride
     sources%radii = c_loc(v(1)%core)
     sources%radius_stride = sources%stride
+    velocity = 0
     outputs%gradient(1) = mollis_at(velocity)
     if (mollis_field_options_init(options, c_sizeof(options)) /= MOLLIS_OK) error stop
     options%combination = [0.0d0, 1.0d0]
@@ -159,7 +160,8 @@ contains
     allocate(workspace(bytes))
     call pks_step(particles, progress, attraction, generator, 1d-3, 20, events, options, workspace=workspace)
     total = sum(mass(:progress%count))
-    print '(a, i0, a, i0, a, f12.9)', 'coalescing: ', progress%count, ' particles left after ', events%written, ' merges, mass ', total
+    print '(a, i0, a, i0, a, f12.9)', 'coalescing: ', progress%count, ' particles left after ', events%written, &
+        ' merges, mass ', total
     good = good .and. progress%count + events%labels_written == n .and. abs(total - 0.125d0 * n) < 1d-12 .and. events%written > 0
   end subroutine
 end program

@@ -62,8 +62,9 @@ struct Function {
 /// The module.
 pub(super) fn module(header: &str) -> Result<String> {
     let code = text::code_only(header);
+    let functions = functions(&code)?;
     let mut out = HEAD.to_owned();
-    constants(header, &mut out)?;
+    constants(header, &functions, &mut out)?;
     let structures = structures(&code)?;
     for (name, members) in &structures {
         writeln!(out, "\n  type, bind(c) :: {name}")?;
@@ -72,8 +73,6 @@ pub(super) fn module(header: &str) -> Result<String> {
         }
         writeln!(out, "  end type")?;
     }
-    out.push_str(AT_INTERFACE);
-    let functions = functions(&code)?;
     out.push_str("\n  interface\n");
     for function in &functions {
         c_function(function, &mut out)?;
@@ -90,21 +89,10 @@ pub(super) fn module(header: &str) -> Result<String> {
     Ok(out)
 }
 
-const AT_INTERFACE: &str = "
-  interface mollis_at
-    module procedure at_double, at_float
-  end interface
-";
-
 const AT: &str = "
-  function at_double(x) result(address)
-    real(c_double), intent(in), target :: x(*)
-    type(c_ptr) :: address
-    address = c_loc(x)
-  end function
-
-  function at_float(x) result(address)
-    real(c_float), intent(in), target :: x(*)
+  ! The address of the first number of an array of any type, for members of structures.
+  function mollis_at(x) result(address)
+    type(*), intent(in), target :: x(..)
     type(c_ptr) :: address
     address = c_loc(x)
   end function
@@ -139,8 +127,8 @@ const AT: &str = "
   end subroutine
 ";
 
-/// Integers that are defined.
-fn constants(header: &str, out: &mut String) -> Result<()> {
+/// What is defined. A name that a function has as well, which is another one in C alone, ends in `_HERE`.
+fn constants(header: &str, functions: &[Function], out: &mut String) -> Result<()> {
     for line in header.lines() {
         let Some((name, value)) = line.strip_prefix("#define MOLLIS_").and_then(|rest| rest.split_once(' ')) else {
             continue;
@@ -148,6 +136,8 @@ fn constants(header: &str, out: &mut String) -> Result<()> {
         if name.contains('(') || value.is_empty() {
             continue;
         }
+        let taken = functions.iter().any(|f| f.name == format!("mollis_{}", name.to_lowercase()));
+        let name = if taken { format!("{name}_HERE") } else { name.to_owned() };
         match value.trim() {
             "UINT64_MAX" => writeln!(out, "  integer(c_int64_t), parameter :: MOLLIS_{name} = -1_c_int64_t")?,
             text if text.starts_with('"') => {

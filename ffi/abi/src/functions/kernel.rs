@@ -93,7 +93,7 @@ pub unsafe extern "C" fn mollis_kernel3_bytes_f32(
 
 /// Prepares the sum of n_terms terms and, if not null, a host's own kernel, mollified over the length delta, in two dimensions.
 ///
-/// `kernel` holds as many `bytes` as the size query asked, aligned to 64; it is overwritten. The prepared block holds no
+/// `kernel` holds as many `bytes` as the size query asked, at a multiple of 8 (sums are a little faster at a multiple of 64); it is overwritten. The prepared block holds no
 /// pointers: it may be copied, moved, saved, and read by several threads at a time. Closed forms take microseconds, fits
 /// milliseconds to tens of them. delta is not looked at without a mollifier.
 ///
