@@ -41,6 +41,9 @@ module mollis
   integer(c_int32_t), parameter :: MOLLIS_ERR_MASS = 29
   integer(c_int32_t), parameter :: MOLLIS_ERR_OUT_OF_DOMAIN = 30
   integer(c_int32_t), parameter :: MOLLIS_ERR_UNSUPPORTED = 31
+  integer(c_int32_t), parameter :: MOLLIS_ERR_KERNEL_FIT = 32
+  integer(c_int32_t), parameter :: MOLLIS_ERR_KERNEL_REACH = 33
+  integer(c_int32_t), parameter :: MOLLIS_ERR_KERNEL_KNOTS = 34
   integer(c_int32_t), parameter :: MOLLIS_ERR_BECAME_NOT_FINITE = 40
   integer(c_int32_t), parameter :: MOLLIS_ERR_STOPPED = 41
   integer(c_int32_t), parameter :: MOLLIS_ERR_EVENTS_FULL = 42
@@ -50,7 +53,7 @@ module mollis
   integer(c_int32_t), parameter :: MOLLIS_ERR_EXECUTOR = 46
   integer(c_int32_t), parameter :: MOLLIS_ERR_INTERNAL = 47
   integer(c_int32_t), parameter :: MOLLIS_ALIGN = 64
-  integer(c_int32_t), parameter :: MOLLIS_KERNEL2_NEWTONIAN_BYTES_F32 = 1152
+  integer(c_int32_t), parameter :: MOLLIS_KERNEL2_NEWTONIAN_BYTES_F32 = 1216
   integer(c_int32_t), parameter :: MOLLIS_METHOD_AUTO = 0
   integer(c_int32_t), parameter :: MOLLIS_METHOD_DIRECT = 1
   integer(c_int32_t), parameter :: MOLLIS_METHOD_MOMENTS = 2
@@ -69,6 +72,7 @@ module mollis
   integer(c_int32_t), parameter :: MOLLIS_KERNEL_EXPONENTIAL = 2
   integer(c_int32_t), parameter :: MOLLIS_KERNEL_SCREENED = 3
   integer(c_int32_t), parameter :: MOLLIS_KERNEL_MAX_TERMS = 8
+  integer(c_int32_t), parameter :: MOLLIS_KERNEL_MAX_KNOTS = 8
   integer(c_int32_t), parameter :: MOLLIS_MOLLIFIER_NONE = 0
   integer(c_int32_t), parameter :: MOLLIS_MOLLIFIER_COMPACT = 1
   integer(c_int32_t), parameter :: MOLLIS_MOLLIFIER_GAUSSIAN = 2
@@ -402,6 +406,7 @@ module mollis
     integer(c_int64_t) :: all_near_blocks = 0
     integer(c_int64_t) :: scaled_pairs = 0
     integer(c_int64_t) :: massless_sources = 0
+    integer(c_int64_t) :: beyond_reach = 0
   end type
 
   type, bind(c) :: mollis_mesh2
@@ -450,6 +455,11 @@ module mollis
     type(c_funptr) :: evaluate = c_null_funptr
     real(c_double) :: coefficient = 0
     real(c_double) :: reach = 0
+    real(c_double) :: tolerance = 0
+    real(c_double) :: least = 0
+    integer(c_size_t) :: n_knots = 0
+    type(c_ptr) :: knots = c_null_ptr
+    type(c_ptr) :: errors = c_null_ptr
   end type
 
   type, bind(c) :: mollis_mollifier

@@ -83,6 +83,12 @@
 #define MOLLIS_ERR_OUT_OF_DOMAIN 30
 /** this combination is not offered. */
 #define MOLLIS_ERR_UNSUPPORTED 31
+/** a host's kernel is not met within its tolerance. */
+#define MOLLIS_ERR_KERNEL_FIT 32
+/** the reach of a host's kernel must be positive and finite. */
+#define MOLLIS_ERR_KERNEL_REACH 33
+/** knots must increase strictly between zero and the reach. */
+#define MOLLIS_ERR_KERNEL_KNOTS 34
 /** a value became non-finite; the state is that of the last completed step. */
 #define MOLLIS_ERR_BECAME_NOT_FINITE 40
 /** stopped at the host's request. */
@@ -104,7 +110,7 @@
 /** `bytes`, rounded up to the alignment: what an array takes in a workspace. */
 #define MOLLIS_PADDED(bytes) (((size_t)(bytes) + MOLLIS_ALIGN - 1) / MOLLIS_ALIGN * MOLLIS_ALIGN)
 /** For static buffers: what `mollis_kernel2_bytes_f32` answers for one Newtonian term. */
-#define MOLLIS_KERNEL2_NEWTONIAN_BYTES_F32 1152
+#define MOLLIS_KERNEL2_NEWTONIAN_BYTES_F32 1216
 /** For static buffers: a field sum over n sources in the plane, a part of the workspaces below. */
 #define MOLLIS_SUM2_PART_F32(n) \
   (MOLLIS_PADDED(8 * (size_t)(n)) + 2 * MOLLIS_PADDED(4 * (size_t)(n)) + MOLLIS_PADDED(16 * ((size_t)(n) / 256 + 3)))
@@ -175,6 +181,8 @@
 #define MOLLIS_KERNEL_SCREENED 3
 /** The most terms of a sum, a host's own kernel included. */
 #define MOLLIS_KERNEL_MAX_TERMS 8
+/** The most knots of a host's own kernel. */
+#define MOLLIS_KERNEL_MAX_KNOTS 8
 /** No mollifier: the singular kernel of the particle method. Order, exponent and delta are not looked at. */
 #define MOLLIS_MOLLIFIER_NONE 0
 /** Compact polynomial (Anderson): order 2, 4, 6 or 8, exponent 1 to 9; delta is the radius of the support. */
@@ -540,6 +548,8 @@ typedef struct mollis_field_counts {
   uint64_t scaled_pairs;
   /** Sources without mass that were dropped. */
   uint64_t massless_sources;
+  /** Pairs at least as far apart as the reach of a host's own kernel, which gives them nothing. */
+  uint64_t beyond_reach;
 } mollis_field_counts;
 
 /**
@@ -610,19 +620,48 @@ typedef struct mollis_kernel_term {
   double parameter[2];
 } mollis_kernel_term;
 
-/** A host's own radial kernel. Called only while a sum is prepared. */
+/**
+ * A host's own radial kernel. Called only while a sum is prepared.
+ *
+ * Its functions are fitted, and the fits compared with them between their nodes. Members after `reach` may be zero.
+ */
 typedef struct mollis_radial_kernel {
   /** Passed to `evaluate`. */
   void *context;
   /**
    * Writes K(r), K'(r)/r and the Laplacian of K to out[0..2], for r > 0; returns 0, or a status that ends the call and
-   * comes back unchanged. r^(d-1) K and r^d K' must be integrable at 0. A value that is not finite is an error.
+   * comes back unchanged. r^(d-1) K and r^d K' must be integrable at 0. A value that is not finite is an error. The three must belong together,
+   * and be accurate at every r up to the reach (what is computed as 1 - exp(-r*r) is not at small r, -expm1(-r*r) is).
    */
   mollis_status (*evaluate)(void *context, double r, double *out);
   /** The factor. */
   double coefficient;
-  /** Pairs further apart get nothing from it. Under a mollifier r goes a little further. */
+  /**
+   * Pairs further apart get nothing from it, and are counted (`mollis_field_counts.beyond_reach`). Under a mollifier r goes a little further. Finite.
+   */
   double reach;
+  /**
+   * The largest error with which it is accepted, else MOLLIS_ERR_KERNEL_FIT. 0: 1e-10, in single precision 1e-5. Infinity accepts any.
+   */
+  double tolerance;
+  /**
+   * Without a mollifier: for smaller r, K continues with the power of r that K'/r has here. 0: 2^-52 of the reach, and
+   * the kernel is compared with it; otherwise not less than that, and the kernel is not called for smaller r.
+   */
+  double least;
+  /** The number of knots, at most MOLLIS_KERNEL_MAX_KNOTS. */
+  size_t n_knots;
+  /**
+   * Radii at which the kernel is not smooth (where the pieces of a spline meet), strictly increasing, between `least` and the reach. K is
+   * continuous there. Null if there are none.
+   */
+  const double *knots;
+  /**
+   * If not null, errors[0..2] get the errors of K, K'/r and the Laplacian when the kernel is prepared, or refused with MOLLIS_ERR_KERNEL_FIT: sums miss
+   * the kernel by no more, relative to the largest |K| (or r^2 |K'/r|), |K'/r|, and |Laplacian| or d |K'/r| over all distances from r/2 to r, and to
+   * delta from 0 where r < delta (to `least` where r is less), but for the sum's own rounding. Within some roundings of a knot either side's value counts.
+   */
+  double *errors;
 } mollis_radial_kernel;
 
 /** A mollifier without its length delta. A plain value without invariants: fill it and pass it. */
@@ -1157,7 +1196,8 @@ mollis_status mollis_kernel3_bytes_f32(const struct mollis_kernel_term *terms, s
  *
  * Refused: as by the size query, and MOLLIS_ERR_WORKSPACE_TOO_SMALL, MOLLIS_ERR_DELTA, MOLLIS_ERR_UNSUPPORTED (delta is many times
  * a length l or 1/k: about 600 times, 13 to 26 under a Gaussian mollifier; or exponent M = 1 with a power 0 < p + d - 1 < 0.08, whose
- * Laplacian is all but infinite at delta; or a mollified power above about 20, whose fits do not converge), MOLLIS_ERR_OUT_OF_DOMAIN (the own kernel's reach; or a coefficient leaves the scalar's range, in
+ * Laplacian is all but infinite at delta; or a mollified power above about 20, whose fits do not converge), MOLLIS_ERR_KERNEL_REACH, MOLLIS_ERR_KERNEL_KNOTS, MOLLIS_ERR_KERNEL_FIT (the own kernel),
+ * MOLLIS_ERR_OUT_OF_DOMAIN (its `least` or tolerance; or a coefficient leaves the scalar's range, in
  * single precision at some 90 lengths, 4.7 to 13 under a Gaussian mollifier; or K'/r of a kernel that isn't Newtonian leaves double precision at
  * distances of about delta, without a mollifier of about its length), MOLLIS_ERR_NOT_FINITE (the own kernel returned such a value), or the status
  * that the own kernel returned. After an error the block is not prepared, unless it was before and the size query or MOLLIS_ERR_DELTA refused.

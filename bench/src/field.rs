@@ -80,7 +80,7 @@ fn prepared<'k, T: Real, const D: usize>(
     let plummer = Plummer { dimension: D as f64 };
     let (terms, own) = match name {
         KernelName::Law(law) => (vec![Term { law, coefficient: 1.0 }], None),
-        KernelName::Own => (vec![], Some(Supplied { kernel: &plummer, coefficient: 1.0, reach: 4.0 })),
+        KernelName::Own => (vec![], Some(Supplied::new(&plummer, 1.0, 4.0))),
     };
     let bytes = Kernel::<T, D>::workspace_bytes_with(&terms, own.is_some(), mollifier)?;
     memory.resize(bytes + 64, 0);

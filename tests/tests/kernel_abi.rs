@@ -139,8 +139,20 @@ unsafe extern "C" fn own(context: *mut c_void, r: f64, out: *mut f64) -> mollis_
     OK
 }
 
+static MANY: [f64; 9] = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9];
+
 fn radial(context: &mut Own) -> mollis_radial_kernel {
-    mollis_radial_kernel { context: (&raw mut *context).cast(), evaluate: Some(own), coefficient: 1.0, reach: 4.0 }
+    mollis_radial_kernel {
+        context: (&raw mut *context).cast(),
+        evaluate: Some(own),
+        coefficient: 1.0,
+        reach: 4.0,
+        tolerance: 0.0,
+        least: 0.0,
+        n_knots: 0,
+        knots: null(),
+        errors: null_mut(),
+    }
 }
 
 #[test]
@@ -186,7 +198,16 @@ fn a_bad_kernel_of_the_host_is_refused() {
     for (kernel, error) in [
         (mollis_radial_kernel { evaluate: None, ..good }, Error::NullPointer),
         (mollis_radial_kernel { coefficient: f64::NAN, ..good }, Error::NotFinite),
-        (mollis_radial_kernel { reach: 0.0, ..good }, Error::OutOfDomain),
+        (mollis_radial_kernel { reach: 0.0, ..good }, Error::KernelReach),
+        (mollis_radial_kernel { reach: f64::INFINITY, ..good }, Error::KernelReach),
+        (mollis_radial_kernel { least: 1e-16, ..good }, Error::OutOfDomain),
+        (mollis_radial_kernel { tolerance: -1.0, ..good }, Error::OutOfDomain),
+        (mollis_radial_kernel { tolerance: f64::NAN, ..good }, Error::NotFinite),
+        (mollis_radial_kernel { n_knots: 1, ..good }, Error::NullPointer),
+        (mollis_radial_kernel { n_knots: 2, knots: [1.0, 1.0].as_ptr(), ..good }, Error::KernelKnots),
+        (mollis_radial_kernel { n_knots: 1, knots: [4.0].as_ptr(), ..good }, Error::KernelKnots),
+        (mollis_radial_kernel { n_knots: 1, knots: [f64::NAN].as_ptr(), ..good }, Error::NotFinite),
+        (mollis_radial_kernel { n_knots: 9, knots: MANY.as_ptr(), ..good }, Error::KernelKnots),
         (mollis_radial_kernel { reach: f64::NAN, ..good }, Error::NotFinite),
     ] {
         // SAFETY: live locals.
@@ -275,4 +296,76 @@ fn a_run_that_blows_up_keeps_its_last_good_state() {
         assert_eq!(code, Error::BecameNotFinite as i32);
         assert!(steps < 50);
     }
+}
+
+/// The field factor of a homogeneous disc of radius 0.25, or of one with a wrong Laplacian if there is a context.
+unsafe extern "C" fn disc(wrong: *mut c_void, r: f64, out: *mut f64) -> mollis_status {
+    let values = if r < 0.25 { [8.0 * r * r - 0.5, 16.0, 32.0] } else { [(4.0 * r).ln(), 1.0 / (r * r), 0.0] };
+    // SAFETY: the library passes room for three numbers.
+    unsafe {
+        for (k, value) in values.into_iter().enumerate() {
+            *out.add(k) = value;
+        }
+        if !wrong.is_null() {
+            *out.add(2) += 1.0;
+        }
+    }
+    OK
+}
+
+#[test]
+fn a_hosts_knots_errors_and_pairs_beyond_its_reach() {
+    let knots = [0.25];
+    let mut errors = [7.0; 3];
+    let good = mollis_radial_kernel {
+        evaluate: Some(disc),
+        reach: 1.9,
+        n_knots: 1,
+        knots: knots.as_ptr(),
+        errors: errors.as_mut_ptr(),
+        ..radial(&mut Own { calls: 0, spoil: None, refuse_at: 0 })
+    };
+    let good = mollis_radial_kernel { context: null_mut(), ..good };
+    let mut block = Aligned::new(1 << 20);
+    let mut bytes = 0;
+    // SAFETY: live locals.
+    let code = unsafe { mollis_kernel2_bytes(null(), 0, &raw const good, NONE, &raw mut bytes) };
+    assert_eq!(code, OK);
+    let mut prepare = |own: mollis_radial_kernel| {
+        // SAFETY: live locals.
+        unsafe { mollis_kernel2_prepare(block.pointer(), bytes, null(), 0, &raw const own, NONE, 0.0) }
+    };
+    // No knot; functions that do not belong together. Both say what was reached.
+    assert_eq!(prepare(mollis_radial_kernel { n_knots: 0, knots: null(), ..good }), Error::KernelFit as i32);
+    assert!(errors[1] > 1e-6 && errors[2] > 0.1, "{errors:?}");
+    errors = [7.0; 3];
+    let wrong = core::ptr::without_provenance_mut(1);
+    assert_eq!(prepare(mollis_radial_kernel { context: wrong, ..good }), Error::KernelFit as i32);
+    assert!(errors[2] > 0.01, "{errors:?}");
+    // Another refusal leaves them as they were.
+    errors = [7.0; 3];
+    assert_eq!(prepare(mollis_radial_kernel { reach: -1.0, ..good }), Error::KernelReach as i32);
+    assert_eq!(errors, [7.0; 3]);
+    let overlapping = mollis_radial_kernel { errors: knots.as_ptr().cast_mut(), ..good };
+    assert_eq!(prepare(overlapping), Error::Overlap as i32);
+    assert_eq!(prepare(good), OK);
+    assert!(errors.iter().all(|&e| e < 1e-12), "{errors:?}");
+    // Sources at 0.1, 1 and 3 of the target, and one without mass: one pair beyond the reach.
+    let (sources, masses, target) =
+        ([[0.1, 0.0], [0.0, 1.0], [3.0, 0.0], [9.0, 0.0]], [1.0, 2.0, 4.0, 0.0], [[0.0; 2]]);
+    let mut potential = [0.0];
+    let mut counters = mollis_field_counts::default();
+    let outputs = (potential.as_mut_ptr(), null_mut(), null_mut());
+    let sum = mollis_tests::sums::Sum::new((4, sources.as_ptr(), masses.as_ptr()), (1, target.as_ptr()), outputs);
+    let (of, at, to) = (sum.sources(), sum.targets(), sum.outputs());
+    let mut space = Aligned::new(1 << 16);
+    let kernel = block.pointer();
+    // SAFETY: live locals of the stated lengths.
+    let code = unsafe {
+        mollis_field2_eval(kernel, bytes, of, at, to, null(), null(), space.pointer(), 1 << 16, &raw mut counters)
+    };
+    assert_eq!(code, OK);
+    assert_eq!((counters.pairs, counters.beyond_reach), (3, 1));
+    let want = 0.08 - 0.5 + 2.0 * 4.0_f64.ln();
+    assert!((potential[0] - want).abs() < 1e-14 * 3.0, "{} {want}", potential[0]);
 }

@@ -19,6 +19,7 @@ mod kernel_random;
 mod kernel_twin;
 mod mollifier;
 mod mollifier_abi;
+mod own_kernels;
 mod pks_abi;
 mod pks_heavy;
 mod pks_hitting;

@@ -23,8 +23,8 @@ fn term(kind: i32, coefficient: f64, parameter: f64) -> mollis_kernel_term {
 }
 
 /// A smooth kernel of the host. The library cannot know that it is smooth.
-unsafe extern "C" fn smooth(_: *mut c_void, r: f64, out: *mut f64) -> mollis_status {
-    unsafe { out.cast::<[f64; 3]>().write([0.5 * r * r, 1.0, 2.0]) };
+unsafe extern "C" fn smooth(dimension: *mut c_void, r: f64, out: *mut f64) -> mollis_status {
+    unsafe { out.cast::<[f64; 3]>().write([0.5 * r * r, 1.0, dimension.addr() as f64]) };
     0
 }
 
@@ -32,8 +32,17 @@ macro_rules! check {
     ($name:ident, $t:ty, $d:literal, $close:expr; $bytes:ident() $prepare:ident() $step:ident() $anywhere:ident()) => {
         #[test]
         fn $name() {
-            let host =
-                mollis_radial_kernel { context: null_mut(), evaluate: Some(smooth), coefficient: 1.0, reach: 100.0 };
+            let host = mollis_radial_kernel {
+                context: std::ptr::without_provenance_mut($d),
+                evaluate: Some(smooth),
+                coefficient: 1.0,
+                reach: 100.0,
+                tolerance: 0.0,
+                least: 0.0,
+                n_knots: 0,
+                knots: null(),
+                errors: null_mut(),
+            };
             let prepared = |terms: &[mollis_kernel_term], host: *const mollis_radial_kernel| unsafe {
                 let mut bytes = 0;
                 assert_eq!($bytes(terms.as_ptr(), terms.len(), host, NONE, &raw mut bytes), 0);

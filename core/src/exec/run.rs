@@ -74,18 +74,28 @@ pub struct Statistics {
     pub scaled_pairs: u64,
     /// Sources without mass that were dropped.
     pub massless_sources: u64,
+    /// Pairs at least as far apart as the reach of a host's own kernel, which gives them nothing.
+    pub beyond_reach: u64,
 }
 
 impl Statistics {
     /// Adds another count.
     pub fn add(&mut self, other: &Statistics) {
-        let Statistics { pairs, near_pairs, polynomial_blocks, all_near_blocks, scaled_pairs, massless_sources } =
-            other;
+        let Statistics {
+            pairs,
+            near_pairs,
+            polynomial_blocks,
+            all_near_blocks,
+            scaled_pairs,
+            massless_sources,
+            beyond_reach,
+        } = other;
         self.pairs = self.pairs.saturating_add(*pairs);
         self.near_pairs = self.near_pairs.saturating_add(*near_pairs);
         self.polynomial_blocks = self.polynomial_blocks.saturating_add(*polynomial_blocks);
         self.all_near_blocks = self.all_near_blocks.saturating_add(*all_near_blocks);
         self.scaled_pairs = self.scaled_pairs.saturating_add(*scaled_pairs);
         self.massless_sources = self.massless_sources.saturating_add(*massless_sources);
+        self.beyond_reach = self.beyond_reach.saturating_add(*beyond_reach);
     }
 }

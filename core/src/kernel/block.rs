@@ -1,11 +1,11 @@
 //! The prepared block in the caller's buffer: head, records of terms and parts, tables. It contains no pointers, so it may be copied,
 //! moved and saved, and opened on any machine of the same byte order.
 
-use super::fit::{Builder, Task, USER_OCTAVES, capacity};
+use super::fit::{Builder, HOST_PANELS, Host, Task, capacity};
 use super::fitted_term::{FittedTerm, Outer, RECORD};
-use super::law::{Law, MAX_TERMS, RadialKernel, Term};
+use super::law::{Law, MAX_KNOTS, MAX_TERMS, Supplied, Term};
 use super::profile::Profile;
-use super::table::{self, Domain, Head, Table};
+use super::table::{self, Demands, Domain, Head, Table};
 use super::{KEPT, Kernel, OTHERS, Others};
 use crate::error::{Error, Result};
 use crate::memory::{ALIGN, Carve, Measure, Space, View};
@@ -16,34 +16,23 @@ use crate::simd::{ROW, ROWS};
 /// "mollis K" in ASCII, as a number. Swapped bytes identify a block of the other byte order.
 const MAGIC: u64 = 0x6D6F_6C6C_6973_204B;
 /// Incremented whenever the format of a block changes.
-const VERSION: u64 = 4;
+const VERSION: u64 = 5;
 /// Length of the head, in numbers.
 const HEAD: usize = 8;
 /// Length of a term's record, in numbers.
 const TERM: usize = 3;
-/// Length of the record before the terms: the bits of delta and of the Newtonian coefficient, and the fit error.
-const START: usize = 3;
+/// Length of the record before the terms: the bits of delta and of the Newtonian coefficient, the fit error, and those of a host's functions.
+const START: usize = 6;
 /// Length of all records, in numbers.
 const RECORDS: usize = START + MAX_TERMS * (TERM + RECORD) + table::RECORD;
 
 /// Bytes of a block without tables.
 const BYTES: usize = (8 * HEAD).next_multiple_of(ALIGN) + (8 * RECORDS).next_multiple_of(ALIGN);
 
-/// A user's kernel in a sum.
-#[derive(Clone, Copy)]
-pub struct Supplied<'a> {
-    /// The kernel. It is called only while the sum is prepared.
-    pub kernel: &'a dyn RadialKernel,
-    /// Its factor in the sum.
-    pub coefficient: f64,
-    /// Pairs further apart than this get no contribution. With a mollifier, the kernel is also called for slightly larger r.
-    pub reach: f64,
-}
-
-impl core::fmt::Debug for Supplied<'_> {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.debug_struct("Supplied").field("coefficient", &self.coefficient).field("reach", &self.reach).finish()
-    }
+/// The tolerance of a user's kernel, if none is stated. Smooth kernels reach 1e-13 in double precision and 3e-6 in single, where roundings of the distance prevail.
+/// In double precision it leaves room for functions that are not accurate to their last digits.
+fn default_tolerance<T: Real>() -> f64 {
+    if T::DIGITS > 24 { 1e-10 } else { 1e-5 }
 }
 
 /// The arrays of a block.
@@ -150,20 +139,28 @@ fn has_table(terms: &[Term], supplied: bool, mollifier: Mollifier, dimension: us
 fn domain(terms: &[Term], supplied: Option<Supplied<'_>>, mollifier: Mollifier, delta: f64) -> Domain {
     let longest = terms.iter().filter_map(|term| reach(term.law)).fold(0.0, f64::max);
     let all_end = terms.iter().all(|term| reach(term.law).is_some());
-    // A host's kernel jumps to zero at its reach. The table must end there, even if the sum does not.
-    let (until, ends) = match supplied {
-        Some(supplied) => (supplied.reach, all_end && longest <= supplied.reach),
+    let reach = supplied.map(|own| own.reach);
+    let (until, ends) = match reach {
+        Some(reach) if all_end && longest <= reach => (reach, true),
         None if all_end => (longest, true),
-        None => (f64::INFINITY, false),
+        // Where there is a host's kernel, its reach is a knot of the sum, which goes on.
+        _ => (f64::INFINITY, false),
     };
-    if mollifier == Mollifier::None {
-        // u is 1 at the 2^8-th part of the reach, so that powers of u stay in the range of f32.
-        let unit = if until.is_finite() { until } else { longest } / 256.0;
-        return Domain { unit, shift: 0.0, until: 65536.0, ends, edge: false };
-    }
     let edge = matches!(mollifier, Mollifier::Compact { .. });
-    let ratio = quotient(until, delta);
-    Domain { unit: delta, shift: table::SHIFT, until: ratio * ratio + table::SHIFT, ends, edge }
+    let (unit, shift) = match (mollifier, supplied) {
+        (Mollifier::None, Some(own)) => {
+            // The first knot, or the reach, is at a power of two; the reach at a u of 2^14 to 2^16, where the table ends, or of 1/4 to 1, if the sum goes on.
+            let at_power = own.knots.first().copied().unwrap_or(own.reach);
+            let parts = if ends { 256.0 } else { 1.0 };
+            let (_, exponent) = Scalar::frexp(parts * quotient(at_power, own.reach));
+            (Scalar::ldexp(at_power, 1 - exponent), 0.0)
+        }
+        // u is 1 at the 2^8-th part of the reach, so that powers of u stay in the range of f32.
+        (Mollifier::None, None) => (if until.is_finite() { until } else { longest } / 256.0, 0.0),
+        _ => (delta, table::SHIFT),
+    };
+    let ratio = quotient(until, unit);
+    Domain { unit, shift, until: ratio * ratio + shift, ends, edge, reach }
 }
 
 impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
@@ -179,7 +176,14 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
             newtonian: T::ZERO,
             terms: [term; KEPT],
             count: 0,
-            others: [Others { parts: [part; MAX_TERMS], used: 0, series: &[], table: None, fit_error: 0.0 }; OTHERS],
+            others: [Others {
+                parts: [part; MAX_TERMS],
+                used: 0,
+                series: &[],
+                table: None,
+                fit_error: 0.0,
+                fit_errors: [0.0; 3],
+            }; OTHERS],
         }
     }
 
@@ -220,8 +224,9 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
     /// As [`Kernel::prepare`], with a user's kernel added to the sum.
     ///
     /// # Errors
-    /// As [`Kernel::prepare`]; [`Error::NotFinite`]: the user's kernel returned a value that is not finite;
-    /// [`Error::OutOfDomain`]: its reach is not positive; [`Error::Unsupported`]: its reach is beyond 2^40 delta.
+    /// As [`Kernel::prepare`]; [`Error::NotFinite`]: the user's kernel returned a value that is not finite; [`Error::KernelFit`]: it is not met within
+    /// its tolerance; [`Error::KernelReach`], [`Error::KernelKnots`], [`Error::OutOfDomain`]: see [`Supplied::check`]; [`Error::Unsupported`]: its reach is
+    /// beyond 2^40 delta.
     pub fn prepare_with(
         memory: &'k mut [u8],
         terms: &[Term],
@@ -248,13 +253,8 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
             if cfg!(feature = "kernels") || supplied.is_none() { supplied } else { return Err(Error::Unsupported) };
         let sizes = check::<D>(terms, supplied.is_some(), mollifier)?;
         let length = Blob::<T, D>::check(mollifier, delta)?;
-        if let Some(s) = supplied {
-            if !s.coefficient.is_finite() || s.reach.is_nan() {
-                return Err(Error::NotFinite);
-            }
-            if !(s.reach > 0.0 && s.reach < 1e150) {
-                return Err(Error::OutOfDomain);
-            }
+        if let Some(own) = &supplied {
+            own.check()?;
         }
         let bytes =
             if cfg!(feature = "kernels") { Measure::of(|space| layout::<T>(space, sizes).map(|_| ()))? } else { BYTES };
@@ -265,7 +265,7 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
         // What stood here before is a block no more, also if this one is refused.
         head.fill(0);
         let (start, rest) = records.split_first_chunk_mut::<START>().ok_or(Error::WorkspaceTooSmall)?;
-        let (mut newtonian, mut used, mut error) = (0.0, 0_usize, 0.0);
+        let (mut newtonian, mut used, mut error, mut errors) = (0.0, 0_usize, 0.0, [0.0; 3]);
         if cfg!(feature = "kernels") {
             let (term_records, rest) = rest.split_at_mut_checked(MAX_TERMS * TERM).ok_or(Error::WorkspaceTooSmall)?;
             let (part_records, table_record) =
@@ -298,12 +298,18 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
                     store(task.prepare::<D>(law, &mut builder)?)?;
                 }
             }
-            if let Some(s) = supplied {
-                let task = Task { dimension: D, profile: profile.as_ref(), delta, coefficient: s.coefficient };
-                store(task.supplied(s.kernel, s.reach, &mut builder)?)?;
+            let tolerance = match supplied {
+                Some(own) if own.tolerance > 0.0 => own.tolerance,
+                _ => default_tolerance::<T>(),
+            };
+            if let Some(own) = &supplied {
+                let unit = if profile.is_some() { delta } else { own.reach };
+                let host = Host { own, profile: profile.as_ref(), unit, tolerance };
+                store(host.prepare::<D>(&mut builder)?)?;
             }
             builder.finish(D, delta)?;
             error = builder.error;
+            errors = builder.errors;
             if let Ok(rows) = <&mut crate::simd::Rows<T>>::try_from(rows) {
                 let mut kernel = Kernel::<f64, D>::empty(Blob::new(mollifier, delta)?);
                 // The table of a Newtonian kernel is that of the coefficient 1.
@@ -332,7 +338,27 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
                     return Err(Error::OutOfDomain);
                 }
                 let built = table::build::<T, D>(rows, &domain, exponent.unwrap_or(0), &sample);
-                let head = built.map_err(|error| if supplied.is_some() { error } else { Error::OutOfDomain })?;
+                let mut head = built.map_err(|error| if supplied.is_some() { error } else { Error::OutOfDomain })?;
+                if let Some(own) = supplied {
+                    let sizes = |r: f64| kernel.sizes_scaled(r);
+                    let mut knots = [f64::INFINITY; MAX_KNOTS + 1];
+                    let of_sum = own.knots.iter().filter(|_| profile.is_none());
+                    let reach = Some(&own.reach).filter(|_| !domain.ends);
+                    knots.iter_mut().zip(of_sum.chain(reach)).for_each(|(to, &knot)| *to = knot);
+                    // Roundings do not make a panel one to be left out.
+                    let goal = (0.25 * tolerance).max(if T::DIGITS > 24 { 2e-13 } else { 4e-6 });
+                    let demands = Demands { sample: &sample, sizes: &sizes, knots: &knots, goal };
+                    let of_table = table::compare::<T, D>(rows, &mut head, &demands);
+                    // Twice what was found, as not every distance is tried.
+                    errors.iter_mut().zip(of_table).for_each(|(sum, more)| *sum = 2.0 * (*sum + more));
+                    error = errors.iter().fold(error, |most, &e| most.max(e));
+                    if let Some(achieved) = own.achieved {
+                        achieved.set(errors);
+                    }
+                    if !errors.iter().all(|&e| e <= tolerance) {
+                        return Err(Error::KernelFit);
+                    }
+                }
                 table_record.iter_mut().zip(head.to_record()).for_each(|(to, number)| *to = number);
             }
         } else if let ([only], Some(slot)) = (terms, rest.first_chunk_mut::<TERM>()) {
@@ -344,7 +370,9 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
         if !newtonian.is_finite() || (newtonian.abs() < T::MIN_POSITIVE && Scalar::abs(wide) > 0.0) {
             return Err(Error::OutOfDomain);
         }
-        *start = [f64::from_bits(length.bits()), f64::from_bits(newtonian.bits()), error];
+        let [of_value, of_factor, of_laplacian] = errors;
+        let [length, newtonian] = [length, newtonian].map(|number| f64::from_bits(number.bits()));
+        *start = [length, newtonian, error, of_value, of_factor, of_laplacian];
         let (kind, order, exponent) = match mollifier {
             Mollifier::None => (0, 0, 0),
             Mollifier::Compact { order, exponent } => (1, order, exponent),
@@ -394,7 +422,8 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
         }
         let records: &[f64] = view.try_array(RECORDS)?;
         let (start, rest) = records.split_at_checked(START).ok_or(Error::NotPrepared)?;
-        let &[delta, newtonian, fit_error] = start.first_chunk::<START>().ok_or(Error::NotPrepared)?;
+        let &[delta, newtonian, fit_error, of_value, of_factor, of_laplacian] =
+            start.first_chunk::<START>().ok_or(Error::NotPrepared)?;
         let (order, exponent) = ((shape >> 8) as u32 & 0xFF, (shape >> 16) as u32 & 0xFF);
         let mollifier = match shape as u32 & 0xFF {
             0 => Mollifier::None,
@@ -416,6 +445,7 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
             return if used == 0 { Ok(kernel) } else { Err(Error::Unsupported) };
         };
         others.fit_error = fit_error;
+        others.fit_errors = [of_value, of_factor, of_laplacian];
         others.series = view.try_array((size & 0xFFFF_FFFF) as usize)?;
         let rows: &[[T; ROW]] = view.try_array((size >> 32) as usize)?;
         kernel.count = usize::try_from(count).unwrap_or(0).min(MAX_TERMS);
@@ -439,7 +469,7 @@ impl<T> Others<'_, T> {
         self.used = used.min(MAX_TERMS);
         for (slot, record) in self.parts.iter_mut().zip(records.as_chunks::<RECORD>().0) {
             *slot = FittedTerm::from_record(record).ok_or(Error::NotPrepared)?;
-            slot.panels = slot.panels.min(USER_OCTAVES + 2);
+            slot.panels = slot.panels.min(HOST_PANELS);
             slot.plain = slot.plain.min(slot.panels);
         }
         Ok(())

@@ -33,7 +33,16 @@ const SPREAD: f64 = 64.0;
 /// Fits `sample(x)` on [-1, 1] at the 17 extrema of T_16, then at the 33 of T_32 and the 65 of T_64, which include the previous ones,
 /// until the last quarter of the coefficients is noise. If a size changes by more than [`SPREAD`] over the interval, the fit stops after
 /// the first nodes and returns no coefficients.
-pub(crate) fn fit(mut sample: impl FnMut(f64) -> Option<Sample>) -> Result<Fit> {
+pub(crate) fn fit(sample: impl FnMut(f64) -> Option<Sample>) -> Result<Fit> {
+    fit_within(SPREAD, sample)
+}
+
+/// [`fit`] whatever the sizes on the interval.
+pub(crate) fn fit_any(sample: impl FnMut(f64) -> Option<Sample>) -> Result<Fit> {
+    fit_within(f64::INFINITY, sample)
+}
+
+fn fit_within(spread: f64, mut sample: impl FnMut(f64) -> Option<Sample>) -> Result<Fit> {
     const STEPS: usize = CAPACITY - 1;
     let cosine = cosines();
     let mut nodes = [Sample::ZERO; CAPACITY];
@@ -50,7 +59,7 @@ pub(crate) fn fit(mut sample: impl FnMut(f64) -> Option<Sample>) -> Result<Fit> 
         let used = || nodes.iter().step_by(stride);
         let largest = used().fold([0.0; 3], |most, s| larger(most, &s.sizes));
         let smallest = used().fold([f64::INFINITY; 3], |least, s| smaller(least, &s.sizes));
-        if largest.iter().zip(smallest).any(|(&largest, smallest)| largest > SPREAD * smallest) {
+        if largest.iter().zip(smallest).any(|(&largest, smallest)| largest > spread * smallest) {
             return Ok(fit);
         }
         // c_j = 2/n sum'' f(x_k) cos(pi j k/n); the first and the last term and coefficient are halved
@@ -75,7 +84,9 @@ pub(crate) fn fit(mut sample: impl FnMut(f64) -> Option<Sample>) -> Result<Fit> 
             n *= 2;
             continue;
         }
-        let matters = |c: &[f64; 3]| c.iter().zip(largest).any(|(v, s)| v.abs() > STORED * s);
+        // A host's function may have noise of its own, which is not stored.
+        let stored = if spread.is_finite() || fit.error <= NOISE { STORED } else { STORED.max(2.0 * fit.error) };
+        let matters = |c: &[f64; 3]| c.iter().zip(largest).any(|(v, s)| v.abs() > stored * s);
         fit.len = fit.coefficients.iter().take(n + 1).rposition(matters).map_or(1, |last| last + 1);
         return Ok(fit);
     }

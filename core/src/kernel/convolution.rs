@@ -14,6 +14,7 @@
 
 use core::f64::consts::PI;
 
+use super::law::MAX_KNOTS;
 use super::profile::{Factors, Profile, TERMS, sphere};
 use super::quadrature::{DoubleExponential, gauss_legendre};
 use crate::real::{DoubleWord, Scalar};
@@ -38,6 +39,8 @@ pub(crate) struct Convolution {
     line: [(f64, f64); LINE],
     /// The decay rate of the kernel. With a Gaussian mollifier it shifts the peak of the integrand.
     kappa: f64,
+    /// Where the kernel is not smooth: ascending, infinite where there are no more.
+    knots: [f64; MAX_KNOTS],
 }
 
 /// Below this q the integral over directions of grad psi uses its Taylor series, because its terms cancel there.
@@ -120,6 +123,11 @@ impl Sums {
 
 impl Convolution {
     pub(crate) fn new(dimension: usize, profile: Profile, kappa: f64) -> Self {
+        Self::with_knots(dimension, profile, kappa, [f64::INFINITY; MAX_KNOTS])
+    }
+
+    /// The same of a kernel with knots, in units of delta.
+    pub(crate) fn with_knots(dimension: usize, profile: Profile, kappa: f64, knots: [f64; MAX_KNOTS]) -> Self {
         Self {
             dimension,
             profile,
@@ -128,6 +136,7 @@ impl Convolution {
             plane: gauss_legendre(),
             line: gauss_legendre(),
             kappa,
+            knots,
         }
     }
 
@@ -178,6 +187,30 @@ impl Convolution {
 
     /// Adds a weight times the integral over q from `start`, y from `from`. (For large r, y = q - r would cancel.)
     fn segment(
+        &self,
+        [start, from, length]: [f64; 3],
+        weak: bool,
+        kernel: &mut dyn FnMut(f64, f64) -> [f64; 3],
+        factor: f64,
+        total: &mut Sample,
+        directions: &mut dyn FnMut(f64, f64, f64) -> Directions,
+    ) {
+        let mut done = 0.0;
+        for knot in self.knots {
+            let next = knot - start;
+            if next > done && next < length {
+                let from = [start + done, from + done, next - done];
+                let mut shifted = |q, y, x| directions(q, y, done + x);
+                self.piece(from, weak, kernel, factor, total, &mut shifted);
+                done = next;
+            }
+        }
+        let from = [start + done, from + done, length - done];
+        self.piece(from, weak, kernel, factor, total, &mut |q, y, x| directions(q, y, done + x));
+    }
+
+    /// [`Convolution::segment`] without a knot inside.
+    fn piece(
         &self,
         [start, from, length]: [f64; 3],
         weak: bool,

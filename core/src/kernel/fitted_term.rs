@@ -173,11 +173,22 @@ pub(crate) enum Outer<T> {
     },
     /// Nothing: beyond the reach of a user's kernel.
     Zero,
-    /// Nothing outside. The innermost panel also covers smaller r (a user's kernel without a mollifier).
-    Clamped {
+    /// Nothing outside. For smaller r than the panels' K'/r and the Laplacian continue as a power of r (a user's kernel without a mollifier).
+    Continued {
         /// The smallest r of the fit.
         least: T,
+        /// The power.
+        power: f64,
     },
+}
+
+/// What continues below the least distance l of a fit, x = r/l: x^p, and l^2 times the integral of x^(p+1) from 1 to x.
+fn continued<T: Real>(least: T, power: f64, r: T) -> (T, T) {
+    let x = r.max(T::MIN_POSITIVE) / least;
+    let (log, q) = (x.log(), T::from_f64(power + 2.0));
+    let exponent = q * log;
+    let integral = if q == T::ZERO { log } else { exponent.expm1() / q };
+    (x.pow(T::from_f64(power)), least * least * integral)
 }
 
 /// A prepared term.
@@ -261,15 +272,17 @@ impl<T: Real> FittedTerm<T> {
 
     /// The index of the panel at r, and the distance at which its series are evaluated; NaN where a header is missing.
     fn place(&self, tables: &[f64], r: T) -> (usize, T) {
-        let from = if let Outer::Clamped { least } = self.outer { r.max(least) } else { r };
-        for index in 0..self.panels {
-            match self.panel(tables, index) {
-                Some(panel) if from <= panel.end => return (index, from),
-                Some(_) => {}
-                None => return (index, T::NAN),
+        let from = if let Outer::Continued { least, .. } = self.outer { r.max(least) } else { r };
+        let (mut index, mut above) = (0, self.panels);
+        while index < above {
+            let middle = index.midpoint(above);
+            match self.panel(tables, middle) {
+                Some(panel) if from <= panel.end => above = middle,
+                Some(_) => index = middle + 1,
+                None => return (middle, T::NAN),
             }
         }
-        (self.panels, r)
+        (index, if index < self.panels { from } else { r })
     }
 
     /// Value, gradient factor and Laplacian at r >= 0 of the mollified term, including its coefficient. For sums over pairs.
@@ -277,7 +290,14 @@ impl<T: Real> FittedTerm<T> {
         let (index, from) = self.place(tables, r);
         let series = || self.panel(tables, index).map_or([T::NAN; 3], |p| p.series(tables, self.radius, from));
         if index < self.plain {
-            return series();
+            let [u, g, l] = series();
+            return match self.outer {
+                Outer::Continued { least, power } if r < least => {
+                    let (factor, integral) = continued(least, power, r);
+                    [u + g * integral, g * factor, l * factor]
+                }
+                _ => [u, g, l],
+            };
         }
         // Not zero here, but the compiler may divide before it knows.
         let r = if r > T::ZERO { r } else { T::ONE };
@@ -297,7 +317,7 @@ impl<T: Real> FittedTerm<T> {
                 let (e, [u, g, l]) = ((-(k * r)).exp(), series());
                 [e * u, e / r * g, e * l]
             }
-            Outer::Yukawa { .. } | Outer::Zero | Outer::Clamped { .. } => self.without_series(r),
+            Outer::Yukawa { .. } | Outer::Zero | Outer::Continued { .. } => self.without_series(r),
         }
     }
 
@@ -325,7 +345,10 @@ impl FittedTerm<f64> {
         let (index, from) = self.place(tables, r);
         let series = || self.panel(tables, index).map_or([f64::NAN; 3], |p| p.alone(tables, self.radius, from));
         if index < self.plain {
-            return series();
+            return match self.outer {
+                Outer::Continued { least, .. } if r < least => self.scaled::<D>(tables, r).map(Extended::get),
+                _ => series(),
+            };
         }
         let r = if r > 0.0 { r } else { 1.0 };
         match self.outer {
@@ -351,7 +374,7 @@ impl FittedTerm<f64> {
                     (k * plain - (2.0 * plain / r + a * k)) * k * e,
                 ]
             }
-            Outer::Zero | Outer::Clamped { .. } => [0.0; 3],
+            Outer::Zero | Outer::Continued { .. } => [0.0; 3],
         }
     }
 
@@ -365,6 +388,19 @@ impl FittedTerm<f64> {
                 let less = extended_power(r, exponent - 2.0);
                 [extended_power(r, exponent).scale(u), less.scale(g), less.scale(l)]
             }
+            Outer::Continued { least, power } if index < self.plain && r < least => {
+                let [u, g, l] = self.panel(tables, index).map_or([f64::NAN; 3], |p| p.alone(tables, self.radius, from));
+                let (x, q) = (r.max(f64::MIN_POSITIVE) / least, power + 2.0);
+                let exponent = q * Scalar::log(x);
+                let integral = if exponent.abs() < 1.0 {
+                    Extended::new(if q == 0.0 { Scalar::log(x) } else { exponent.expm1() / q }, 0)
+                } else {
+                    extended_power(x, q).plus(Extended::new(-1.0, 0)).scale(1.0 / q)
+                };
+                let factor = extended_power(x, power);
+                let square = Extended::new(g, 0).scale(least).scale(least);
+                [Extended::new(u, 0).plus(integral.times(square)), factor.scale(g), factor.scale(l)]
+            }
             _ => self.alone::<D>(tables, r).map(|v| Extended::new(v, 0)),
         }
     }
@@ -374,6 +410,7 @@ impl FittedTerm<f64> {
         let (index, from) = self.place(tables, r);
         let series = || self.panel(tables, index).map_or(f64::NAN, |p| p.alone(tables, self.radius, from)[1]);
         match self.outer {
+            Outer::Continued { least, .. } if r < least => self.scaled::<D>(tables, r)[1].scale(r).get(),
             _ if index < self.plain => r * series(),
             Outer::Bare { factor } => factor * self.law.slope::<D>(r),
             Outer::Power { exponent } => real_power(r, exponent - 1.0) * series(),
@@ -395,7 +432,7 @@ impl FittedTerm<f64> {
                 Outer::Yukawa { k: real(k), plain: real(plain), over_r: real(over_r) }
             }
             Outer::Zero => Outer::Zero,
-            Outer::Clamped { least } => Outer::Clamped { least: real(least) },
+            Outer::Continued { least, power } => Outer::Continued { least: real(least), power },
         };
         let &Self { law, radius, panels, plain, first, .. } = self;
         FittedTerm { law, radius: real(radius), panels, plain, first, outer }
@@ -411,7 +448,7 @@ impl FittedTerm<f64> {
             Outer::Exponential { k } => (3.0, k, 0.0, 0.0),
             Outer::Yukawa { k, plain, over_r } => (4.0, k, plain, over_r),
             Outer::Zero => (5.0, 0.0, 0.0, 0.0),
-            Outer::Clamped { least } => (6.0, least, 0.0, 0.0),
+            Outer::Continued { least, power } => (6.0, least, power, 0.0),
         };
         let (panels, plain, first) = (self.panels as f64, self.plain as f64, self.first as f64);
         [law, parameter, self.radius, panels, first, outer, a, b, c, plain, 0.0, 0.0]
@@ -426,7 +463,7 @@ impl FittedTerm<f64> {
             3 => Outer::Exponential { k: r[6] },
             4 => Outer::Yukawa { k: r[6], plain: r[7], over_r: r[8] },
             5 => Outer::Zero,
-            6 => Outer::Clamped { least: r[6] },
+            6 => Outer::Continued { least: r[6], power: r[7] },
             _ => return None,
         };
         let law = Law::from_numbers(r[0], r[1])?;

@@ -1,5 +1,7 @@
 //! The bare kernels: names, parameter ranges, and K, K'/r, Laplacian K away from the origin.
 
+use core::cell::Cell;
+
 use crate::error::{Error, Result};
 use crate::real::{DoubleWord, Extended, Real, Scalar};
 use crate::special::bessel::{k0_scaled, k1_scaled};
@@ -285,8 +287,88 @@ pub(crate) fn power<T: Real>(r: T, p: f64) -> T {
 /// It is called only while a kernel is prepared and never stored. The three functions must be consistent, because the library does not
 /// differentiate. They may be unbounded as r goes to 0, but r^(d-1) K and r^d K' must be integrable there.
 pub trait RadialKernel {
-    /// `[K(r), K'(r)/r, (Laplacian K)(r)]` at r > 0.
+    /// `[K(r), K'(r)/r, (Laplacian K)(r)]` at r > 0, accurate at every r up to the reach: what is computed as 1 - e^(-r^2), for instance, is not at
+    /// small r, -expm1(-r^2) is.
     fn at(&self, r: f64) -> [f64; 3];
+}
+
+/// The most knots of a user's kernel.
+pub const MAX_KNOTS: usize = 8;
+
+/// A user's kernel in a sum.
+///
+/// Its functions are fitted. The fits are compared with them between their nodes, and the largest error of each function is kept
+/// ([`crate::kernel::Kernel::fit_errors`]); above the tolerance the kernel is refused.
+#[derive(Clone, Copy)]
+pub struct Supplied<'a> {
+    /// The kernel. It is called only while the sum is prepared.
+    pub kernel: &'a dyn RadialKernel,
+    /// Its factor in the sum.
+    pub coefficient: f64,
+    /// Pairs further apart than this get no contribution, and are counted ([`crate::exec::Statistics::beyond_reach`]). With a mollifier, the kernel
+    /// is also called for slightly larger r. Finite: there is no table to infinity.
+    pub reach: f64,
+    /// Radii at which the kernel is not smooth, such as those where the pieces of a spline meet: strictly increasing, between `least` and the reach,
+    /// at most [`MAX_KNOTS`]. One function is fitted on each side of a knot. K itself must be continuous.
+    pub knots: &'a [f64],
+    /// The largest error, in each function, with which the kernel is accepted. 0: 1e-10, in single precision 1e-5. Infinity accepts any.
+    pub tolerance: f64,
+    /// Not used under a mollifier. For smaller r, K continues with the power of r that K'/r has here: exact for powers and logarithms, and in the limit for most. 0: 2^-52
+    /// of the reach, and the kernel is compared with it; otherwise not less than that, and the kernel is not called for smaller r.
+    pub least: f64,
+    /// If there, gets the errors, also of a kernel that is refused for them.
+    pub achieved: Option<&'a Cell<[f64; 3]>>,
+}
+
+impl<'a> Supplied<'a> {
+    /// A smooth kernel with the default tolerance.
+    #[must_use]
+    pub fn new(kernel: &'a dyn RadialKernel, coefficient: f64, reach: f64) -> Self {
+        Self { kernel, coefficient, reach, knots: &[], tolerance: 0.0, least: 0.0, achieved: None }
+    }
+
+    /// Checks the numbers.
+    ///
+    /// # Errors
+    /// [`Error::NotFinite`]: the coefficient, or a number that is NaN. [`Error::KernelReach`], [`Error::KernelKnots`]. [`Error::OutOfDomain`]: `least`, or a
+    /// negative tolerance.
+    pub fn check(&self) -> Result<()> {
+        let Self { coefficient, reach, knots, tolerance, least, .. } = *self;
+        if !coefficient.is_finite() || reach.is_nan() || tolerance.is_nan() || least.is_nan() {
+            return Err(Error::NotFinite);
+        }
+        if knots.iter().any(|knot| knot.is_nan()) {
+            return Err(Error::NotFinite);
+        }
+        if !(reach > 1e-150 && reach < 1e150) {
+            return Err(Error::KernelReach);
+        }
+        if tolerance < 0.0 || least != 0.0 && !(LEAST * reach..=0.5 * reach).contains(&least) {
+            return Err(Error::OutOfDomain);
+        }
+        // A knot may not be another, but for rounding.
+        let apart = |a: f64, b: f64| b > a * (1.0 + 1e-10);
+        let ordered = knots.iter().zip(knots.iter().skip(1)).all(|(&a, &b)| apart(a, b));
+        let inside = knots.iter().all(|&knot| apart(self.least(), knot) && apart(knot, reach));
+        if knots.len() > MAX_KNOTS || !ordered || !inside { Err(Error::KernelKnots) } else { Ok(()) }
+    }
+
+    /// The least distance of the fits without a mollifier.
+    pub(crate) fn least(&self) -> f64 {
+        if self.least > 0.0 { self.least } else { LEAST * self.reach }
+    }
+}
+
+/// 2^-52: what is not a power of r at smaller ones is a power to rounding, for kernels that change over a hundredth of the reach.
+const LEAST: f64 = f64::EPSILON;
+
+impl core::fmt::Debug for Supplied<'_> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        let Self { coefficient, reach, knots, tolerance, least, .. } = self;
+        let mut shown = f.debug_struct("Supplied");
+        shown.field("coefficient", coefficient).field("reach", reach).field("knots", knots);
+        shown.field("tolerance", tolerance).field("least", least).finish_non_exhaustive()
+    }
 }
 
 /// r^p for r > 0, in range or not.

@@ -12,7 +12,7 @@
 //! | screened, 1D exponential | series from the edge (k delta <= 3) or fits in t | a constant times itself, exactly |
 //! | 3D exponential | fits in t | two terms, exactly |
 //! | 2D exponential | fits in powers of t | e^{-r/l} times fits in delta/r |
-//! | a user's [`RadialKernel`] | fit | fits on octaves up to its reach |
+//! | a user's [`RadialKernel`] | fit | fits on octaves up to its reach, and between its knots |
 //!
 //! with s = (r/delta)^2 and t = 1 - s. Under a Gaussian mollifier "inside" is a few octaves of fits. Fits sample the convolution
 //! integrals directly.
@@ -29,7 +29,7 @@
 //! * single precision adds 1/2 ulp of |value| for the rounding, 1 ulp if a Newtonian term is added to others.
 //!
 //! The error of a sum is at most the sum of the errors of its terms. Results overflow and underflow where the true ones do. The error of a
-//! user's kernel is [`Kernel::fit_error`]. [`Kernel::pair`] evaluates the same series in the arithmetic of the scalar.
+//! user's kernel is [`Kernel::fit_errors`]. [`Kernel::pair`] evaluates the same series in the arithmetic of the scalar.
 //!
 //! Sums over particles do not search for panels. A kernel with non-Newtonian terms, or a Newtonian one under a Gaussian mollifier, also has a
 //! table in r^2 (`table`; 256 KiB in f64, 128 KiB in f32), from which sums read at any distance in the same few operations for any terms.
@@ -44,13 +44,13 @@ mod fitted_term;
 mod law;
 mod profile;
 mod quadrature;
+mod sizes;
 mod table;
 
-pub use block::Supplied;
 pub(crate) use far::{Far, Near, POWERS, Scaled};
-pub use law::{Law, MAX_TERMS, RadialKernel, Term};
+pub use law::{Law, MAX_KNOTS, MAX_TERMS, RadialKernel, Supplied, Term};
 pub(crate) use profile::sphere;
-pub(crate) use table::{Head as TableHead, Table, terms as table_terms};
+pub(crate) use table::{Head as TableHead, Table, mark as table_mark, terms as table_terms};
 
 use crate::checked::Present;
 use crate::error::Result;
@@ -58,7 +58,7 @@ use crate::error::Result;
 use crate::mollifier::Polynomials;
 use crate::mollifier::{Blob, Mollifier};
 use crate::real::{Extended, Real, Scalar};
-use fitted_term::FittedTerm;
+use fitted_term::{FittedTerm, Outer};
 
 /// Number of terms that a kernel holds, and whether it may hold non-Newtonian terms.
 const KEPT: usize = if cfg!(feature = "kernels") { MAX_TERMS } else { 1 };
@@ -84,6 +84,7 @@ struct Others<'k, T> {
     series: &'k [f64],
     table: Option<Table<'k, T>>,
     fit_error: f64,
+    fit_errors: [f64; 3],
 }
 
 impl<T> Others<'_, T> {
@@ -165,6 +166,15 @@ impl<T: Real, const D: usize> Kernel<'_, T, D> {
     #[must_use]
     pub fn fit_error(&self) -> f64 {
         self.others.first().map_or(0.0, |others| others.fit_error)
+    }
+
+    /// By how much sums and single distances may miss a user's kernel in value, gradient factor and Laplacian; 0 without one. Twice the largest errors that were found between
+    /// the nodes of its fits and in the panels of the table, in units of the scalar's sums: relative to the largest |K| (or r^2 |K'/r|), |K'/r|, and |Laplacian| or
+    /// D |K'/r|, over all distances from r/2 to r, to delta from 0 where r < delta, to [`Supplied::least`] where r is less; of all terms. Values below 2^-64 of the largest in
+    /// single precision (2^-960 in double) count as that. Within some roundings of a knot either side's value may be returned.
+    #[must_use]
+    pub fn fit_errors(&self) -> [f64; 3] {
+        self.others.first().map_or([0.0; 3], |others| others.fit_errors)
     }
 
     /// The table for sums: of all terms, or with coefficient 1 if all are Newtonian.
@@ -268,7 +278,11 @@ impl<T: Real, const D: usize> Kernel<'_, T, D> {
             return sum;
         }
         for part in others.parts() {
-            let [u, g, l] = part.narrow::<T>().at::<D>(others.series, r);
+            let [u, g, l] = match part.outer {
+                // Coefficients of a host's kernel may be beyond single precision.
+                Outer::Continued { .. } => part.alone::<D>(others.series, r.to_f64()).map(T::from_f64),
+                _ => part.narrow::<T>().at::<D>(others.series, r),
+            };
             sum = [sum[0] + u, sum[1] + g, sum[2] + l];
         }
         sum
@@ -292,6 +306,24 @@ impl<T: Real, const D: usize> Kernel<'_, T, D> {
         if self.newtonian != T::ZERO {
             let coefficient = Extended::new(self.newtonian.to_f64(), 0);
             add(self.newtonian_scaled(r, wanted).map(|v| v.times(coefficient)));
+        }
+        sum
+    }
+
+    /// The magnitudes of all terms, added up.
+    fn sizes_scaled(&self, r: f64) -> [Extended; 3] {
+        let mut sum = [Extended::ZERO; 3];
+        if r == 0.0 && self.is_singular() {
+            return sum;
+        }
+        let mut add =
+            |more: [Extended; 3]| sum.iter_mut().zip(more).for_each(|(sum, more)| *sum = sum.plus(more.abs()));
+        if let Some(others) = self.others.first().filter(|others| others.used > 0) {
+            others.parts().iter().for_each(|part| add(part.scaled::<D>(others.series, r)));
+        }
+        if self.newtonian != T::ZERO {
+            let coefficient = Extended::new(self.newtonian.to_f64(), 0);
+            add(self.newtonian_scaled(r, [true; 3]).map(|v| v.times(coefficient)));
         }
         sum
     }

@@ -28,9 +28,15 @@
 //!
 //! Where a compact mollifier is so rough that its edge is seen beside it (t^a with a small a, not whole), the panels that miss their goal are
 //! measured and left out: [`Head::gap`], [`Head::rough`]. Where a host's three functions do not belong together, g is interpolated alone.
+//!
+//! # A host's kernel
+//! Its first knot, or its reach, is a power of two in u, so that it is a panel's border, as are knots at 2^(n/2) times its radius. Every panel is compared with the kernel
+//! ([`compare`]). One that holds another knot, or that misses the goal, is marked, and sums leave its pairs out: they are computed one by one. That is a few panels of some
+//! thousands; a kernel that would need more has no table that serves it, and is refused for the error that it has without marks.
 
 use core::f64::consts::PI;
 
+use super::sizes::{Sizes, larger, magnitudes, relative_errors};
 use crate::error::{Error, Result};
 use crate::real::{Extended, Real, Scalar};
 use crate::simd::{OCTAVES, PANEL_BITS, ROW, ROWS, Rows};
@@ -50,6 +56,10 @@ pub(crate) struct Head {
     pub(crate) rough: [f64; 2],
     /// Whether the kernel is zero from `last` on.
     pub(crate) ends: bool,
+    /// Whether rows are marked ([`mark`]).
+    pub(crate) marked: bool,
+    /// Pairs at this distance and beyond are counted; infinity: none.
+    pub(crate) reach: f64,
     /// K is the table's value times 2^this, g that over unit^2.
     pub(crate) exponent: i32,
     /// The largest error that was found outside the gap, relative to the largest of |g| in its panel.
@@ -74,22 +84,26 @@ pub(crate) struct Domain {
     pub(crate) ends: bool,
     /// Whether the kernel is rough at r = unit.
     pub(crate) edge: bool,
+    /// The reach of a host's kernel in the sum.
+    pub(crate) reach: Option<f64>,
 }
 
 /// Numbers in [`Head::to_record`].
-pub(crate) const RECORD: usize = 12;
+pub(crate) const RECORD: usize = 14;
 
 impl Head {
     /// The numbers that a prepared block keeps.
     pub(crate) fn to_record(self) -> [f64; RECORD] {
-        let Self { unit, shift, first, last, gap, rough, ends, exponent, error } = self;
-        let ends = f64::from(u8::from(ends));
-        [1.0, unit, shift, first, last, gap[0], gap[1], rough[0], rough[1], ends, f64::from(exponent), error]
+        let Self { unit, shift, first, last, gap, rough, ends, marked, reach, exponent, error } = self;
+        let [ends, marked] = [ends, marked].map(|is| f64::from(u8::from(is)));
+        let exponent = f64::from(exponent);
+        [1.0, unit, shift, first, last, gap[0], gap[1], rough[0], rough[1], ends, exponent, error, marked, reach]
     }
 
     /// None if there is no table.
     pub(crate) fn from_record(record: &[f64; RECORD]) -> Option<Self> {
-        let &[there, unit, shift, first, last, from, to, rough_from, rough_to, ends, exponent, error] = record;
+        let &[there, unit, shift, first, last, from, to, rough_from, rough_to, ends, exponent, error, marked, reach] =
+            record;
         (there == 1.0).then_some(Self {
             unit,
             shift,
@@ -98,6 +112,8 @@ impl Head {
             gap: [from, to],
             rough: [rough_from, rough_to],
             ends: ends != 0.0,
+            marked: marked != 0.0,
+            reach,
             exponent: exponent as i32,
             error,
         })
@@ -107,6 +123,16 @@ impl Head {
 /// Coefficients of g in a row.
 pub(crate) const fn terms<T: Real>() -> usize {
     if T::DIGITS > 24 { 7 } else { 4 }
+}
+
+/// The binary exponent of c_0 in the row of a panel that is left out; its other numbers are zero. Times what sums multiply it by it is in range.
+const fn mark_exponent<T: Real>() -> i32 {
+    if T::DIGITS > 24 { 934 } else { 100 }
+}
+
+/// The least c_0 of rows that are left out.
+pub(crate) fn mark<T: Real>() -> T {
+    T::ONE.ldexp(mark_exponent::<T>())
 }
 
 /// The shift under a mollifier: the less, the narrower are the panels near the centre, and the more of them serve distances below delta.
@@ -191,12 +217,22 @@ fn times<const N: usize>(matrix: &[[f64; N]; N], vector: &[f64; N]) -> [f64; N] 
     product
 }
 
-/// The binary exponent of the kernel's size within a unit; none if it is zero there. `sample(r)` returns K, K'/r and the Laplacian of K, in range or not.
+/// The binary exponent of the kernel's size within a unit, of a host's up to its reach; none if it is zero there. `sample(r)` returns K, K'/r and the Laplacian of K, in range or not.
 pub(crate) fn exponent(domain: &Domain, sample: &dyn Fn(f64) -> [Extended; 3]) -> Option<i32> {
     let mut largest = if domain.shift > 0.0 { exponent_of(0.0, sample(0.0)) } else { None };
     for k in 0..=16 {
         let r = domain.unit * 1.0_f64.ldexp(-k);
         largest = largest.max(exponent_of(r, sample(r)));
+    }
+    // A host's kernel may be largest anywhere.
+    if let Some(reach) = domain.reach {
+        let mut r = domain.unit;
+        for _ in 0..80 {
+            r *= 1.09;
+            if r < reach {
+                largest = largest.max(exponent_of(r, sample(r)));
+            }
+        }
     }
     largest
 }
@@ -273,7 +309,7 @@ fn fill<T: Real, const D: usize, const N: usize, const M: usize>(
     exponent: i32,
     sample: &dyn Fn(f64) -> [Extended; 3],
 ) -> Result<Head> {
-    let &Domain { unit, shift, until, ends, edge } = domain;
+    let &Domain { unit, shift, until, ends, edge, reach } = domain;
     let interpolations = (&Interpolation::<N>::new(), &Interpolation::<M>::new());
     let first_octave = if shift > 0.0 { Scalar::frexp(shift).1 - 1 } else { SINGULAR_END - octaves::<T>(shift) };
     let octaves = octaves::<T>(shift);
@@ -282,7 +318,9 @@ fn fill<T: Real, const D: usize, const N: usize, const M: usize>(
         let per_square = |value: Extended| value.scale(unit).scale(unit);
         [value, per_square(factor), per_square(laplacian)].map(|value| value.in_units(exponent))
     };
-    let limit = 1.0_f64.ldexp(T::MAX_EXPONENT - 24);
+    let limit = 1.0_f64.ldexp(if reach.is_some() { mark_exponent::<T>() - 2 } else { T::MAX_EXPONENT - 24 });
+    // A panel's constant is taken beyond a knot at its border.
+    let beyond = if reach.is_some() && shift == 0.0 { 1.0 + 8.0 * f64::EPSILON } else { 1.0 };
     let (goal, goal_of_slope) = if T::DIGITS > 24 { (1e-14, 1e-13) } else { (2e-7, 4e-6) };
     let mut head = Head {
         unit,
@@ -292,6 +330,8 @@ fn fill<T: Real, const D: usize, const N: usize, const M: usize>(
         gap: [0.0; 2],
         rough: [0.0; 2],
         ends: ends && until <= 1.0_f64.ldexp(first_octave + octaves),
+        marked: false,
+        reach: reach.unwrap_or(f64::INFINITY),
         exponent,
         error: 0.0,
     };
@@ -309,7 +349,7 @@ fn fill<T: Real, const D: usize, const N: usize, const M: usize>(
                 (square, at(square))
             };
             let coefficients = polynomial::<D, N, M>(interpolations, width, least == shift, within);
-            let constant = at(least - shift)[0];
+            let constant = at((least - shift) * beyond)[0];
             let mut numbers = [0.0; ROW];
             let mut power = 1.0;
             for (number, c) in numbers.iter_mut().zip(coefficients) {
@@ -318,6 +358,11 @@ fn fill<T: Real, const D: usize, const N: usize, const M: usize>(
             }
             numbers.get_mut(N).into_iter().for_each(|slot| *slot = constant);
             if !numbers.iter().all(|number| number.abs() < limit) {
+                if reach.is_some() {
+                    head.marked = true;
+                    rows.get_mut(row::<T>(least)).into_iter().for_each(|slot| *slot = marked());
+                    continue;
+                }
                 if octave == first_octave {
                     return Err(Error::NotFinite);
                 }
@@ -343,6 +388,125 @@ fn fill<T: Real, const D: usize, const N: usize, const M: usize>(
         }
     }
     Ok(head)
+}
+
+/// The row of a panel that is left out.
+fn marked<T: Real>() -> [T; ROW] {
+    let mut row = [T::ZERO; ROW];
+    row.iter_mut().take(1).for_each(|c| *c = mark());
+    row
+}
+
+/// K, g and the Laplacian of a row, with the operations of sums; `square` is u less the shift.
+fn row_at<T: Real, const D: usize>(row: &[T; ROW], t: T, square: T) -> [T; 3] {
+    let n = terms::<T>();
+    let horner = |from: usize, factor: &dyn Fn(usize) -> f64| {
+        let terms = row.iter().enumerate().take(n).skip(from).rev();
+        terms.fold(T::ZERO, |sum, (k, &c)| sum * t + c * T::from_f64(factor(k)))
+    };
+    let g = horner(0, &|_| 1.0);
+    let value = horner(0, &|k| 0.5 / (k as f64 + 1.0)) * t + row.get(n).copied().unwrap_or(T::NAN);
+    let slope = horner(1, &|k| 2.0 * k as f64);
+    [value, g, square * slope + T::from_usize(D) * g]
+}
+
+/// A host's kernel as a table must meet it.
+pub(crate) struct Demands<'a> {
+    /// K, K'/r and the Laplacian of the sum, and its magnitudes: of each term.
+    pub(crate) sample: &'a dyn Fn(f64) -> [Extended; 3],
+    pub(crate) sizes: &'a dyn Fn(f64) -> [Extended; 3],
+    /// Distances at which it is not smooth.
+    pub(crate) knots: &'a [f64],
+    /// The error that is allowed, relative to the sizes.
+    pub(crate) goal: f64,
+}
+
+/// Where in a panel it is compared.
+const COMPARED: [f64; 5] = [0.03, 0.26, 0.5, 0.74, 0.97];
+/// One of so many panels may be marked for its error.
+const MARKED: usize = 8;
+
+/// Compares a table's panels with a host's kernel, and marks those that hold a knot or miss the goal. Returns the largest errors of K, g and the
+/// Laplacian in the others, relative to the sizes, with those that roundings of the distance make.
+pub(crate) fn compare<T: Real, const D: usize>(rows: &mut Rows<T>, head: &mut Head, demands: &Demands<'_>) -> [f64; 3] {
+    let Head { unit, shift, exponent, .. } = *head;
+    let in_units = |r: f64, numbers: [Extended; 3]| {
+        let per_square = |value: Extended| value.scale(unit).scale(unit);
+        let [value, factor, laplacian] = numbers;
+        let values = [value, per_square(factor), per_square(laplacian)].map(|value| value.in_units(exponent));
+        (values, magnitudes::<D>(r / unit, values))
+    };
+    let least_size = 1.0_f64.ldexp(64 - T::MAX_EXPONENT);
+    let mut inside = (0.0, [0.0; 3]);
+    if shift > 0.0 {
+        inside.0 = 1.0;
+        for k in 0..=16 {
+            let r = unit * f64::from(k) / 16.0;
+            inside.1 = larger(inside.1, in_units(r, (demands.sizes)(r)).1);
+        }
+    }
+    let mut sizes = Sizes::new(inside, [least_size; 3]);
+    let mut missing = [0_u64; ROWS / 64];
+    let (mut worst, mut worst_of_all) = ([0.0; 3], [0.0; 3]);
+    let (mut panels, mut missed) = (0, 0);
+    let rounding = T::EPSILON.to_f64();
+    let mut least = head.first;
+    while least < head.last {
+        let octave = Scalar::frexp(least).1 - 1;
+        let whole = 1.0_f64.ldexp(octave - PANEL_BITS as i32);
+        let width = whole.min(head.last - least);
+        let (from, number) = (least, row::<T>(least));
+        least += whole;
+        let Some(row) = rows.get_mut(number) else { continue };
+        let is_marked = |row: &[T; ROW]| row.iter().take(1).all(|&c| c >= mark());
+        let left_out = |range: &[f64; 2]| from >= range[0] && from < range[1];
+        let holds = |&knot: &f64| {
+            let u = (knot / unit) * (knot / unit) + shift;
+            u - from > 8.0 * rounding * u && from + width - u > 8.0 * rounding * u
+        };
+        panels += 1;
+        let skipped = is_marked(row) || left_out(&head.gap);
+        if demands.knots.iter().any(holds) {
+            (*row, head.marked) = (marked(), true);
+            continue;
+        }
+        if skipped {
+            continue;
+        }
+        let mut errors = [0.0; 3];
+        for y in COMPARED {
+            let square = from + y * width - shift;
+            let r = unit * square.max(0.0).sqrt();
+            let (want, _) = in_units(r, (demands.sample)(r));
+            let (_, magnitudes) = in_units(r, (demands.sizes)(r));
+            let size = sizes.at(r / unit, magnitudes);
+            // The distance's square has up to 5 units of rounding.
+            for moved in [1.0 - 2.0 * rounding, 1.0 + 2.0 * rounding] {
+                let u = T::from_f64(square * moved + shift);
+                let mut got = row_at::<T, D>(row, u - T::from_f64(from), u - T::from_f64(shift)).map(T::to_f64);
+                if left_out(&head.rough) {
+                    got[2] = want[2];
+                }
+                errors = relative_errors(errors, got, want, size);
+            }
+        }
+        worst_of_all = larger(worst_of_all, errors);
+        if errors.iter().all(|&error| error <= demands.goal) {
+            worst = larger(worst, errors);
+        } else {
+            missing.get_mut(number / 64).into_iter().for_each(|word| *word |= 1 << (number % 64));
+            missed += 1;
+        }
+    }
+    if missed * MARKED > panels {
+        return worst_of_all;
+    }
+    for (number, row) in rows.iter_mut().enumerate() {
+        if missing.get(number / 64).is_some_and(|word| word >> (number % 64) & 1 == 1) {
+            (*row, head.marked) = (marked(), true);
+        }
+    }
+    worst
 }
 
 /// The largest errors of g, relative to the largest of the panel, and of the Laplacian, relative to the larger of it and D g.
@@ -393,7 +557,7 @@ mod tests {
 
     #[test]
     fn a_smooth_kernel_is_met_to_rounding() {
-        let domain = Domain { unit: 0.7, shift: 1.0, until: f64::INFINITY, ends: false, edge: true };
+        let domain = Domain { unit: 0.7, shift: 1.0, until: f64::INFINITY, ends: false, edge: true, reach: None };
         let mut table = rows::<f64>();
         let head = build::<f64, 3>(&mut table, &domain, 0, &in_range(plummer)).unwrap();
         assert_eq!((head.gap, head.last, head.ends), ([0.0; 2], 2.0_f64.powi(64), false));
@@ -420,7 +584,7 @@ mod tests {
             let s = (r * r - 1.0).max(0.0);
             [0.5 * r * r + s.powf(3.5) / 7.0, 1.0 + s.powf(2.5), 2.0 + 2.0 * s.powf(2.5) + 5.0 * r * r * s.powf(1.5)]
         };
-        let domain = Domain { unit: 1.0, shift: 1.0, until: f64::INFINITY, ends: false, edge: true };
+        let domain = Domain { unit: 1.0, shift: 1.0, until: f64::INFINITY, ends: false, edge: true, reach: None };
         let mut table = rows::<f64>();
         let head = build::<f64, 2>(&mut table, &domain, 0, &in_range(rough)).unwrap();
         assert!(head.gap[0] == 2.0 && head.gap[1] > 2.0 && head.gap[1] <= 2.5, "{:?}", head.gap);
@@ -428,7 +592,7 @@ mod tests {
 
     #[test]
     fn a_table_may_end_within_a_panel() {
-        let domain = Domain { unit: 1.0, shift: 1.0, until: 5.01, ends: true, edge: false };
+        let domain = Domain { unit: 1.0, shift: 1.0, until: 5.01, ends: true, edge: false, reach: None };
         let mut table = rows::<f32>();
         let jump = |r: f64| if r * r + 1.0 < 5.01 { plummer(r) } else { [0.0; 3] };
         let head = build::<f32, 3>(&mut table, &domain, 0, &in_range(jump)).unwrap();

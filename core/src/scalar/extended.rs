@@ -47,6 +47,11 @@ impl Extended {
         self.times(Self::new(factor, 0))
     }
 
+    /// The magnitude.
+    pub(crate) fn abs(self) -> Self {
+        Self { value: self.value.abs(), ..self }
+    }
+
     /// The product with 2^`n`.
     pub(crate) fn shift(self, n: i32) -> Self {
         if self.is_zero() { self } else { Self { exponent: self.exponent.saturating_add(n), ..self } }

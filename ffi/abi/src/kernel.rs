@@ -3,7 +3,7 @@
 use core::cell::Cell;
 use core::ffi::c_void;
 
-use mollis_core::kernel::{Kernel, Law, MAX_TERMS, RadialKernel, Supplied, Term};
+use mollis_core::kernel::{Kernel, Law, MAX_KNOTS, MAX_TERMS, RadialKernel, Supplied, Term};
 use mollis_core::memory::Plain;
 use mollis_core::{Error, Real, Result};
 
@@ -59,24 +59,48 @@ impl mollis_kernel_term {
 }
 
 /// A host's own radial kernel. Called only while a sum is prepared.
+///
+/// Its functions are fitted, and the fits compared with them between their nodes. Members after `reach` may be zero.
 #[derive(Clone, Copy)]
 #[repr(C)]
 pub struct mollis_radial_kernel {
     /// Passed to `evaluate`.
     pub context: *mut c_void,
     /// Writes K(r), K'(r)/r and the Laplacian of K to out[0..2], for r > 0; returns 0, or a status that ends the call and
-    /// comes back unchanged. r^(d-1) K and r^d K' must be integrable at 0. A value that is not finite is an error.
+    /// comes back unchanged. r^(d-1) K and r^d K' must be integrable at 0. A value that is not finite is an error. The three must belong together,
+    /// and be accurate at every r up to the reach (what is computed as 1 - exp(-r*r) is not at small r, -expm1(-r*r) is).
     pub evaluate: Option<unsafe extern "C" fn(context: *mut c_void, r: f64, out: *mut f64) -> mollis_status>,
     /// The factor.
     pub coefficient: f64,
-    /// Pairs further apart get nothing from it. Under a mollifier r goes a little further.
+    /// Pairs further apart get nothing from it, and are counted (`mollis_field_counts.beyond_reach`). Under a mollifier r goes a little further. Finite.
     pub reach: f64,
+    /// The largest error with which it is accepted, else MOLLIS_ERR_KERNEL_FIT. 0: 1e-10, in single precision 1e-5. Infinity accepts any.
+    pub tolerance: f64,
+    /// Without a mollifier: for smaller r, K continues with the power of r that K'/r has here. 0: 2^-52 of the reach, and
+    /// the kernel is compared with it; otherwise not less than that, and the kernel is not called for smaller r.
+    pub least: f64,
+    /// The number of knots, at most MOLLIS_KERNEL_MAX_KNOTS.
+    pub n_knots: usize,
+    /// Radii at which the kernel is not smooth (where the pieces of a spline meet), strictly increasing, between `least` and the reach. K is
+    /// continuous there. Null if there are none.
+    pub knots: *const f64,
+    /// If not null, errors[0..2] get the errors of K, K'/r and the Laplacian when the kernel is prepared, or refused with MOLLIS_ERR_KERNEL_FIT: sums miss
+    /// the kernel by no more, relative to the largest |K| (or r^2 |K'/r|), |K'/r|, and |Laplacian| or d |K'/r| over all distances from r/2 to r, and to
+    /// delta from 0 where r < delta (to `least` where r is less), but for the sum's own rounding. Within some roundings of a knot either side's value counts.
+    pub errors: *mut f64,
 }
+
+/// The most knots of a host's own kernel.
+pub const MOLLIS_KERNEL_MAX_KNOTS: usize = 8;
+const _: () = assert!(MOLLIS_KERNEL_MAX_KNOTS == MAX_KNOTS);
 
 /// The host's kernel, remembering a status that it returned.
 struct Host {
     kernel: mollis_radial_kernel,
     refused: Cell<mollis_status>,
+    knots: Input<f64>,
+    errors: Option<Output<f64>>,
+    achieved: Cell<[f64; 3]>,
 }
 
 impl RadialKernel for Host {
@@ -168,7 +192,9 @@ pub(crate) unsafe fn prepare<T: Real, const D: usize>(
             if kernel.evaluate.is_none() {
                 return Err(Error::NullPointer);
             }
-            Some(Host { kernel, refused: Cell::new(0) })
+            let (knots, errors) = (Input::new(kernel.knots, kernel.n_knots)?, Output::optional(kernel.errors, 3)?);
+            disjoint(&[Some(block.range()), errors.map(Output::range)], &[terms.range(), knots.range()])?;
+            Some(Host { kernel, refused: Cell::new(0), knots, errors, achieved: Cell::new([0.0; 3]) })
         };
         // SAFETY: the caller promises the crate's contract.
         let (terms, count) = unsafe { read_terms(terms) }?;
@@ -178,10 +204,20 @@ pub(crate) unsafe fn prepare<T: Real, const D: usize>(
             kernel: host,
             coefficient: host.kernel.coefficient,
             reach: host.kernel.reach,
+            // SAFETY: as above.
+            knots: unsafe { host.knots.slice() },
+            tolerance: host.kernel.tolerance,
+            least: host.kernel.least,
+            achieved: Some(&host.achieved),
         });
         // SAFETY: as above; the block overlaps nothing.
         let memory = unsafe { block.slice() };
         let made = Kernel::<T, D>::write(memory, terms, supplied, mollifier, delta);
+        let errors = host.as_ref().and_then(|host| host.errors);
+        if let (Some(errors), Some(host), Ok(()) | Err(Error::KernelFit)) = (errors, &host, made) {
+            // SAFETY: as above; they overlap nothing.
+            unsafe { errors.slice() }.iter_mut().zip(host.achieved.get()).for_each(|(to, error)| *to = error);
+        }
         refused.set(host.map_or(0, |host| host.refused.get()));
         made
     })();
@@ -336,6 +372,18 @@ mod tests {
         assert!(memory.0.iter().all(|&b| b == 0xA5));
     }
 
+    const PLAIN: mollis_radial_kernel = mollis_radial_kernel {
+        context: null_mut(),
+        evaluate: None,
+        coefficient: 0.0,
+        reach: 0.0,
+        tolerance: 0.0,
+        least: 0.0,
+        n_knots: 0,
+        knots: null(),
+        errors: null_mut(),
+    };
+
     unsafe extern "C" fn square(context: *mut c_void, r: f64, out: *mut f64) -> mollis_status {
         // |x|^2/2 in 2D; the context says how to misbehave
         let (values, status) = match context.addr() {
@@ -350,7 +398,7 @@ mod tests {
     #[test]
     fn a_hosts_kernel_is_fitted_and_its_errors_come_back() {
         let mut own =
-            mollis_radial_kernel { context: null_mut(), evaluate: Some(square), coefficient: 2.0, reach: 5.0 };
+            mollis_radial_kernel { context: null_mut(), evaluate: Some(square), coefficient: 2.0, reach: 5.0, ..PLAIN };
         let bytes = bytes_of(&[], &own);
         let mut memory = vec![0_u8; bytes + 64];
         let start = memory.as_ptr().align_offset(64);
@@ -362,7 +410,7 @@ mod tests {
             own.context = core::ptr::without_provenance_mut(context);
             assert_eq!(prepare(&own), status);
         }
-        assert_eq!(prepare(&mollis_radial_kernel { reach: 0.0, ..own }), Error::OutOfDomain as i32);
+        assert_eq!(prepare(&mollis_radial_kernel { reach: 0.0, ..own }), Error::KernelReach as i32);
         assert_eq!(prepare(&mollis_radial_kernel { evaluate: None, ..own }), Error::NullPointer as i32);
         assert_eq!(prepare(&own), 0);
         let r = [0.0, 0.2, 0.31, 4.0, 6.0];

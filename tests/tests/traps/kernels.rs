@@ -7,12 +7,21 @@ use mollis_tests::exceptions::Rows;
 
 use super::*;
 
-/// |x|^1.5 / 1.5 in any dimension. The Laplacian is that of the plane; this does not affect the flags.
-unsafe extern "C" fn own(_: *mut c_void, r: f64, out: *mut f64) -> mollis_status {
-    let root = r.sqrt();
-    unsafe { out.cast::<[f64; 3]>().write([r * root / 1.5, 1.0 / root, 1.5 / root]) };
+/// |x|^1.5 / 1.5 in the dimension that the context is as a number, up to 2 where it goes on with the same value and slope.
+unsafe extern "C" fn own(dimension: *mut c_void, r: f64, out: *mut f64) -> mollis_status {
+    let (d, root) = (dimension.addr() as f64, r.sqrt());
+    let spline = |x: f64| [x * x / 2.0, x, 1.0];
+    let mut values = [r * root / 1.5, 1.0 / root, (d - 0.5) / root];
+    if r > 2.0 {
+        let [k, slope, curvature] = spline(r - 2.0);
+        let more = slope / r;
+        values = [values[0] + k, values[1] + more, values[2] + curvature + (d - 1.0) * more];
+    }
+    unsafe { out.cast::<[f64; 3]>().write(values) };
     0
 }
+
+static KNOT: f64 = 2.0;
 
 fn term(kind: i32, coefficient: f64, parameter: f64) -> mollis_kernel_term {
     mollis_kernel_term { kind, reserved: 0, coefficient, parameter: [parameter, 0.0] }
@@ -53,10 +62,15 @@ macro_rules! check {
             let mut rows = Rows::default();
             let r = [0.0 as $t, 1e-12, 1e-3, 0.1, 0.29, 0.3, 0.31, 0.6, 2.0, 13.0, 100.0];
             let host = mollis_radial_kernel {
-                context: std::ptr::null_mut(),
+                context: std::ptr::without_provenance_mut($d),
                 evaluate: Some(own),
                 coefficient: 1.0,
                 reach: 5.0,
+                tolerance: f64::INFINITY,
+                least: 0.0,
+                n_knots: 1,
+                knots: &raw const KNOT,
+                errors: std::ptr::null_mut(),
             };
             let mut kernels: Vec<_> = sums($d, $few).into_iter().map(|terms| (terms, None)).collect();
             kernels.push((vec![], Some(host)));

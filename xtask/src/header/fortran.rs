@@ -14,9 +14,8 @@ const WIDTH: usize = 132;
 const OPTIONAL: [&str; 8] = ["options", "run", "targets", "tracers", "generator", "own", "report", "counters"];
 const ARRAYS: [&str; 2] = ["terms", "species"];
 /// Pointers to one number.
-const SCALARS: [&str; 11] = [
-    "bytes", "length", "step", "norm", "smallest", "first", "mass", "absolute_mass", "second", "noise", "rate",
-];
+const SCALARS: [&str; 11] =
+    ["bytes", "length", "step", "norm", "smallest", "first", "mass", "absolute_mass", "second", "noise", "rate"];
 
 const HEAD: &str = "\
 ! mollis: particles that interact through softened potentials.
@@ -158,7 +157,8 @@ fn structures(code: &str) -> Result<Vec<(String, Vec<Declared>)>> {
     while let Some((_, after)) = rest.split_once("typedef struct ") {
         let (head, after) = after.split_once('{').context("a structure has no members")?;
         let (body, after) = after.split_once('}').context("a structure has no end")?;
-        let members = body.split(';').filter(|member| !member.trim().is_empty()).map(declared).collect::<Result<_>>()?;
+        let members =
+            body.split(';').filter(|member| !member.trim().is_empty()).map(declared).collect::<Result<_>>()?;
         found.push((head.trim().to_owned(), members));
         rest = after;
     }
@@ -203,7 +203,8 @@ fn declared(text: &str) -> Result<Declared> {
     let (name, kind) = words.split_last().context("an empty declaration")?;
     let is_const = kind.contains(&"const");
     let stars = kind.iter().filter(|word| **word == "*").count() + usize::from(to_array);
-    let kind = kind.iter().filter(|word| !["const", "struct", "*"].contains(word)).copied().collect::<Vec<_>>().join(" ");
+    let kind =
+        kind.iter().filter(|word| !["const", "struct", "*"].contains(word)).copied().collect::<Vec<_>>().join(" ");
     Ok(Declared { name: (*name).to_owned(), kind, is_const, stars, dimensions, to_array, to_function })
 }
 
@@ -254,7 +255,8 @@ impl Declared {
             return false;
         }
         if self.is_structure() {
-            return OPTIONAL.contains(&self.name.as_str()) && (self.is_const || self.name == "report" || self.name == "counters");
+            return OPTIONAL.contains(&self.name.as_str())
+                && (self.is_const || self.name == "report" || self.name == "counters");
         }
         !self.is_const && !(SCALARS.contains(&self.name.as_str()) && self.name == "bytes")
     }
@@ -270,7 +272,13 @@ impl Declared {
         }
         let one = SCALARS.contains(&self.name.as_str()) && !self.is_const && !self.to_array;
         let shape = match (self.is_structure(), self.to_array) {
-            (true, _) => if ARRAYS.contains(&self.name.as_str()) { "(*)".to_owned() } else { String::new() },
+            (true, _) => {
+                if ARRAYS.contains(&self.name.as_str()) {
+                    "(*)".to_owned()
+                } else {
+                    String::new()
+                }
+            }
             (_, true) => format!("({},*)", self.dimensions.join(",")),
             _ if one => String::new(),
             _ => "(*)".to_owned(),

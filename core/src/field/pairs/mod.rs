@@ -315,6 +315,7 @@ struct Tally {
     polynomial: AtomicUsize,
     all_near: AtomicUsize,
     scaled: AtomicUsize,
+    beyond: AtomicUsize,
 }
 
 impl Tally {
@@ -323,6 +324,7 @@ impl Tally {
         self.polynomial.fetch_add(counts.polynomial_blocks as usize, Ordering::Relaxed);
         self.all_near.fetch_add(counts.all_near_blocks as usize, Ordering::Relaxed);
         self.scaled.fetch_add(counts.scaled_pairs as usize, Ordering::Relaxed);
+        self.beyond.fetch_add(counts.beyond_reach as usize, Ordering::Relaxed);
     }
 
     fn counters(&self) -> Statistics {
@@ -332,6 +334,7 @@ impl Tally {
             polynomial_blocks: value(&self.polynomial),
             all_near_blocks: value(&self.all_near),
             scaled_pairs: value(&self.scaled),
+            beyond_reach: value(&self.beyond),
             ..Statistics::default()
         }
     }

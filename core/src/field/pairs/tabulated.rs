@@ -29,7 +29,7 @@ use super::output::{Contribution, Scales};
 use super::packed::{Units, farthest, least_square_exponent, power_of_two};
 use super::{Block, PairKernel, Passes};
 use crate::exec::Statistics;
-use crate::kernel::{Table, table_terms};
+use crate::kernel::{Table, table_mark, table_terms};
 use crate::real::{Real, Scalar};
 use crate::simd::{Isa, Part, ROW, Rows};
 
@@ -54,6 +54,11 @@ pub(in crate::field) struct Prepared<'a, T> {
     has_gaps: bool,
     /// Whether the table has ranges without Laplacians.
     is_rough: bool,
+    /// Whether rows are marked: their pairs are left out.
+    is_marked: bool,
+    /// Pairs with r^2 from this on, in units, are counted, if `has_reach`.
+    reach: T,
+    has_reach: bool,
 }
 
 /// Its numbers, in every lane.
@@ -70,6 +75,8 @@ pub(in crate::field) struct Lanes<C> {
     rough: [C; 2],
     /// An argument inside the table, substituted in lanes that are not served.
     held: C,
+    /// The least c_0 of marked rows.
+    mark: C,
 }
 
 impl<T: Real> Prepared<'_, T> {
@@ -91,6 +98,7 @@ impl<T: Real> Lanes<T> {
             gap: [isa.splat(from), isa.splat(to)],
             rough: [isa.splat(rough_from), isa.splat(rough_to)],
             held: isa.splat(self.held),
+            mark: isa.splat(self.mark),
         }
     }
 }
@@ -150,9 +158,12 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Tabulated<'a, T> {
             first = first.max(power_of_two::<T>(-least_square_exponent::<T>()) * scale);
         }
         let (gap, rough) = (table.gap.map(real), table.rough.map(real));
-        let numbers = Lanes { scale, shift, first, last: real(table.last), gap, rough, held: real(table.first) };
+        let (held, mark) = (real(table.first), table_mark());
+        let numbers = Lanes { scale, shift, first, last: real(table.last), gap, rough, held, mark };
         let has_gaps = !fits || table.first > table.shift || table.gap[0] < table.gap[1];
         let is_rough = table.rough[0] < table.rough[1];
+        let has_reach = table.reach < f64::INFINITY;
+        let reach = if has_reach { table.reach.ldexp(units.position) } else { 0.0 };
         let end = if fits { (table.last - table.shift) / scale.to_f64() } else { 0.0 };
         Prepared {
             rows: self.table.rows,
@@ -161,6 +172,9 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Tabulated<'a, T> {
             ends: table.ends,
             has_gaps,
             is_rough,
+            is_marked: table.marked,
+            reach: real((reach * reach).min(T::MAX.to_f64())).max(T::MIN_POSITIVE),
+            has_reach,
         }
     }
 
@@ -190,8 +204,14 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Tabulated<'a, T> {
         block: &Block<'_, T, D>,
         groups: &mut [Group<I::V, D>; NB],
         noted: &mut [Deferred; 2],
-        _counts: &mut Statistics,
+        counts: &mut Statistics,
     ) {
+        if prepared.0.has_reach {
+            let [a, b] = block.bounds;
+            if farthest(a, b) >= prepared.0.reach {
+                counts.beyond_reach += isa.apart(Beyond { reach: prepared.0.reach, block, groups: &*groups });
+            }
+        }
         if P && block.potential {
             isa.apart(AddSources::<_, _, D, NB, true> { prepared, block, groups, noted });
         } else {
@@ -212,8 +232,14 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Tabulated<'a, T> {
         for (lanes, &r2) in all.iter_mut().zip(&r2) {
             let u = numbers.u(isa, r2);
             let (served, left_out) = numbers.served(isa, u, prepared.ends);
+            let (mut served, mut left_out) = (isa.bits(served), left_out);
+            if prepared.is_marked {
+                let row = Row::of(isa, prepared.rows, u);
+                let marked = served & !isa.bits(row.is_used(isa, numbers.mark));
+                (served, left_out) = (served & !marked, left_out | marked);
+            }
             // What is left out as a whole is not left out once more.
-            *lanes = if laplacian { numbers.rough(isa, u).1 & isa.bits(served) } else { left_out };
+            *lanes = if laplacian { numbers.rough(isa, u).1 & served } else { left_out };
         }
         all
     }
@@ -242,6 +268,7 @@ impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool> Part<T,
         let [a, b] = block.bounds;
         let all_served = !prepared.has_gaps && farthest(a, b) < prepared.end;
         let zero = isa.splat(T::ZERO);
+        let all = u32::MAX >> (32 - I::LANES as u32);
         let mut local = *groups;
         for (at, (x, &m)) in block.sources.0.iter().zip(block.sources.1).enumerate() {
             let (d, r2) = distances(isa, x, &local);
@@ -257,6 +284,11 @@ impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool> Part<T,
                     factor = isa.select(served, mass, zero);
                 }
                 let row = Row::of(isa, prepared.rows, u);
+                if prepared.is_marked {
+                    let used = row.is_used(isa, numbers.mark);
+                    left_out |= all & !isa.bits(used);
+                    factor = isa.select(used, factor, zero);
+                }
                 group.add_gradient(isa, isa.mul(factor, row.gradient(isa)), d);
                 if P {
                     group.add_potential(isa, factor, row.potential(isa));
@@ -279,6 +311,30 @@ impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool> Part<T,
             }
         }
         *groups = local;
+    }
+}
+
+/// Counts the pairs of a block that are beyond a host's reach.
+struct Beyond<'a, T: Real, V, const D: usize, const NB: usize> {
+    reach: T,
+    block: &'a Block<'a, T, D>,
+    groups: &'a [Group<V, D>; NB],
+}
+
+impl<T: Real, I: Isa<T>, const D: usize, const NB: usize> Part<T, I> for Beyond<'_, T, I::V, D, NB> {
+    type Out = u64;
+
+    #[inline(always)]
+    fn run(self, isa: I) -> u64 {
+        let reach = isa.splat(self.reach);
+        let mut count = 0;
+        for x in self.block.sources.0 {
+            let (_, r2) = distances(isa, x, self.groups);
+            for (&r2, &valid) in r2.iter().zip(self.block.valid) {
+                count += u64::from((valid & !isa.bits(isa.lt(r2, reach))).count_ones());
+            }
+        }
+        count
     }
 }
 
@@ -336,6 +392,13 @@ impl<T: Real, I: Isa<T>> Row<I::V, T, I> {
     fn of(isa: I, table: &Rows<T>, u: I::V) -> Self {
         let (rows, least) = isa.rows(u);
         Self { columns: isa.look_up(table, rows), t: isa.sub(u, least), of: core::marker::PhantomData }
+    }
+
+    /// The lanes whose rows are not marked.
+    #[inline(always)]
+    fn is_used(&self, isa: I, mark: I::V) -> I::M {
+        let [first, ..] = self.columns;
+        isa.lt(first, mark)
     }
 
     /// Horner's rule over c_0, c_1, ..., each times its factor.

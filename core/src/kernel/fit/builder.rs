@@ -55,6 +55,8 @@ pub(crate) struct Builder<'a> {
     pub(super) next: usize,
     /// The largest error of a fit, relative to the function's size on its panel.
     pub(crate) error: f64,
+    /// By how much the fits of a host's kernel miss its value, gradient factor and Laplacian, relative to their sizes.
+    pub(crate) errors: [f64; 3],
     /// An upper bound of the panels' ends.
     pub(super) limit: f64,
     /// The largest coefficient that the sum's scalar can hold.
@@ -72,6 +74,7 @@ impl<'a> Builder<'a> {
             headers: 0,
             next: 0,
             error: 0.0,
+            errors: [0.0; 3],
             limit: f64::INFINITY,
             largest,
             screened: [[DoubleWord::ZERO; 3]; LENGTH],

@@ -4,20 +4,20 @@
 //! largest size on the panel. Sizes are those of the convolution ([`Sample`]) or of the bare kernel at the mollifier's length, whichever is larger.
 
 mod builder;
+mod supplied;
 mod unit;
 
 pub(crate) use builder::Builder;
+pub(crate) use supplied::{Host, PANELS as HOST_PANELS};
 
 use builder::Axis;
 use unit::Unit;
 
-use core::cell::Cell;
-
-use super::chebyshev::{CAPACITY, fit};
-use super::convolution::{Convolution, REACH, Sample, Target};
+use super::chebyshev::fit;
+use super::convolution::{REACH, Target};
 use super::edge_series::{LENGTH, exact, exterior_factor, laurent, odd_power, screened_edge, series};
 use super::fitted_term::{FittedTerm, HEADER, Outer, Variable};
-use super::law::{Law, RadialKernel, is_multiple};
+use super::law::{Law, is_multiple};
 use super::profile::{Profile, TERMS};
 use crate::checked::Present;
 use crate::error::{Error, Result};
@@ -28,8 +28,6 @@ const INNER: usize = 24;
 const OUTER: usize = 8;
 /// Capacity for the coefficients of both, in triples. Most panels need 20 to 30.
 const TRIPLES: usize = 560;
-/// Most octaves of a user's kernel.
-pub(crate) const USER_OCTAVES: usize = 40;
 /// Up to this kappa the series from the edge loses less than one digit.
 const SERIES_KAPPA: f64 = 3.0;
 
@@ -69,7 +67,7 @@ pub(crate) fn capacity(law: Option<Law>, profile: Option<&Profile>, dimension: u
         Form::Bare => 0,
         Form::Closed => 2 * (HEADER + 6 * LENGTH),
         Form::Fitted => (INNER + OUTER) * HEADER + 3 * TRIPLES,
-        Form::Supplied => (USER_OCTAVES + 2) * (HEADER + 3 * CAPACITY),
+        Form::Supplied => supplied::NUMBERS,
     }
 }
 
@@ -378,117 +376,4 @@ impl Task<'_> {
         }
         Err(Error::Unsupported)
     }
-
-    /// A fit in r^2 on [from, to], in units of delta, for a user's kernel.
-    fn square_panel(
-        &self,
-        from: f64,
-        to: f64,
-        factors: [f64; 3],
-        sample: &dyn Fn(Target) -> Option<Sample>,
-        builder: &mut Builder<'_>,
-    ) -> Result<()> {
-        let (low, high) = (from * from, to * to);
-        let half = 0.5 * (high - low);
-        let fit = fit(|x| sample(Target::at((low + half * (x + 1.0)).sqrt())))?;
-        builder.fitted(to * self.delta, Axis::between(Variable::Square, 1.0, low, high), &fit, factors)
-    }
-
-    /// Prepares a user's kernel, up to `reach`.
-    pub(crate) fn supplied(
-        &self,
-        kernel: &dyn RadialKernel,
-        reach: f64,
-        builder: &mut Builder<'_>,
-    ) -> Result<FittedTerm<f64>> {
-        let law = Law::Newtonian;
-        builder.limit = reach;
-        let Some(profile) = self.profile else {
-            // octaves from the reach downwards, in units of the reach
-            let unit = Task { delta: reach, ..*self };
-            let first = builder.begin(USER_OCTAVES);
-            let factors = [self.coefficient; 3];
-            let mut to = 1.0 / power_of_two(USER_OCTAVES);
-            let least = to * reach;
-            let sample = |target: Target| even(kernel.at(reach * target.r()));
-            for _ in 0..USER_OCTAVES {
-                unit.square_panel(to, 2.0 * to, factors, &sample, builder)?;
-                to *= 2.0;
-            }
-            let outer = Outer::Clamped { least };
-            return Ok(FittedTerm { law, radius: reach, panels: USER_OCTAVES, plain: USER_OCTAVES, first, outer });
-        };
-        let convolution = Convolution::new(self.dimension, *profile, 0.0);
-        let square = self.delta * self.delta;
-        // the integrals may skip values, but a kernel that is not finite anywhere it is called is refused
-        let finite = Cell::new(true);
-        let call = |q: f64| {
-            let [u, g, l] = kernel.at(self.delta * q);
-            finite.set(finite.get() && u.is_finite() && g.is_finite() && l.is_finite());
-            let volume = Scalar::powi(q, self.dimension.saturating_sub(1) as u32);
-            [volume * u, volume * square * g * q, volume * square * l]
-        };
-        let inside = |target| even(convolution.at(target, true, &mut |q, _| call(q))?.values);
-        let outside = |target| even(convolution.at(target, false, &mut |q, _| call(q))?.values);
-        let factors = self.factors(0.0);
-        let span = reach / self.delta;
-        let compact = matches!(profile, Profile::Compact { .. });
-        let mut to: f64 = 1.0;
-        let panels = 1 + octaves_to((span / to).max(1.0));
-        if panels > USER_OCTAVES + 1 {
-            return Err(Error::Unsupported);
-        }
-        let first = builder.begin(panels);
-        if compact {
-            // The kernel's singularity at 0 is not known, so the root with the smaller error is used.
-            let edge = |root: f64| {
-                let axis = Axis::edge(Variable::Edge, root, 1.0);
-                fit(|x| inside(Target::inside(axis.t(x).min(1.0)))).map(|fit| (axis, fit))
-            };
-            let mut best = edge(0.5)?;
-            if best.1.error > 1e-14 {
-                let other = edge(0.25)?;
-                best = if other.1.error < best.1.error { other } else { best };
-            }
-            builder.fitted(self.delta, best.0, &best.1, factors)?;
-        } else {
-            self.square_panel(0.0, to, factors, &inside, builder)?;
-        }
-        for index in 1..panels {
-            if compact && index == 1 {
-                // v = sqrt(rho^2 - 1) in [0, sqrt 3]: the edge from outside
-                let span = 3.0_f64.sqrt();
-                let fit = fit(|x| {
-                    let v = 0.5 * span * (x + 1.0);
-                    outside(Target::at((1.0 + v * v).sqrt()))
-                })?;
-                builder.fitted(2.0 * self.delta, Axis::between(Variable::Outside, 0.5, 0.0, span), &fit, factors)?;
-            } else if compact {
-                self.square_panel(to, 2.0 * to, factors, &outside, builder)?;
-            } else {
-                self.square_panel(to, 2.0 * to, factors, &inside, builder)?;
-            }
-            to *= 2.0;
-        }
-        if !finite.get() {
-            return Err(Error::NotFinite);
-        }
-        Ok(FittedTerm { law, radius: self.delta, panels, plain: panels, first, outer: Outer::Zero })
-    }
-}
-
-/// A sample with sizes 1, which disables the test of sizes.
-fn even(values: [f64; 3]) -> Option<Sample> {
-    values.iter().all(|v| v.is_finite()).then_some(Sample { values, sizes: [1.0; 3] })
-}
-
-/// 2^n.
-fn power_of_two(n: usize) -> f64 {
-    Scalar::ldexp(1.0_f64, n as i32)
-}
-
-/// The smallest n >= 0 with 2^n >= x.
-fn octaves_to(x: f64) -> usize {
-    let (m, e) = Scalar::frexp(x);
-    (if m == 0.5 { e - 1 } else { e }).max(0) as usize
 }

@@ -346,6 +346,7 @@ where
                 to.all_near_blocks = to.all_near_blocks.saturating_add(done.all_near_blocks);
                 to.scaled_pairs = to.scaled_pairs.saturating_add(done.scaled_pairs);
                 to.massless_sources = to.massless_sources.saturating_add(done.massless_sources);
+                to.beyond_reach = to.beyond_reach.saturating_add(done.beyond_reach);
             }
         }
         Ok(())

@@ -98,9 +98,11 @@ pub struct mollis_field_counts {
     pub scaled_pairs: u64,
     /// Sources without mass that were dropped.
     pub massless_sources: u64,
+    /// Pairs at least as far apart as the reach of a host's own kernel, which gives them nothing.
+    pub beyond_reach: u64,
 }
 
-// SAFETY: six numbers of eight bytes, no padding.
+// SAFETY: seven numbers of eight bytes, no padding.
 unsafe impl Plain for mollis_field_counts {}
 
 /// Fills `options` with the defaults. `size` is `sizeof *options`.

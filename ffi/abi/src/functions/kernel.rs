@@ -99,7 +99,8 @@ pub unsafe extern "C" fn mollis_kernel3_bytes_f32(
 ///
 /// Refused: as by the size query, and MOLLIS_ERR_WORKSPACE_TOO_SMALL, MOLLIS_ERR_DELTA, MOLLIS_ERR_UNSUPPORTED (delta is many times
 /// a length l or 1/k: about 600 times, 13 to 26 under a Gaussian mollifier; or exponent M = 1 with a power 0 < p + d - 1 < 0.08, whose
-/// Laplacian is all but infinite at delta; or a mollified power above about 20, whose fits do not converge), MOLLIS_ERR_OUT_OF_DOMAIN (the own kernel's reach; or a coefficient leaves the scalar's range, in
+/// Laplacian is all but infinite at delta; or a mollified power above about 20, whose fits do not converge), MOLLIS_ERR_KERNEL_REACH, MOLLIS_ERR_KERNEL_KNOTS, MOLLIS_ERR_KERNEL_FIT (the own kernel),
+/// MOLLIS_ERR_OUT_OF_DOMAIN (its `least` or tolerance; or a coefficient leaves the scalar's range, in
 /// single precision at some 90 lengths, 4.7 to 13 under a Gaussian mollifier; or K'/r of a kernel that isn't Newtonian leaves double precision at
 /// distances of about delta, without a mollifier of about its length), MOLLIS_ERR_NOT_FINITE (the own kernel returned such a value), or the status
 /// that the own kernel returned. After an error the block is not prepared, unless it was before and the size query or MOLLIS_ERR_DELTA refused.
