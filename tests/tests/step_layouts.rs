@@ -126,9 +126,11 @@ macro_rules! layouts {
                     assert!((0..N).all(|i| gaps.iter().all(|gap| here[i * stride + gap] == canary)));
                 }
                 let points = |memory: &[$t], what: usize, n: usize| -> Vec<$t> {
-                    let columns: Vec<Vec<$t>> =
-                        (0..$d).map(|k| get(memory, place(what, n) + own(n, k), stride, n)).collect();
-                    (0..n * $d).map(|k| columns[k % $d][k / $d]).collect()
+                    let mut points = vec![0.0; n * $d];
+                    for k in 0..$d {
+                        put(&mut points, k, $d, &get(memory, place(what, n) + own(n, k), stride, n));
+                    }
+                    points
                 };
                 let column = |memory: &[$t], what: usize, n: usize| get(memory, place(what, n), each, n);
                 assert_eq!(column(&here, 1, N), masses);

@@ -170,7 +170,7 @@ impl<T: Real, const D: usize> Kernel<'_, T, D> {
 
     /// By how much sums and single distances may miss a user's kernel in value, gradient factor and Laplacian; 0 without one. Twice the largest errors that were found between
     /// the nodes of its fits and in the panels of the table, in units of the scalar's sums: relative to the largest |K| (or r^2 |K'/r|), |K'/r|, and |Laplacian| or
-    /// D |K'/r|, over all distances from r/2 to r, to delta from 0 where r < delta, to [`Supplied::least`] where r is less; of all terms. Values below 2^-64 of the largest in
+    /// D |K'/r|, over all distances from r/2 to r, to delta from 0 where r < delta, to `Supplied::least` where r is less; of all terms. Values below 2^-64 of the largest in
     /// single precision (2^-960 in double) count as that. Within some roundings of a knot either side's value may be returned.
     #[must_use]
     pub fn fit_errors(&self) -> [f64; 3] {

@@ -210,7 +210,7 @@ impl<T: Real, const D: usize> Points<T, D> {
 ///
 /// # Safety
 /// The crate's contract for the points.
-pub(crate) unsafe fn gathered<'a, T: Real, const D: usize>(points: Points<T, D>, to: &'a mut [[T; D]]) -> &'a [[T; D]]
+pub(crate) unsafe fn gathered<T: Real, const D: usize>(points: Points<T, D>, to: &mut [[T; D]]) -> &[[T; D]]
 where
     [T; D]: Plain,
 {

@@ -316,7 +316,7 @@ mod tests {
             laplacian: which[2].then_some(&mut *l),
         };
         let kernel = Newtonian { blob, coefficient: -T::from_f64(1.7), largest: blob.delta(), table: None };
-        let call = Call { options, sources: Sources::new(points, masses), targets: points, outputs };
+        let call = Call { options, sources: Sources::new(points, masses), targets: points, outputs, near: None };
         let bytes = super::super::workspace_bytes::<T, D>(n, [false; 2]).unwrap();
         let mut memory = vec![0xA5_u8; bytes + 64];
         let start = memory.as_ptr().align_offset(64);

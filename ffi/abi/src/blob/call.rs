@@ -10,28 +10,11 @@ use mollis_core::{Error, Real, Result};
 
 use super::arrays::Arrays;
 use super::options::{field_options, mollis_blob_options, mollis_blob_report, read_options};
+use super::particles::ParticlesOf;
 use crate::buffers::{Input, Output, aligned, disjoint, with_slack};
 use crate::first_bad::MOLLIS_NONE_BAD;
 use crate::run::{CallReport, HostRun, mollis_run, with_run};
 use crate::status::mollis_status;
-
-/// The layout of `mollis_particles1` and the like, which say what the members are.
-#[repr(C)]
-#[derive(Clone, Copy, Debug)]
-#[expect(missing_docs, reason = "they stand where C programs read them")]
-pub struct ParticlesOf<T, const D: usize> {
-    pub n: usize,
-    pub positions: [*mut T; D],
-    pub stride: usize,
-    pub masses: *const T,
-    pub mass_stride: usize,
-    pub density: *mut T,
-    pub density_stride: usize,
-    pub velocity: [*mut T; D],
-    pub velocity_stride: usize,
-    pub divergence: *mut T,
-    pub divergence_stride: usize,
-}
 
 /// What size query and step are both given.
 #[derive(Clone, Copy)]

@@ -4,6 +4,7 @@
 mod arrays;
 pub(crate) mod call;
 mod options;
+mod particles;
 
-pub use call::ParticlesOf;
 pub use options::*;
+pub use particles::ParticlesOf;

@@ -4,7 +4,7 @@ use mollis_core::aggregation::{Trajectories, Wanted};
 use mollis_core::memory::{Plain, Space};
 use mollis_core::{Error, Real, Result};
 
-use super::call::ParticlesOf;
+use super::particles::ParticlesOf;
 use crate::arrays::fetch;
 use crate::buffers::{Input, Output, Range, disjoint};
 
