@@ -258,7 +258,7 @@ impl Declared {
             return OPTIONAL.contains(&self.name.as_str())
                 && (self.is_const || self.name == "report" || self.name == "counters");
         }
-        !self.is_const && !(SCALARS.contains(&self.name.as_str()) && self.name == "bytes")
+        !self.is_const && self.name != "bytes"
     }
 
     /// The declaration of a dummy argument of the C function.
