@@ -17,7 +17,7 @@ use super::translate::Translate;
 use super::tree::{Shape, Tree};
 use super::upward::TASK;
 use crate::checked::Present;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::field::pairs::{Groups, Near, Task, Units};
 use crate::memory::{Carve, Space};
 use crate::real::Real;
@@ -181,9 +181,8 @@ impl<T: Real> Descent<'_, '_, T> {
             let next = walk.visit(target, [from, end], Meet { near: None, local: Some(local), leaf: false })?;
             let number = n_tops as u32;
             n_tops += 1;
-            let slots = walk.scratch.pending.get_mut(waiting..waiting + 2).present()?;
-            slots.copy_from_slice(&[[second as u32, end, next, k, number], [first as u32, end, next, k, number]]);
-            waiting += 2;
+            let entries = [[second as u32, end, next, k, number], [first as u32, end, next, k, number]];
+            push(walk.scratch.pending, &mut waiting, entries)?;
         }
         *starts.get_mut(n_tasks).present()? = self.targets.points(0).end as u32;
         Ok(n_tasks)
@@ -252,10 +251,9 @@ impl<T: Real> Near<T> for Descent<'_, '_, T> {
             let next = walk.visit(target, [from, end], meet)?;
             match parts {
                 Some([first, second]) => {
-                    let slots = walk.scratch.pending.get_mut(waiting..waiting + 2).present()?;
                     let depth = depth as u32 + 1;
-                    slots.copy_from_slice(&[[second as u32, end, next, k, depth], [first as u32, end, next, k, depth]]);
-                    waiting += 2;
+                    let entries = [[second as u32, end, next, k, depth], [first as u32, end, next, k, depth]];
+                    push(walk.scratch.pending, &mut waiting, entries)?;
                 }
                 None => {
                     let [from, to_end] = points.map(|at| at as usize);
@@ -286,6 +284,15 @@ impl<T: Real> Descent<'_, '_, T> {
     }
 }
 
+/// Puts two entries on a stack of so many.
+#[inline(always)]
+fn push<E>(stack: &mut [E], n: &mut usize, [a, b]: [E; 2]) -> Result<()> {
+    let [to_a, to_b, ..] = stack.get_mut(*n..).present()? else { return Err(Error::Internal) };
+    (*to_a, *to_b) = (a, b);
+    *n += 2;
+    Ok(())
+}
+
 impl<'a, 's, 'w, T: Real> Walk<'a, 's, 'w, T> {
     fn new(of: &'a Descent<'a, 'w, T>, level: Level, scratch: &'s mut [u8]) -> Result<Self> {
         let scratch = Scratch::layout(&mut Carve::reopen(scratch)?, of.order.stride)?;
@@ -295,7 +302,8 @@ impl<'a, 's, 'w, T: Real> Walk<'a, 's, 'w, T> {
     /// Opens the roots; where the list ends.
     fn start(&mut self, at: usize) -> Result<u32> {
         let n = self.of.roots.len();
-        self.scratch.open.get_mut(at..at + n).present()?.copy_from_slice(self.of.roots);
+        let slots = self.scratch.open.get_mut(at..at + n).present()?;
+        slots.iter_mut().zip(self.of.roots).for_each(|(slot, &root)| *slot = root);
         Ok((at + n) as u32)
     }
 
@@ -330,9 +338,7 @@ impl<'a, 's, 'w, T: Real> Walk<'a, 's, 'w, T> {
                         next += 1;
                     }
                     (Some([first, second]), _) if !keeps && waiting + 2 <= DIVIDE => {
-                        let slots = stack.get_mut(waiting..waiting + 2).present()?;
-                        slots.copy_from_slice(&[second as u32, first as u32]);
-                        waiting += 2;
+                        push(&mut stack, &mut waiting, [second as u32, first as u32])?;
                     }
                     _ => self.meet(source, &mut meet),
                 }

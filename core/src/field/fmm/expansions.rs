@@ -185,6 +185,12 @@ fn at<T: Real, I: Isa<T>>(isa: I, series: &[T; ROOM], place: usize) -> I::V {
     }
 }
 
+/// The first `n` numbers.
+#[inline(always)]
+fn first_of<T>(numbers: &mut [T], n: usize) -> &mut [T] {
+    numbers.get_mut(..n).unwrap_or_default()
+}
+
 /// Adds a vector to a slice from some place on, as far as that goes.
 #[inline(always)]
 fn add_at<T: Real, I: Isa<T>>(isa: I, to: &mut [T], place: usize, v: I::V) {
@@ -246,6 +252,7 @@ impl<T: Real> Job<T> for Raise<'_, T> {
         }
         let [real, imaginary] = &x;
         let (to_real, to_imaginary) = to.split_at_mut_checked(stride).unwrap_or_default();
+        let (to_real, to_imaginary) = (first_of(to_real, terms), first_of(to_imaginary, terms));
         for first in (0..terms).step_by(I::LANES) {
             let some = terms.min(first + I::LANES);
             let x = [real.get(..some).unwrap_or_default(), imaginary.get(..some).unwrap_or_default()];
@@ -253,9 +260,6 @@ impl<T: Real> Job<T> for Raise<'_, T> {
             add_at(isa, to_real, first, a);
             add_at(isa, to_imaginary, first, b);
         }
-        // What lies beyond the last term belongs to none.
-        to_real.iter_mut().chain(to_imaginary.iter_mut()).skip(terms).take(stride - terms).for_each(|x| *x = T::ZERO);
-        to_imaginary.iter_mut().skip(terms).for_each(|x| *x = T::ZERO);
     }
 }
 
@@ -292,6 +296,7 @@ impl<T: Real> Job<T> for Lower<'_, T> {
         }
         let (to_real, rest) = to.split_at_mut_checked(stride).unwrap_or_default();
         let (to_imaginary, to_potential) = rest.split_at_mut_checked(stride).unwrap_or_default();
+        let (to_real, to_imaginary) = (first_of(to_real, terms), first_of(to_imaginary, terms));
         for (to, &value) in to_potential.iter_mut().zip(potential).take(1) {
             *to += value + large.radius * sum;
         }

@@ -404,7 +404,9 @@ fn sums<T: Real>(
     let mut sort = Sort { words, spare, counts: counts.first_chunk_mut().present()? };
 
     let largest_radius = radii.map_or(delta, largest);
-    let length = largest(call.positions).max(largest(call.targets)).max(largest_radius);
+    let at_sources = core::ptr::eq(call.positions, call.targets);
+    let farthest = if at_sources { T::ZERO } else { largest(call.targets) };
+    let length = largest(call.positions).max(farthest).max(largest_radius);
     let units = Units::new(length, largest(masses));
     let given = Given { positions, masses, radii, largest: largest_radius, support, units };
     let Forest { roots, n_roots, count, leaf } = given.sort(&mut sort, &mut tree, settings.leaf)?;
@@ -426,7 +428,7 @@ fn sums<T: Real>(
     tree.merge(leaf, heavy, &reach);
 
     // Targets that are the sources have the same boxes in the same order.
-    let same = core::ptr::eq(call.positions, call.targets) && count == positions.len() && n_roots == 1;
+    let same = at_sources && count == positions.len() && n_roots == 1;
     if !same {
         let Sort { words, spare, counts } = &mut sort;
         words.iter_mut().take(targets.len()).enumerate().for_each(|(k, word)| *word = k as u64);

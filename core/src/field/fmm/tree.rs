@@ -150,8 +150,8 @@ impl<'w, T: Real> Tree<'w, T> {
             };
             if let Some(middle) = middle {
                 let middle = start + middle as u32;
-                let slots = pending.get_mut(waiting..waiting + 2).present()?;
-                slots.copy_from_slice(&[[middle, end, bits, k as u32], [start, middle, bits, NONE]]);
+                let [right, left, ..] = pending.get_mut(waiting..).present()? else { return Err(Error::Internal) };
+                (*right, *left) = ([middle, end, bits, k as u32], [start, middle, bits, NONE]);
                 waiting += 2;
             }
         }
