@@ -321,7 +321,7 @@ const METHOD: &[Field] = &[
         Number(Open(0.0, 1.0)),
         "",
         Otherwise("1e-12"),
-        "of sums by approximate methods, relative; no present method uses it",
+        "of sums by the fast multipole method, relative to sum |m| |K|",
     ),
 ];
 
