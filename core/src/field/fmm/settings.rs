@@ -51,7 +51,8 @@ fn terms(tolerance: f64) -> usize {
         left *= 1.778_279_410_038_922_8;
         digits += 0.25;
     }
-    let terms = (2.8 * digits) as usize;
+    // 2.75 terms a digit for points at random; more for a lattice, many of whose boxes are just separated.
+    let terms = (3.1 * digits - 2.0) as usize;
     if terms < 4 { 4 } else { terms.min(MAX_TERMS) }
 }
 
