@@ -186,7 +186,7 @@ fn tolerances<T: Real>(n: usize, tolerances: &[f64]) {
                     potential[0] <= tolerance && gradient[0] <= tolerance,
                     "{kind:?} {signed} {tolerance}: {errors:?}"
                 );
-                // Lattices with masses of both signs are the worst; all others are below a tenth of the tolerance or so.
+                // Lattices with masses of both signs are the worst; the errors of all others are below the tolerance.
                 assert!(gradient[1] <= 4.0 * tolerance, "{kind:?} {signed} {tolerance}: {errors:?}");
                 assert!(counts.pairs < (n * n / 2) as u64, "{kind:?}: {}", counts.pairs);
             }
