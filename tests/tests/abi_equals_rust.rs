@@ -486,7 +486,7 @@ fn a_kernel_refuses_with_its_own_code_and_leaves_the_buffer() {
         assert!(block.is_untouched(), "{what} wrote");
     }
     let start = block.pointer();
-    let misaligned = start.cast::<u8>().wrapping_add(8).cast::<c_void>();
+    let misaligned = start.cast::<u8>().wrapping_add(4).cast::<c_void>();
     for (what, error, to, bytes) in [
         ("one byte short", Error::WorkspaceTooSmall, start, bytes - 1),
         ("misaligned", Error::Misaligned, misaligned, bytes),
