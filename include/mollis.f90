@@ -4,8 +4,9 @@
 ! * constants and types have their names in C; members have defaults of 0 and null, which mean "not there";
 ! * mollis_... are the C functions. Pointers that may be null are optional arguments; arrays are what they are in C, so that
 !   `double (*x)[2]` is `x(2, n)`;
-! * without the prefix the same as subroutines, over both kinds of reals where their arguments tell them apart: sizes are default integers, a prepared
-!   kernel or a workspace is an array of bytes, and a status that nobody asks for stops the program where it is not MOLLIS_OK;
+! * without the prefix the same as subroutines, over both kinds of reals where their arguments tell them apart: sizes are
+!   default integers, a prepared kernel or a workspace is an array of bytes, and a status that nobody asks for stops the
+!   program where it is not MOLLIS_OK;
 ! * mollis_at(x) is the address of an array's first number, for members of structures.
 !
 ! Made from include/mollis.h by `cargo xtask header`: do not edit.
@@ -2464,9 +2465,10 @@ module mollis
 
 contains
 
-  ! The address of the first number of an array of any type, for members of structures.
+  ! The address of the first number of an array of any type, for members of structures. (Without an intent: compilers take what
+  ! is passed to `in` as never written through this address.)
   function mollis_at(x) result(address)
-    type(*), intent(in), target :: x(..)
+    type(*), target :: x(..)
     type(c_ptr) :: address
     address = c_loc(x)
   end function
