@@ -62,8 +62,8 @@ pub struct Sources<'a, T, const D: usize> {
     pub positions: &'a [[T; D]],
     /// Their masses; those that are zero are dropped before the sum starts.
     pub masses: &'a [T],
-    /// The core radius of each, positive: the mollifier's length in place of the kernel's delta. For Newtonian kernels with a mollifier; the method is then
-    /// the sum over all pairs.
+    /// The core radius of each, positive: the mollifier's length in place of the kernel's delta. For Newtonian kernels with a mollifier: by the sum
+    /// over all pairs, or in the plane by the fast multipole method.
     pub radii: Option<&'a [T]>,
     /// Vector strengths in space, in place of masses, which are then empty: the gradient output is `sum_j grad K_delta(x_i - x_j) x strength_j`, a velocity by the law
     /// of Biot and Savart.

@@ -118,6 +118,8 @@ impl<T: Plain, const D: usize> Points<T, D> {
         let together = others.iter().all(|pointer| pointer.is_null());
         let stride = match stride {
             0 if together => D,
+            // Coordinates of one point would be those of the next.
+            stride if together && stride < D && n > 1 => return Err(Error::OutOfDomain),
             stride => stride,
         };
         let mut columns = [Column::new(*first, stride, n)?; D];
@@ -129,9 +131,9 @@ impl<T: Plain, const D: usize> Points<T, D> {
         Ok(Self(columns))
     }
 
-    /// As [`Points::new`]; a null first pointer means "not there".
+    /// As [`Points::new`]; null pointers mean "not there".
     pub(crate) fn optional(pointers: [*mut T; D], stride: usize, n: usize) -> Result<Option<Self>> {
-        if pointers.first().is_none_or(|pointer| pointer.is_null()) {
+        if pointers.iter().all(|pointer| pointer.is_null()) {
             Ok(None)
         } else {
             Self::new(pointers, stride, n).map(Some)
@@ -389,6 +391,9 @@ mod tests {
         check(Points::new([p, p.wrapping_add(6)], 0, 3).unwrap(), false, [[0.0, 6.0], [1.0, 7.0], [2.0, 8.0]]);
         check(Points::new([p.wrapping_add(1), p], 3, 3).unwrap(), false, [[1.0, 0.0], [4.0, 3.0], [7.0, 6.0]]);
         assert!(matches!(Points::new([null, p], 0, 3), Err(Error::NullPointer)));
+        assert!(matches!(Points::optional([null, p], 0, 3), Err(Error::NullPointer)));
+        assert!(matches!(Points::optional([null, null], 0, 3), Ok(None)));
+        assert!(matches!(Points::new([p, null], 1, 3), Err(Error::OutOfDomain)));
         assert!(Points::<f64, 2>::new([null, null], 0, 0).unwrap().is_dense());
         assert!(matches!(Points::new([p, null], usize::MAX / 4, 3), Err(Error::TooLarge)));
     }

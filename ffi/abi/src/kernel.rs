@@ -72,16 +72,16 @@ pub struct mollis_radial_kernel {
     pub evaluate: Option<unsafe extern "C" fn(context: *mut c_void, r: f64, out: *mut f64) -> mollis_status>,
     /// The factor.
     pub coefficient: f64,
-    /// Pairs further apart get nothing from it, and are counted (`mollis_field_counts.beyond_reach`). Under a mollifier r goes a little further. Finite.
+    /// Pairs further apart get nothing from it, and are counted (`mollis_field_counts.beyond_reach`). Under a mollifier r goes a little further. From 1e-150 to 1e150.
     pub reach: f64,
     /// The largest error with which it is accepted, else MOLLIS_ERR_KERNEL_FIT. 0: 1e-10, in single precision 1e-5. Infinity accepts any.
     pub tolerance: f64,
     /// Without a mollifier: for smaller r, K continues with the power of r that K'/r has here. 0: 2^-52 of the reach, and
-    /// the kernel is compared with it; otherwise not less than that, and the kernel is not called for smaller r.
+    /// the kernel is compared with it; otherwise between that and half the reach, and the kernel is not called for smaller r.
     pub least: f64,
     /// The number of knots, at most MOLLIS_KERNEL_MAX_KNOTS.
     pub n_knots: usize,
-    /// Radii at which the kernel is not smooth (where the pieces of a spline meet), strictly increasing, between `least` and the reach. K is
+    /// Radii at which the kernel is not smooth (where the pieces of a spline meet), increasing by more than a relative 1e-10, between `least` and the reach. K is
     /// continuous there. Null if there are none.
     pub knots: *const f64,
     /// If not null, errors[0..2] get the errors of K, K'/r and the Laplacian when the kernel is prepared, or refused with MOLLIS_ERR_KERNEL_FIT: sums miss

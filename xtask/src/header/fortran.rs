@@ -17,6 +17,9 @@ const ARRAYS: [&str; 2] = ["terms", "species"];
 const SCALARS: [&str; 11] =
     ["bytes", "length", "step", "norm", "smallest", "first", "mass", "absolute_mass", "second", "noise", "rate"];
 
+/// Pointers to one point.
+const POINTS: [&str; 2] = ["centre", "points"];
+
 const HEAD: &str = "\
 ! mollis: particles that interact through softened potentials.
 !
@@ -27,13 +30,14 @@ const HEAD: &str = "\
 ! * without the prefix the same as subroutines, over both kinds of reals where their arguments tell them apart: sizes are
 !   default integers, a prepared kernel or a workspace is an array of bytes, and a status that nobody asks for stops the
 !   program where it is not MOLLIS_OK;
-! * mollis_at(x) is the address of an array's first number, for members of structures.
+! * mollis_at(x) is the address of the first number of a variable with the attribute target, for members of structures.
 !
 ! Made from include/mollis.h by `cargo xtask header`: do not edit.
 module mollis
   use, intrinsic :: iso_c_binding
   implicit none
   public
+  private :: tell, address_of
 
 ";
 
@@ -281,13 +285,16 @@ impl Declared {
                     String::new()
                 }
             }
+            (_, true) if POINTS.contains(&self.name.as_str()) => format!("({})", self.dimensions.join(",")),
             (_, true) => format!("({},*)", self.dimensions.join(",")),
             _ if one => String::new(),
             _ => "(*)".to_owned(),
         };
         let intent = if self.is_const { "in" } else { "inout" };
+        // What a structure points to may be written although it is not itself: without the attribute compilers suppose that it is not.
+        let target = if self.is_structure() { ", target" } else { "" };
         let optional = if self.is_optional() { ", optional" } else { "" };
-        Ok(format!("{kind}, intent({intent}){optional} :: {}{shape}", self.name))
+        Ok(format!("{kind}, intent({intent}){target}{optional} :: {}{shape}", self.name))
     }
 }
 

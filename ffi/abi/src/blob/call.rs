@@ -121,8 +121,16 @@ where
         let report = Output::optional(step.report.cast::<u64>(), size_of::<mollis_blob_report>() / 8)?;
         let [bad, needed] = host.outputs();
         let outputs = [Some(workspace.range()), report.map(Output::range), bad, needed];
-        let ours = Input::new(self.particles.cast::<u8>(), size_of::<ParticlesOf<T, D>>())?;
-        Arrays::check(&checked.particles, checked.tracers.as_ref(), &outputs, &[kernel.range(), ours.range()])?;
+        let structure =
+            |pointer: *const ParticlesOf<T, D>| Input::new(pointer.cast::<u8>(), size_of::<ParticlesOf<T, D>>());
+        let ours = structure(self.particles)?;
+        let theirs = if self.tracers.is_null() { ours } else { structure(self.tracers)? };
+        Arrays::check(
+            &checked.particles,
+            checked.tracers.as_ref(),
+            &outputs,
+            &[kernel.range(), ours.range(), theirs.range()],
+        )?;
         if !build::AFTER_STEP && checked.options.after_step.is_some() {
             return Err(Error::Unsupported);
         }

@@ -47,7 +47,7 @@ where
 
     pub fn check(particles: &Self, _tracers: Option<&Self>, others: &[Option<Range>], given: &[Range]) -> Result<()> {
         let &[workspace, report, bad, needed] = others else { return Err(Error::Internal) };
-        let &[kernel, structure] = given else { return Err(Error::Internal) };
+        let &[kernel, structure, _] = given else { return Err(Error::Internal) };
         let density = particles.density.map(Output::range);
         disjoint(
             &[Some(particles.positions.range()), density, workspace, report, bad, needed],

@@ -19,7 +19,8 @@ pub const MOLLIS_METHOD_SORTED: i32 = 3;
 pub const MOLLIS_METHOD_NEIGHBOURS: i32 = 4;
 /// Even powers from moments, the other terms over all pairs.
 pub const MOLLIS_METHOD_SPLIT: i32 = 5;
-/// Newtonian kernels in the plane, without a mollifier or with a compact or Gaussian one: the fast multipole method, to the tolerance (at least 1e-13, single precision 1e-5).
+/// Newtonian kernels in the plane, without a mollifier or with a compact or Gaussian one: the fast multipole method, to the tolerance (at least 1e-13, single precision 1e-5). Masses
+/// below 2^-1022 of the largest (single precision: 2^-126) count as zero in the end.
 pub const MOLLIS_METHOD_FMM: i32 = 6;
 
 /// Terms are added up in blocks.
@@ -41,7 +42,8 @@ pub struct mollis_field_options {
     pub reserved: i32,
     /// (a, b): in 2D the gradient output is a grad u + b (grad u rotated by +90 degrees), of the rounded gradient; else (1, 0).
     pub combination: [f64; 2],
-    /// The relative error that may be spent for speed (`MOLLIS_METHOD_FMM`); 0 asks for rounding alone.
+    /// The error that may be spent for speed (`MOLLIS_METHOD_FMM`): of each output, in the l2 norm over the targets, relative to that of sum_j |m_j| |K_j|; with
+    /// masses of one sign relative to the output itself. 0 asks for rounding alone.
     pub tolerance: f64,
 }
 
@@ -84,7 +86,7 @@ impl mollis_field_options {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default)]
 pub struct mollis_field_counts {
-    /// Pairs of a target and a source with mass.
+    /// Pairs of a target and a source with mass; by the fast multipole method those that are summed one by one.
     pub pairs: u64,
     /// Of these, pairs closer than delta.
     pub near_pairs: u64,

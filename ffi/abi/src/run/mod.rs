@@ -67,8 +67,8 @@ pub struct mollis_run {
     /// coordinate, mass or density that is not finite; targets, tracers count after them. `MOLLIS_NONE_BAD`: it is a parameter, or a sum
     /// that overflows. Not written otherwise. May be null (the default).
     pub first_bad: *mut u64,
-    /// Where a step or an evaluation that returns `MOLLIS_ERR_WORKSPACE_TOO_SMALL` writes the bytes that it needs. Not written otherwise. May be null (the
-    /// default).
+    /// Where a step or an evaluation that returns `MOLLIS_ERR_WORKSPACE_TOO_SMALL` writes the bytes of workspace that it needs; 0: it is a prepared
+    /// kernel whose buffer is too short (in builds for firmware also 0 from `mollis_pks_step`). Not written otherwise. May be null (the default).
     pub bytes_needed: *mut usize,
 }
 
@@ -163,7 +163,7 @@ pub(crate) unsafe fn with_run(
             unsafe { put(run.first_bad, told.first_bad.map_or(MOLLIS_NONE_BAD, |index| index as u64)) };
             status(result)
         }
-        Err(Error::WorkspaceTooSmall) if told.bytes_needed.is_some() => {
+        Err(Error::WorkspaceTooSmall) => {
             // SAFETY: as above.
             unsafe { put(run.bytes_needed, told.bytes_needed.unwrap_or_default()) };
             status(result)
