@@ -5,7 +5,7 @@ module host
   implicit none
 
   type :: vortex
-    real(c_double) :: x(2), circulation, core, age
+    real(c_double) :: x(2), circulation, core, velocity(2)
   end type
 
   integer(c_int64_t), target :: state = 88172645463325252_c_int64_t
@@ -61,32 +61,31 @@ contains
   ! is read and written where it is.
   subroutine vortices()
     type(vortex), target :: v(2)
-    real(c_double), target :: velocity(2, 2)
     integer(c_int8_t), allocatable :: kernel(:), workspace(:)
     integer(c_size_t) :: bytes
     type(mollis_sources2) :: sources
     type(mollis_outputs2) :: outputs
     type(mollis_field_options) :: options
     real(c_double) :: known
-    v = [vortex([0.0d0, 0.0d0], 2.0d0, 0.1d0, 0.0d0), vortex([0.5d0, 0.0d0], 2.0d0, 0.2d0, 1.0d0)]
+    v = [vortex([0.0d0, 0.0d0], 2.0d0, 0.1d0, 0.0d0), vortex([0.5d0, 0.0d0], 2.0d0, 0.2d0, 0.0d0)]
     call newtonian(1.0d0, mollis_mollifier(kind=MOLLIS_MOLLIFIER_VATISTAS), 0.1d0, kernel)
     sources%n = size(v)
     sources%positions(1) = c_loc(v(1)%x)
-    sources%stride = storage_size(v) / storage_size(v(1)%age)
+    sources%stride = storage_size(v) / storage_size(v(1)%core)
     sources%masses = c_loc(v(1)%circulation)
     sources%mass_stride = sources%stride
     sources%radii = c_loc(v(1)%core)
     sources%radius_stride = sources%stride
-    velocity = 0
-    outputs%gradient(1) = mollis_at(velocity)
+    outputs%gradient(1) = c_loc(v(1)%velocity)
+    outputs%gradient_stride = sources%stride
     if (mollis_field_options_init(options, c_sizeof(options)) /= MOLLIS_OK) error stop
     options%combination = [0.0d0, 1.0d0]
     call field2_workspace_bytes(kernel, sources, outputs=outputs, options=options, bytes=bytes)
     allocate(workspace(bytes))
     call field2_eval(kernel, sources, outputs=outputs, options=options, workspace=workspace)
     known = 2.0d0 * 0.5d0 / (2 * acos(-1.0d0) * sqrt(0.5d0**4 + 0.1d0**4))
-    print '(a, 2f18.15, a, f18.15)', 'vortex velocity ', velocity(:, 2), ', known ', known
-    good = good .and. abs(velocity(2, 2) - known) < 1d-15 .and. abs(velocity(1, 2)) < 1d-15
+    print '(a, 2f18.15, a, f18.15)', 'vortex velocity ', v(2)%velocity, ', known ', known
+    good = good .and. abs(v(2)%velocity(2) - known) < 1d-15 .and. abs(v(2)%velocity(1)) < 1d-15
   end subroutine
 
   ! Blobs that attract each other keep their centre of mass.

@@ -7,13 +7,14 @@
 ! * without the prefix the same as subroutines, over both kinds of reals where their arguments tell them apart: sizes are
 !   default integers, a prepared kernel or a workspace is an array of bytes, and a status that nobody asks for stops the
 !   program where it is not MOLLIS_OK;
-! * mollis_at(x) is the address of an array's first number, for members of structures.
+! * mollis_at(x) is the address of the first number of a variable with the attribute target, for members of structures.
 !
 ! Made from include/mollis.h by `cargo xtask header`: do not edit.
 module mollis
   use, intrinsic :: iso_c_binding
   implicit none
   public
+  private :: tell, address_of
 
   character(*), parameter :: MOLLIS_VERSION = '0.1.0'
   integer(c_int32_t), parameter :: MOLLIS_ABI_VERSION_HERE = 1
@@ -570,13 +571,13 @@ module mollis
   interface
     function mollis_blob_options_init(options, size) bind(c) result(answer)
       import
-      type(mollis_blob_options), intent(inout) :: options
+      type(mollis_blob_options), intent(inout), target :: options
       integer(c_size_t), value :: size
       integer(c_int32_t) :: answer
     end function
     function mollis_field_options_init(options, size) bind(c) result(answer)
       import
-      type(mollis_field_options), intent(inout) :: options
+      type(mollis_field_options), intent(inout), target :: options
       integer(c_size_t), value :: size
       integer(c_int32_t) :: answer
     end function
@@ -584,10 +585,10 @@ module mollis
       import
       type(c_ptr), value :: kernel
       integer(c_size_t), value :: kernel_bytes
-      type(mollis_particles2), intent(in) :: particles
-      type(mollis_particles2), intent(in), optional :: tracers
-      type(mollis_blob_options), intent(in), optional :: options
-      type(mollis_run), intent(in), optional :: run
+      type(mollis_particles2), intent(in), target :: particles
+      type(mollis_particles2), intent(in), target, optional :: tracers
+      type(mollis_blob_options), intent(in), target, optional :: options
+      type(mollis_run), intent(in), target, optional :: run
       integer(c_size_t), intent(inout) :: bytes
       integer(c_int32_t) :: answer
     end function
@@ -596,10 +597,10 @@ module mollis
       import
       type(c_ptr), value :: kernel
       integer(c_size_t), value :: kernel_bytes
-      type(mollis_particles2_f32), intent(in) :: particles
-      type(mollis_particles2_f32), intent(in), optional :: tracers
-      type(mollis_blob_options), intent(in), optional :: options
-      type(mollis_run), intent(in), optional :: run
+      type(mollis_particles2_f32), intent(in), target :: particles
+      type(mollis_particles2_f32), intent(in), target, optional :: tracers
+      type(mollis_blob_options), intent(in), target, optional :: options
+      type(mollis_run), intent(in), target, optional :: run
       integer(c_size_t), intent(inout) :: bytes
       integer(c_int32_t) :: answer
     end function
@@ -607,10 +608,10 @@ module mollis
       import
       type(c_ptr), value :: kernel
       integer(c_size_t), value :: kernel_bytes
-      type(mollis_particles1), intent(in) :: particles
-      type(mollis_particles1), intent(in), optional :: tracers
-      type(mollis_blob_options), intent(in), optional :: options
-      type(mollis_run), intent(in), optional :: run
+      type(mollis_particles1), intent(in), target :: particles
+      type(mollis_particles1), intent(in), target, optional :: tracers
+      type(mollis_blob_options), intent(in), target, optional :: options
+      type(mollis_run), intent(in), target, optional :: run
       integer(c_size_t), intent(inout) :: bytes
       integer(c_int32_t) :: answer
     end function
@@ -619,10 +620,10 @@ module mollis
       import
       type(c_ptr), value :: kernel
       integer(c_size_t), value :: kernel_bytes
-      type(mollis_particles1_f32), intent(in) :: particles
-      type(mollis_particles1_f32), intent(in), optional :: tracers
-      type(mollis_blob_options), intent(in), optional :: options
-      type(mollis_run), intent(in), optional :: run
+      type(mollis_particles1_f32), intent(in), target :: particles
+      type(mollis_particles1_f32), intent(in), target, optional :: tracers
+      type(mollis_blob_options), intent(in), target, optional :: options
+      type(mollis_run), intent(in), target, optional :: run
       integer(c_size_t), intent(inout) :: bytes
       integer(c_int32_t) :: answer
     end function
@@ -630,10 +631,10 @@ module mollis
       import
       type(c_ptr), value :: kernel
       integer(c_size_t), value :: kernel_bytes
-      type(mollis_particles3), intent(in) :: particles
-      type(mollis_particles3), intent(in), optional :: tracers
-      type(mollis_blob_options), intent(in), optional :: options
-      type(mollis_run), intent(in), optional :: run
+      type(mollis_particles3), intent(in), target :: particles
+      type(mollis_particles3), intent(in), target, optional :: tracers
+      type(mollis_blob_options), intent(in), target, optional :: options
+      type(mollis_run), intent(in), target, optional :: run
       integer(c_size_t), intent(inout) :: bytes
       integer(c_int32_t) :: answer
     end function
@@ -642,10 +643,10 @@ module mollis
       import
       type(c_ptr), value :: kernel
       integer(c_size_t), value :: kernel_bytes
-      type(mollis_particles3_f32), intent(in) :: particles
-      type(mollis_particles3_f32), intent(in), optional :: tracers
-      type(mollis_blob_options), intent(in), optional :: options
-      type(mollis_run), intent(in), optional :: run
+      type(mollis_particles3_f32), intent(in), target :: particles
+      type(mollis_particles3_f32), intent(in), target, optional :: tracers
+      type(mollis_blob_options), intent(in), target, optional :: options
+      type(mollis_run), intent(in), target, optional :: run
       integer(c_size_t), intent(inout) :: bytes
       integer(c_int32_t) :: answer
     end function
@@ -654,15 +655,15 @@ module mollis
       import
       type(c_ptr), value :: kernel
       integer(c_size_t), value :: kernel_bytes
-      type(mollis_particles2), intent(in) :: particles
-      type(mollis_particles2), intent(in), optional :: tracers
+      type(mollis_particles2), intent(in), target :: particles
+      type(mollis_particles2), intent(in), target, optional :: tracers
       real(c_double), value :: dt
       integer(c_size_t), value :: steps
-      type(mollis_blob_options), intent(in), optional :: options
-      type(mollis_run), intent(in), optional :: run
+      type(mollis_blob_options), intent(in), target, optional :: options
+      type(mollis_run), intent(in), target, optional :: run
       type(c_ptr), value :: workspace
       integer(c_size_t), value :: workspace_bytes
-      type(mollis_blob_report), intent(inout), optional :: report
+      type(mollis_blob_report), intent(inout), target, optional :: report
       integer(c_int32_t) :: answer
     end function
     function mollis_blob2_step_f32(kernel, kernel_bytes, particles, tracers, dt, steps, options, run, workspace, workspace_bytes, &
@@ -670,15 +671,15 @@ module mollis
       import
       type(c_ptr), value :: kernel
       integer(c_size_t), value :: kernel_bytes
-      type(mollis_particles2_f32), intent(in) :: particles
-      type(mollis_particles2_f32), intent(in), optional :: tracers
+      type(mollis_particles2_f32), intent(in), target :: particles
+      type(mollis_particles2_f32), intent(in), target, optional :: tracers
       real(c_double), value :: dt
       integer(c_size_t), value :: steps
-      type(mollis_blob_options), intent(in), optional :: options
-      type(mollis_run), intent(in), optional :: run
+      type(mollis_blob_options), intent(in), target, optional :: options
+      type(mollis_run), intent(in), target, optional :: run
       type(c_ptr), value :: workspace
       integer(c_size_t), value :: workspace_bytes
-      type(mollis_blob_report), intent(inout), optional :: report
+      type(mollis_blob_report), intent(inout), target, optional :: report
       integer(c_int32_t) :: answer
     end function
     function mollis_blob1_step(kernel, kernel_bytes, particles, tracers, dt, steps, options, run, workspace, workspace_bytes, &
@@ -686,15 +687,15 @@ module mollis
       import
       type(c_ptr), value :: kernel
       integer(c_size_t), value :: kernel_bytes
-      type(mollis_particles1), intent(in) :: particles
-      type(mollis_particles1), intent(in), optional :: tracers
+      type(mollis_particles1), intent(in), target :: particles
+      type(mollis_particles1), intent(in), target, optional :: tracers
       real(c_double), value :: dt
       integer(c_size_t), value :: steps
-      type(mollis_blob_options), intent(in), optional :: options
-      type(mollis_run), intent(in), optional :: run
+      type(mollis_blob_options), intent(in), target, optional :: options
+      type(mollis_run), intent(in), target, optional :: run
       type(c_ptr), value :: workspace
       integer(c_size_t), value :: workspace_bytes
-      type(mollis_blob_report), intent(inout), optional :: report
+      type(mollis_blob_report), intent(inout), target, optional :: report
       integer(c_int32_t) :: answer
     end function
     function mollis_blob1_step_f32(kernel, kernel_bytes, particles, tracers, dt, steps, options, run, workspace, workspace_bytes, &
@@ -702,15 +703,15 @@ module mollis
       import
       type(c_ptr), value :: kernel
       integer(c_size_t), value :: kernel_bytes
-      type(mollis_particles1_f32), intent(in) :: particles
-      type(mollis_particles1_f32), intent(in), optional :: tracers
+      type(mollis_particles1_f32), intent(in), target :: particles
+      type(mollis_particles1_f32), intent(in), target, optional :: tracers
       real(c_double), value :: dt
       integer(c_size_t), value :: steps
-      type(mollis_blob_options), intent(in), optional :: options
-      type(mollis_run), intent(in), optional :: run
+      type(mollis_blob_options), intent(in), target, optional :: options
+      type(mollis_run), intent(in), target, optional :: run
       type(c_ptr), value :: workspace
       integer(c_size_t), value :: workspace_bytes
-      type(mollis_blob_report), intent(inout), optional :: report
+      type(mollis_blob_report), intent(inout), target, optional :: report
       integer(c_int32_t) :: answer
     end function
     function mollis_blob3_step(kernel, kernel_bytes, particles, tracers, dt, steps, options, run, workspace, workspace_bytes, &
@@ -718,15 +719,15 @@ module mollis
       import
       type(c_ptr), value :: kernel
       integer(c_size_t), value :: kernel_bytes
-      type(mollis_particles3), intent(in) :: particles
-      type(mollis_particles3), intent(in), optional :: tracers
+      type(mollis_particles3), intent(in), target :: particles
+      type(mollis_particles3), intent(in), target, optional :: tracers
       real(c_double), value :: dt
       integer(c_size_t), value :: steps
-      type(mollis_blob_options), intent(in), optional :: options
-      type(mollis_run), intent(in), optional :: run
+      type(mollis_blob_options), intent(in), target, optional :: options
+      type(mollis_run), intent(in), target, optional :: run
       type(c_ptr), value :: workspace
       integer(c_size_t), value :: workspace_bytes
-      type(mollis_blob_report), intent(inout), optional :: report
+      type(mollis_blob_report), intent(inout), target, optional :: report
       integer(c_int32_t) :: answer
     end function
     function mollis_blob3_step_f32(kernel, kernel_bytes, particles, tracers, dt, steps, options, run, workspace, workspace_bytes, &
@@ -734,15 +735,15 @@ module mollis
       import
       type(c_ptr), value :: kernel
       integer(c_size_t), value :: kernel_bytes
-      type(mollis_particles3_f32), intent(in) :: particles
-      type(mollis_particles3_f32), intent(in), optional :: tracers
+      type(mollis_particles3_f32), intent(in), target :: particles
+      type(mollis_particles3_f32), intent(in), target, optional :: tracers
       real(c_double), value :: dt
       integer(c_size_t), value :: steps
-      type(mollis_blob_options), intent(in), optional :: options
-      type(mollis_run), intent(in), optional :: run
+      type(mollis_blob_options), intent(in), target, optional :: options
+      type(mollis_run), intent(in), target, optional :: run
       type(c_ptr), value :: workspace
       integer(c_size_t), value :: workspace_bytes
-      type(mollis_blob_report), intent(inout), optional :: report
+      type(mollis_blob_report), intent(inout), target, optional :: report
       integer(c_int32_t) :: answer
     end function
     function mollis_moments2(n, positions, masses, mass, absolute_mass, centre, second) bind(c) result(answer)
@@ -752,7 +753,7 @@ module mollis
       real(c_double), intent(in) :: masses(*)
       real(c_double), intent(inout), optional :: mass
       real(c_double), intent(inout), optional :: absolute_mass
-      real(c_double), intent(inout), optional :: centre(2,*)
+      real(c_double), intent(inout), optional :: centre(2)
       real(c_double), intent(inout), optional :: second
       integer(c_int32_t) :: answer
     end function
@@ -763,7 +764,7 @@ module mollis
       real(c_float), intent(in) :: masses(*)
       real(c_float), intent(inout), optional :: mass
       real(c_float), intent(inout), optional :: absolute_mass
-      real(c_float), intent(inout), optional :: centre(2,*)
+      real(c_float), intent(inout), optional :: centre(2)
       real(c_float), intent(inout), optional :: second
       integer(c_int32_t) :: answer
     end function
@@ -774,7 +775,7 @@ module mollis
       real(c_double), intent(in) :: masses(*)
       real(c_double), intent(inout), optional :: mass
       real(c_double), intent(inout), optional :: absolute_mass
-      real(c_double), intent(inout), optional :: centre(1,*)
+      real(c_double), intent(inout), optional :: centre(1)
       real(c_double), intent(inout), optional :: second
       integer(c_int32_t) :: answer
     end function
@@ -785,7 +786,7 @@ module mollis
       real(c_float), intent(in) :: masses(*)
       real(c_float), intent(inout), optional :: mass
       real(c_float), intent(inout), optional :: absolute_mass
-      real(c_float), intent(inout), optional :: centre(1,*)
+      real(c_float), intent(inout), optional :: centre(1)
       real(c_float), intent(inout), optional :: second
       integer(c_int32_t) :: answer
     end function
@@ -796,7 +797,7 @@ module mollis
       real(c_double), intent(in) :: masses(*)
       real(c_double), intent(inout), optional :: mass
       real(c_double), intent(inout), optional :: absolute_mass
-      real(c_double), intent(inout), optional :: centre(3,*)
+      real(c_double), intent(inout), optional :: centre(3)
       real(c_double), intent(inout), optional :: second
       integer(c_int32_t) :: answer
     end function
@@ -807,7 +808,7 @@ module mollis
       real(c_float), intent(in) :: masses(*)
       real(c_float), intent(inout), optional :: mass
       real(c_float), intent(inout), optional :: absolute_mass
-      real(c_float), intent(inout), optional :: centre(3,*)
+      real(c_float), intent(inout), optional :: centre(3)
       real(c_float), intent(inout), optional :: second
       integer(c_int32_t) :: answer
     end function
@@ -984,11 +985,11 @@ module mollis
       import
       type(c_ptr), value :: kernel
       integer(c_size_t), value :: kernel_bytes
-      type(mollis_sources2), intent(in) :: sources
-      type(mollis_targets2), intent(in), optional :: targets
-      type(mollis_outputs2), intent(in) :: outputs
-      type(mollis_field_options), intent(in), optional :: options
-      type(mollis_run), intent(in), optional :: run
+      type(mollis_sources2), intent(in), target :: sources
+      type(mollis_targets2), intent(in), target, optional :: targets
+      type(mollis_outputs2), intent(in), target :: outputs
+      type(mollis_field_options), intent(in), target, optional :: options
+      type(mollis_run), intent(in), target, optional :: run
       integer(c_size_t), intent(inout) :: bytes
       integer(c_int32_t) :: answer
     end function
@@ -997,11 +998,11 @@ module mollis
       import
       type(c_ptr), value :: kernel
       integer(c_size_t), value :: kernel_bytes
-      type(mollis_sources2_f32), intent(in) :: sources
-      type(mollis_targets2_f32), intent(in), optional :: targets
-      type(mollis_outputs2_f32), intent(in) :: outputs
-      type(mollis_field_options), intent(in), optional :: options
-      type(mollis_run), intent(in), optional :: run
+      type(mollis_sources2_f32), intent(in), target :: sources
+      type(mollis_targets2_f32), intent(in), target, optional :: targets
+      type(mollis_outputs2_f32), intent(in), target :: outputs
+      type(mollis_field_options), intent(in), target, optional :: options
+      type(mollis_run), intent(in), target, optional :: run
       integer(c_size_t), intent(inout) :: bytes
       integer(c_int32_t) :: answer
     end function
@@ -1010,11 +1011,11 @@ module mollis
       import
       type(c_ptr), value :: kernel
       integer(c_size_t), value :: kernel_bytes
-      type(mollis_sources1), intent(in) :: sources
-      type(mollis_targets1), intent(in), optional :: targets
-      type(mollis_outputs1), intent(in) :: outputs
-      type(mollis_field_options), intent(in), optional :: options
-      type(mollis_run), intent(in), optional :: run
+      type(mollis_sources1), intent(in), target :: sources
+      type(mollis_targets1), intent(in), target, optional :: targets
+      type(mollis_outputs1), intent(in), target :: outputs
+      type(mollis_field_options), intent(in), target, optional :: options
+      type(mollis_run), intent(in), target, optional :: run
       integer(c_size_t), intent(inout) :: bytes
       integer(c_int32_t) :: answer
     end function
@@ -1023,11 +1024,11 @@ module mollis
       import
       type(c_ptr), value :: kernel
       integer(c_size_t), value :: kernel_bytes
-      type(mollis_sources1_f32), intent(in) :: sources
-      type(mollis_targets1_f32), intent(in), optional :: targets
-      type(mollis_outputs1_f32), intent(in) :: outputs
-      type(mollis_field_options), intent(in), optional :: options
-      type(mollis_run), intent(in), optional :: run
+      type(mollis_sources1_f32), intent(in), target :: sources
+      type(mollis_targets1_f32), intent(in), target, optional :: targets
+      type(mollis_outputs1_f32), intent(in), target :: outputs
+      type(mollis_field_options), intent(in), target, optional :: options
+      type(mollis_run), intent(in), target, optional :: run
       integer(c_size_t), intent(inout) :: bytes
       integer(c_int32_t) :: answer
     end function
@@ -1036,11 +1037,11 @@ module mollis
       import
       type(c_ptr), value :: kernel
       integer(c_size_t), value :: kernel_bytes
-      type(mollis_sources3), intent(in) :: sources
-      type(mollis_targets3), intent(in), optional :: targets
-      type(mollis_outputs3), intent(in) :: outputs
-      type(mollis_field_options), intent(in), optional :: options
-      type(mollis_run), intent(in), optional :: run
+      type(mollis_sources3), intent(in), target :: sources
+      type(mollis_targets3), intent(in), target, optional :: targets
+      type(mollis_outputs3), intent(in), target :: outputs
+      type(mollis_field_options), intent(in), target, optional :: options
+      type(mollis_run), intent(in), target, optional :: run
       integer(c_size_t), intent(inout) :: bytes
       integer(c_int32_t) :: answer
     end function
@@ -1049,11 +1050,11 @@ module mollis
       import
       type(c_ptr), value :: kernel
       integer(c_size_t), value :: kernel_bytes
-      type(mollis_sources3_f32), intent(in) :: sources
-      type(mollis_targets3_f32), intent(in), optional :: targets
-      type(mollis_outputs3_f32), intent(in) :: outputs
-      type(mollis_field_options), intent(in), optional :: options
-      type(mollis_run), intent(in), optional :: run
+      type(mollis_sources3_f32), intent(in), target :: sources
+      type(mollis_targets3_f32), intent(in), target, optional :: targets
+      type(mollis_outputs3_f32), intent(in), target :: outputs
+      type(mollis_field_options), intent(in), target, optional :: options
+      type(mollis_run), intent(in), target, optional :: run
       integer(c_size_t), intent(inout) :: bytes
       integer(c_int32_t) :: answer
     end function
@@ -1062,10 +1063,10 @@ module mollis
       import
       type(c_ptr), value :: kernel
       integer(c_size_t), value :: kernel_bytes
-      type(mollis_sources2), intent(in) :: sources
-      type(mollis_targets2), intent(in), optional :: targets
-      type(mollis_outputs2), intent(in) :: outputs
-      type(mollis_field_options), intent(in), optional :: options
+      type(mollis_sources2), intent(in), target :: sources
+      type(mollis_targets2), intent(in), target, optional :: targets
+      type(mollis_outputs2), intent(in), target :: outputs
+      type(mollis_field_options), intent(in), target, optional :: options
       character(kind=c_char), intent(inout), optional :: text(*)
       integer(c_size_t), value :: text_bytes
       integer(c_size_t), intent(inout), optional :: length
@@ -1076,10 +1077,10 @@ module mollis
       import
       type(c_ptr), value :: kernel
       integer(c_size_t), value :: kernel_bytes
-      type(mollis_sources2_f32), intent(in) :: sources
-      type(mollis_targets2_f32), intent(in), optional :: targets
-      type(mollis_outputs2_f32), intent(in) :: outputs
-      type(mollis_field_options), intent(in), optional :: options
+      type(mollis_sources2_f32), intent(in), target :: sources
+      type(mollis_targets2_f32), intent(in), target, optional :: targets
+      type(mollis_outputs2_f32), intent(in), target :: outputs
+      type(mollis_field_options), intent(in), target, optional :: options
       character(kind=c_char), intent(inout), optional :: text(*)
       integer(c_size_t), value :: text_bytes
       integer(c_size_t), intent(inout), optional :: length
@@ -1090,10 +1091,10 @@ module mollis
       import
       type(c_ptr), value :: kernel
       integer(c_size_t), value :: kernel_bytes
-      type(mollis_sources1), intent(in) :: sources
-      type(mollis_targets1), intent(in), optional :: targets
-      type(mollis_outputs1), intent(in) :: outputs
-      type(mollis_field_options), intent(in), optional :: options
+      type(mollis_sources1), intent(in), target :: sources
+      type(mollis_targets1), intent(in), target, optional :: targets
+      type(mollis_outputs1), intent(in), target :: outputs
+      type(mollis_field_options), intent(in), target, optional :: options
       character(kind=c_char), intent(inout), optional :: text(*)
       integer(c_size_t), value :: text_bytes
       integer(c_size_t), intent(inout), optional :: length
@@ -1104,10 +1105,10 @@ module mollis
       import
       type(c_ptr), value :: kernel
       integer(c_size_t), value :: kernel_bytes
-      type(mollis_sources1_f32), intent(in) :: sources
-      type(mollis_targets1_f32), intent(in), optional :: targets
-      type(mollis_outputs1_f32), intent(in) :: outputs
-      type(mollis_field_options), intent(in), optional :: options
+      type(mollis_sources1_f32), intent(in), target :: sources
+      type(mollis_targets1_f32), intent(in), target, optional :: targets
+      type(mollis_outputs1_f32), intent(in), target :: outputs
+      type(mollis_field_options), intent(in), target, optional :: options
       character(kind=c_char), intent(inout), optional :: text(*)
       integer(c_size_t), value :: text_bytes
       integer(c_size_t), intent(inout), optional :: length
@@ -1118,10 +1119,10 @@ module mollis
       import
       type(c_ptr), value :: kernel
       integer(c_size_t), value :: kernel_bytes
-      type(mollis_sources3), intent(in) :: sources
-      type(mollis_targets3), intent(in), optional :: targets
-      type(mollis_outputs3), intent(in) :: outputs
-      type(mollis_field_options), intent(in), optional :: options
+      type(mollis_sources3), intent(in), target :: sources
+      type(mollis_targets3), intent(in), target, optional :: targets
+      type(mollis_outputs3), intent(in), target :: outputs
+      type(mollis_field_options), intent(in), target, optional :: options
       character(kind=c_char), intent(inout), optional :: text(*)
       integer(c_size_t), value :: text_bytes
       integer(c_size_t), intent(inout), optional :: length
@@ -1132,10 +1133,10 @@ module mollis
       import
       type(c_ptr), value :: kernel
       integer(c_size_t), value :: kernel_bytes
-      type(mollis_sources3_f32), intent(in) :: sources
-      type(mollis_targets3_f32), intent(in), optional :: targets
-      type(mollis_outputs3_f32), intent(in) :: outputs
-      type(mollis_field_options), intent(in), optional :: options
+      type(mollis_sources3_f32), intent(in), target :: sources
+      type(mollis_targets3_f32), intent(in), target, optional :: targets
+      type(mollis_outputs3_f32), intent(in), target :: outputs
+      type(mollis_field_options), intent(in), target, optional :: options
       character(kind=c_char), intent(inout), optional :: text(*)
       integer(c_size_t), value :: text_bytes
       integer(c_size_t), intent(inout), optional :: length
@@ -1146,14 +1147,14 @@ module mollis
       import
       type(c_ptr), value :: kernel
       integer(c_size_t), value :: kernel_bytes
-      type(mollis_sources2), intent(in) :: sources
-      type(mollis_targets2), intent(in), optional :: targets
-      type(mollis_outputs2), intent(in) :: outputs
-      type(mollis_field_options), intent(in), optional :: options
-      type(mollis_run), intent(in), optional :: run
+      type(mollis_sources2), intent(in), target :: sources
+      type(mollis_targets2), intent(in), target, optional :: targets
+      type(mollis_outputs2), intent(in), target :: outputs
+      type(mollis_field_options), intent(in), target, optional :: options
+      type(mollis_run), intent(in), target, optional :: run
       type(c_ptr), value :: workspace
       integer(c_size_t), value :: workspace_bytes
-      type(mollis_field_counts), intent(inout), optional :: counters
+      type(mollis_field_counts), intent(inout), target, optional :: counters
       integer(c_int32_t) :: answer
     end function
     function mollis_field2_eval_f32(kernel, kernel_bytes, sources, targets, outputs, options, run, workspace, workspace_bytes, &
@@ -1161,14 +1162,14 @@ module mollis
       import
       type(c_ptr), value :: kernel
       integer(c_size_t), value :: kernel_bytes
-      type(mollis_sources2_f32), intent(in) :: sources
-      type(mollis_targets2_f32), intent(in), optional :: targets
-      type(mollis_outputs2_f32), intent(in) :: outputs
-      type(mollis_field_options), intent(in), optional :: options
-      type(mollis_run), intent(in), optional :: run
+      type(mollis_sources2_f32), intent(in), target :: sources
+      type(mollis_targets2_f32), intent(in), target, optional :: targets
+      type(mollis_outputs2_f32), intent(in), target :: outputs
+      type(mollis_field_options), intent(in), target, optional :: options
+      type(mollis_run), intent(in), target, optional :: run
       type(c_ptr), value :: workspace
       integer(c_size_t), value :: workspace_bytes
-      type(mollis_field_counts), intent(inout), optional :: counters
+      type(mollis_field_counts), intent(inout), target, optional :: counters
       integer(c_int32_t) :: answer
     end function
     function mollis_field1_eval(kernel, kernel_bytes, sources, targets, outputs, options, run, workspace, workspace_bytes, &
@@ -1176,14 +1177,14 @@ module mollis
       import
       type(c_ptr), value :: kernel
       integer(c_size_t), value :: kernel_bytes
-      type(mollis_sources1), intent(in) :: sources
-      type(mollis_targets1), intent(in), optional :: targets
-      type(mollis_outputs1), intent(in) :: outputs
-      type(mollis_field_options), intent(in), optional :: options
-      type(mollis_run), intent(in), optional :: run
+      type(mollis_sources1), intent(in), target :: sources
+      type(mollis_targets1), intent(in), target, optional :: targets
+      type(mollis_outputs1), intent(in), target :: outputs
+      type(mollis_field_options), intent(in), target, optional :: options
+      type(mollis_run), intent(in), target, optional :: run
       type(c_ptr), value :: workspace
       integer(c_size_t), value :: workspace_bytes
-      type(mollis_field_counts), intent(inout), optional :: counters
+      type(mollis_field_counts), intent(inout), target, optional :: counters
       integer(c_int32_t) :: answer
     end function
     function mollis_field1_eval_f32(kernel, kernel_bytes, sources, targets, outputs, options, run, workspace, workspace_bytes, &
@@ -1191,14 +1192,14 @@ module mollis
       import
       type(c_ptr), value :: kernel
       integer(c_size_t), value :: kernel_bytes
-      type(mollis_sources1_f32), intent(in) :: sources
-      type(mollis_targets1_f32), intent(in), optional :: targets
-      type(mollis_outputs1_f32), intent(in) :: outputs
-      type(mollis_field_options), intent(in), optional :: options
-      type(mollis_run), intent(in), optional :: run
+      type(mollis_sources1_f32), intent(in), target :: sources
+      type(mollis_targets1_f32), intent(in), target, optional :: targets
+      type(mollis_outputs1_f32), intent(in), target :: outputs
+      type(mollis_field_options), intent(in), target, optional :: options
+      type(mollis_run), intent(in), target, optional :: run
       type(c_ptr), value :: workspace
       integer(c_size_t), value :: workspace_bytes
-      type(mollis_field_counts), intent(inout), optional :: counters
+      type(mollis_field_counts), intent(inout), target, optional :: counters
       integer(c_int32_t) :: answer
     end function
     function mollis_field3_eval(kernel, kernel_bytes, sources, targets, outputs, options, run, workspace, workspace_bytes, &
@@ -1206,14 +1207,14 @@ module mollis
       import
       type(c_ptr), value :: kernel
       integer(c_size_t), value :: kernel_bytes
-      type(mollis_sources3), intent(in) :: sources
-      type(mollis_targets3), intent(in), optional :: targets
-      type(mollis_outputs3), intent(in) :: outputs
-      type(mollis_field_options), intent(in), optional :: options
-      type(mollis_run), intent(in), optional :: run
+      type(mollis_sources3), intent(in), target :: sources
+      type(mollis_targets3), intent(in), target, optional :: targets
+      type(mollis_outputs3), intent(in), target :: outputs
+      type(mollis_field_options), intent(in), target, optional :: options
+      type(mollis_run), intent(in), target, optional :: run
       type(c_ptr), value :: workspace
       integer(c_size_t), value :: workspace_bytes
-      type(mollis_field_counts), intent(inout), optional :: counters
+      type(mollis_field_counts), intent(inout), target, optional :: counters
       integer(c_int32_t) :: answer
     end function
     function mollis_field3_eval_f32(kernel, kernel_bytes, sources, targets, outputs, options, run, workspace, workspace_bytes, &
@@ -1221,46 +1222,46 @@ module mollis
       import
       type(c_ptr), value :: kernel
       integer(c_size_t), value :: kernel_bytes
-      type(mollis_sources3_f32), intent(in) :: sources
-      type(mollis_targets3_f32), intent(in), optional :: targets
-      type(mollis_outputs3_f32), intent(in) :: outputs
-      type(mollis_field_options), intent(in), optional :: options
-      type(mollis_run), intent(in), optional :: run
+      type(mollis_sources3_f32), intent(in), target :: sources
+      type(mollis_targets3_f32), intent(in), target, optional :: targets
+      type(mollis_outputs3_f32), intent(in), target :: outputs
+      type(mollis_field_options), intent(in), target, optional :: options
+      type(mollis_run), intent(in), target, optional :: run
       type(c_ptr), value :: workspace
       integer(c_size_t), value :: workspace_bytes
-      type(mollis_field_counts), intent(inout), optional :: counters
+      type(mollis_field_counts), intent(inout), target, optional :: counters
       integer(c_int32_t) :: answer
     end function
     function mollis_grid2_workspace_bytes(mesh, sources, targets, outputs, options, run, bytes) bind(c) result(answer)
       import
-      type(mollis_mesh2), intent(in) :: mesh
-      type(mollis_sources2), intent(in) :: sources
-      type(mollis_targets2), intent(in), optional :: targets
-      type(mollis_grid2_outputs), intent(in) :: outputs
-      type(mollis_grid2_options), intent(in), optional :: options
-      type(mollis_run), intent(in), optional :: run
+      type(mollis_mesh2), intent(in), target :: mesh
+      type(mollis_sources2), intent(in), target :: sources
+      type(mollis_targets2), intent(in), target, optional :: targets
+      type(mollis_grid2_outputs), intent(in), target :: outputs
+      type(mollis_grid2_options), intent(in), target, optional :: options
+      type(mollis_run), intent(in), target, optional :: run
       integer(c_size_t), intent(inout) :: bytes
       integer(c_int32_t) :: answer
     end function
     function mollis_grid2_workspace_bytes_f32(mesh, sources, targets, outputs, options, run, bytes) bind(c) result(answer)
       import
-      type(mollis_mesh2), intent(in) :: mesh
-      type(mollis_sources2_f32), intent(in) :: sources
-      type(mollis_targets2_f32), intent(in), optional :: targets
-      type(mollis_grid2_outputs_f32), intent(in) :: outputs
-      type(mollis_grid2_options), intent(in), optional :: options
-      type(mollis_run), intent(in), optional :: run
+      type(mollis_mesh2), intent(in), target :: mesh
+      type(mollis_sources2_f32), intent(in), target :: sources
+      type(mollis_targets2_f32), intent(in), target, optional :: targets
+      type(mollis_grid2_outputs_f32), intent(in), target :: outputs
+      type(mollis_grid2_options), intent(in), target, optional :: options
+      type(mollis_run), intent(in), target, optional :: run
       integer(c_size_t), intent(inout) :: bytes
       integer(c_int32_t) :: answer
     end function
     function mollis_grid2_eval(mesh, sources, targets, outputs, options, run, workspace, workspace_bytes) bind(c) result(answer)
       import
-      type(mollis_mesh2), intent(in) :: mesh
-      type(mollis_sources2), intent(in) :: sources
-      type(mollis_targets2), intent(in), optional :: targets
-      type(mollis_grid2_outputs), intent(in) :: outputs
-      type(mollis_grid2_options), intent(in), optional :: options
-      type(mollis_run), intent(in), optional :: run
+      type(mollis_mesh2), intent(in), target :: mesh
+      type(mollis_sources2), intent(in), target :: sources
+      type(mollis_targets2), intent(in), target, optional :: targets
+      type(mollis_grid2_outputs), intent(in), target :: outputs
+      type(mollis_grid2_options), intent(in), target, optional :: options
+      type(mollis_run), intent(in), target, optional :: run
       type(c_ptr), value :: workspace
       integer(c_size_t), value :: workspace_bytes
       integer(c_int32_t) :: answer
@@ -1268,66 +1269,66 @@ module mollis
     function mollis_grid2_eval_f32(mesh, sources, targets, outputs, options, run, workspace, &
         workspace_bytes) bind(c) result(answer)
       import
-      type(mollis_mesh2), intent(in) :: mesh
-      type(mollis_sources2_f32), intent(in) :: sources
-      type(mollis_targets2_f32), intent(in), optional :: targets
-      type(mollis_grid2_outputs_f32), intent(in) :: outputs
-      type(mollis_grid2_options), intent(in), optional :: options
-      type(mollis_run), intent(in), optional :: run
+      type(mollis_mesh2), intent(in), target :: mesh
+      type(mollis_sources2_f32), intent(in), target :: sources
+      type(mollis_targets2_f32), intent(in), target, optional :: targets
+      type(mollis_grid2_outputs_f32), intent(in), target :: outputs
+      type(mollis_grid2_options), intent(in), target, optional :: options
+      type(mollis_run), intent(in), target, optional :: run
       type(c_ptr), value :: workspace
       integer(c_size_t), value :: workspace_bytes
       integer(c_int32_t) :: answer
     end function
     function mollis_kernel2_bytes(terms, n_terms, own, mollifier, bytes) bind(c) result(answer)
       import
-      type(mollis_kernel_term), intent(in) :: terms(*)
+      type(mollis_kernel_term), intent(in), target :: terms(*)
       integer(c_size_t), value :: n_terms
-      type(mollis_radial_kernel), intent(in), optional :: own
+      type(mollis_radial_kernel), intent(in), target, optional :: own
       type(mollis_mollifier), value :: mollifier
       integer(c_size_t), intent(inout) :: bytes
       integer(c_int32_t) :: answer
     end function
     function mollis_kernel2_bytes_f32(terms, n_terms, own, mollifier, bytes) bind(c) result(answer)
       import
-      type(mollis_kernel_term), intent(in) :: terms(*)
+      type(mollis_kernel_term), intent(in), target :: terms(*)
       integer(c_size_t), value :: n_terms
-      type(mollis_radial_kernel), intent(in), optional :: own
+      type(mollis_radial_kernel), intent(in), target, optional :: own
       type(mollis_mollifier), value :: mollifier
       integer(c_size_t), intent(inout) :: bytes
       integer(c_int32_t) :: answer
     end function
     function mollis_kernel1_bytes(terms, n_terms, own, mollifier, bytes) bind(c) result(answer)
       import
-      type(mollis_kernel_term), intent(in) :: terms(*)
+      type(mollis_kernel_term), intent(in), target :: terms(*)
       integer(c_size_t), value :: n_terms
-      type(mollis_radial_kernel), intent(in), optional :: own
+      type(mollis_radial_kernel), intent(in), target, optional :: own
       type(mollis_mollifier), value :: mollifier
       integer(c_size_t), intent(inout) :: bytes
       integer(c_int32_t) :: answer
     end function
     function mollis_kernel1_bytes_f32(terms, n_terms, own, mollifier, bytes) bind(c) result(answer)
       import
-      type(mollis_kernel_term), intent(in) :: terms(*)
+      type(mollis_kernel_term), intent(in), target :: terms(*)
       integer(c_size_t), value :: n_terms
-      type(mollis_radial_kernel), intent(in), optional :: own
+      type(mollis_radial_kernel), intent(in), target, optional :: own
       type(mollis_mollifier), value :: mollifier
       integer(c_size_t), intent(inout) :: bytes
       integer(c_int32_t) :: answer
     end function
     function mollis_kernel3_bytes(terms, n_terms, own, mollifier, bytes) bind(c) result(answer)
       import
-      type(mollis_kernel_term), intent(in) :: terms(*)
+      type(mollis_kernel_term), intent(in), target :: terms(*)
       integer(c_size_t), value :: n_terms
-      type(mollis_radial_kernel), intent(in), optional :: own
+      type(mollis_radial_kernel), intent(in), target, optional :: own
       type(mollis_mollifier), value :: mollifier
       integer(c_size_t), intent(inout) :: bytes
       integer(c_int32_t) :: answer
     end function
     function mollis_kernel3_bytes_f32(terms, n_terms, own, mollifier, bytes) bind(c) result(answer)
       import
-      type(mollis_kernel_term), intent(in) :: terms(*)
+      type(mollis_kernel_term), intent(in), target :: terms(*)
       integer(c_size_t), value :: n_terms
-      type(mollis_radial_kernel), intent(in), optional :: own
+      type(mollis_radial_kernel), intent(in), target, optional :: own
       type(mollis_mollifier), value :: mollifier
       integer(c_size_t), intent(inout) :: bytes
       integer(c_int32_t) :: answer
@@ -1336,9 +1337,9 @@ module mollis
       import
       type(c_ptr), value :: kernel
       integer(c_size_t), value :: bytes
-      type(mollis_kernel_term), intent(in) :: terms(*)
+      type(mollis_kernel_term), intent(in), target :: terms(*)
       integer(c_size_t), value :: n_terms
-      type(mollis_radial_kernel), intent(in), optional :: own
+      type(mollis_radial_kernel), intent(in), target, optional :: own
       type(mollis_mollifier), value :: mollifier
       real(c_double), value :: delta
       integer(c_int32_t) :: answer
@@ -1347,9 +1348,9 @@ module mollis
       import
       type(c_ptr), value :: kernel
       integer(c_size_t), value :: bytes
-      type(mollis_kernel_term), intent(in) :: terms(*)
+      type(mollis_kernel_term), intent(in), target :: terms(*)
       integer(c_size_t), value :: n_terms
-      type(mollis_radial_kernel), intent(in), optional :: own
+      type(mollis_radial_kernel), intent(in), target, optional :: own
       type(mollis_mollifier), value :: mollifier
       real(c_float), value :: delta
       integer(c_int32_t) :: answer
@@ -1358,9 +1359,9 @@ module mollis
       import
       type(c_ptr), value :: kernel
       integer(c_size_t), value :: bytes
-      type(mollis_kernel_term), intent(in) :: terms(*)
+      type(mollis_kernel_term), intent(in), target :: terms(*)
       integer(c_size_t), value :: n_terms
-      type(mollis_radial_kernel), intent(in), optional :: own
+      type(mollis_radial_kernel), intent(in), target, optional :: own
       type(mollis_mollifier), value :: mollifier
       real(c_double), value :: delta
       integer(c_int32_t) :: answer
@@ -1369,9 +1370,9 @@ module mollis
       import
       type(c_ptr), value :: kernel
       integer(c_size_t), value :: bytes
-      type(mollis_kernel_term), intent(in) :: terms(*)
+      type(mollis_kernel_term), intent(in), target :: terms(*)
       integer(c_size_t), value :: n_terms
-      type(mollis_radial_kernel), intent(in), optional :: own
+      type(mollis_radial_kernel), intent(in), target, optional :: own
       type(mollis_mollifier), value :: mollifier
       real(c_float), value :: delta
       integer(c_int32_t) :: answer
@@ -1380,9 +1381,9 @@ module mollis
       import
       type(c_ptr), value :: kernel
       integer(c_size_t), value :: bytes
-      type(mollis_kernel_term), intent(in) :: terms(*)
+      type(mollis_kernel_term), intent(in), target :: terms(*)
       integer(c_size_t), value :: n_terms
-      type(mollis_radial_kernel), intent(in), optional :: own
+      type(mollis_radial_kernel), intent(in), target, optional :: own
       type(mollis_mollifier), value :: mollifier
       real(c_double), value :: delta
       integer(c_int32_t) :: answer
@@ -1391,9 +1392,9 @@ module mollis
       import
       type(c_ptr), value :: kernel
       integer(c_size_t), value :: bytes
-      type(mollis_kernel_term), intent(in) :: terms(*)
+      type(mollis_kernel_term), intent(in), target :: terms(*)
       integer(c_size_t), value :: n_terms
-      type(mollis_radial_kernel), intent(in), optional :: own
+      type(mollis_radial_kernel), intent(in), target, optional :: own
       type(mollis_mollifier), value :: mollifier
       real(c_float), value :: delta
       integer(c_int32_t) :: answer
@@ -1880,49 +1881,49 @@ module mollis
     end function
     function mollis_dual_norm2_workspace_bytes(points, margin, bytes) bind(c) result(answer)
       import
-      integer(c_size_t), intent(in) :: points(2,*)
+      integer(c_size_t), intent(in) :: points(2)
       integer(c_size_t), value :: margin
       integer(c_size_t), intent(inout) :: bytes
       integer(c_int32_t) :: answer
     end function
     function mollis_dual_norm2_workspace_bytes_f32(points, margin, bytes) bind(c) result(answer)
       import
-      integer(c_size_t), intent(in) :: points(2,*)
+      integer(c_size_t), intent(in) :: points(2)
       integer(c_size_t), value :: margin
       integer(c_size_t), intent(inout) :: bytes
       integer(c_int32_t) :: answer
     end function
     function mollis_dual_norm1_workspace_bytes(points, margin, bytes) bind(c) result(answer)
       import
-      integer(c_size_t), intent(in) :: points(1,*)
+      integer(c_size_t), intent(in) :: points(1)
       integer(c_size_t), value :: margin
       integer(c_size_t), intent(inout) :: bytes
       integer(c_int32_t) :: answer
     end function
     function mollis_dual_norm1_workspace_bytes_f32(points, margin, bytes) bind(c) result(answer)
       import
-      integer(c_size_t), intent(in) :: points(1,*)
+      integer(c_size_t), intent(in) :: points(1)
       integer(c_size_t), value :: margin
       integer(c_size_t), intent(inout) :: bytes
       integer(c_int32_t) :: answer
     end function
     function mollis_dual_norm3_workspace_bytes(points, margin, bytes) bind(c) result(answer)
       import
-      integer(c_size_t), intent(in) :: points(3,*)
+      integer(c_size_t), intent(in) :: points(3)
       integer(c_size_t), value :: margin
       integer(c_size_t), intent(inout) :: bytes
       integer(c_int32_t) :: answer
     end function
     function mollis_dual_norm3_workspace_bytes_f32(points, margin, bytes) bind(c) result(answer)
       import
-      integer(c_size_t), intent(in) :: points(3,*)
+      integer(c_size_t), intent(in) :: points(3)
       integer(c_size_t), value :: margin
       integer(c_size_t), intent(inout) :: bytes
       integer(c_int32_t) :: answer
     end function
     function mollis_dual_norm2(points, spacing, margin, values, norm, workspace, workspace_bytes) bind(c) result(answer)
       import
-      integer(c_size_t), intent(in) :: points(2,*)
+      integer(c_size_t), intent(in) :: points(2)
       real(c_double), value :: spacing
       integer(c_size_t), value :: margin
       real(c_double), intent(in) :: values(*)
@@ -1933,7 +1934,7 @@ module mollis
     end function
     function mollis_dual_norm2_f32(points, spacing, margin, values, norm, workspace, workspace_bytes) bind(c) result(answer)
       import
-      integer(c_size_t), intent(in) :: points(2,*)
+      integer(c_size_t), intent(in) :: points(2)
       real(c_float), value :: spacing
       integer(c_size_t), value :: margin
       real(c_float), intent(in) :: values(*)
@@ -1944,7 +1945,7 @@ module mollis
     end function
     function mollis_dual_norm1(points, spacing, margin, values, norm, workspace, workspace_bytes) bind(c) result(answer)
       import
-      integer(c_size_t), intent(in) :: points(1,*)
+      integer(c_size_t), intent(in) :: points(1)
       real(c_double), value :: spacing
       integer(c_size_t), value :: margin
       real(c_double), intent(in) :: values(*)
@@ -1955,7 +1956,7 @@ module mollis
     end function
     function mollis_dual_norm1_f32(points, spacing, margin, values, norm, workspace, workspace_bytes) bind(c) result(answer)
       import
-      integer(c_size_t), intent(in) :: points(1,*)
+      integer(c_size_t), intent(in) :: points(1)
       real(c_float), value :: spacing
       integer(c_size_t), value :: margin
       real(c_float), intent(in) :: values(*)
@@ -1966,7 +1967,7 @@ module mollis
     end function
     function mollis_dual_norm3(points, spacing, margin, values, norm, workspace, workspace_bytes) bind(c) result(answer)
       import
-      integer(c_size_t), intent(in) :: points(3,*)
+      integer(c_size_t), intent(in) :: points(3)
       real(c_double), value :: spacing
       integer(c_size_t), value :: margin
       real(c_double), intent(in) :: values(*)
@@ -1977,7 +1978,7 @@ module mollis
     end function
     function mollis_dual_norm3_f32(points, spacing, margin, values, norm, workspace, workspace_bytes) bind(c) result(answer)
       import
-      integer(c_size_t), intent(in) :: points(3,*)
+      integer(c_size_t), intent(in) :: points(3)
       real(c_float), value :: spacing
       integer(c_size_t), value :: margin
       real(c_float), intent(in) :: values(*)
@@ -2005,53 +2006,53 @@ module mollis
     function mollis_pks_workspace_bytes(room, attraction, options, run, bytes) bind(c) result(answer)
       import
       integer(c_size_t), value :: room
-      type(mollis_pks_attraction), intent(in) :: attraction
-      type(mollis_pks_options), intent(in), optional :: options
-      type(mollis_run), intent(in), optional :: run
+      type(mollis_pks_attraction), intent(in), target :: attraction
+      type(mollis_pks_options), intent(in), target, optional :: options
+      type(mollis_run), intent(in), target, optional :: run
       integer(c_size_t), intent(inout) :: bytes
       integer(c_int32_t) :: answer
     end function
     function mollis_pks_workspace_bytes_f32(room, attraction, options, run, bytes) bind(c) result(answer)
       import
       integer(c_size_t), value :: room
-      type(mollis_pks_attraction), intent(in) :: attraction
-      type(mollis_pks_options), intent(in), optional :: options
-      type(mollis_run), intent(in), optional :: run
+      type(mollis_pks_attraction), intent(in), target :: attraction
+      type(mollis_pks_options), intent(in), target, optional :: options
+      type(mollis_run), intent(in), target, optional :: run
       integer(c_size_t), intent(inout) :: bytes
       integer(c_int32_t) :: answer
     end function
     function mollis_pks_step(particles, progress, attraction, generator, dt, steps, events, options, run, workspace, &
         workspace_bytes, report) bind(c) result(answer)
       import
-      type(mollis_pks_particles), intent(in) :: particles
-      type(mollis_pks_progress), intent(inout) :: progress
-      type(mollis_pks_attraction), intent(in) :: attraction
-      type(mollis_generator), intent(in), optional :: generator
+      type(mollis_pks_particles), intent(in), target :: particles
+      type(mollis_pks_progress), intent(inout), target :: progress
+      type(mollis_pks_attraction), intent(in), target :: attraction
+      type(mollis_generator), intent(in), target, optional :: generator
       real(c_double), value :: dt
       integer(c_size_t), value :: steps
-      type(mollis_pks_events), intent(inout) :: events
-      type(mollis_pks_options), intent(in), optional :: options
-      type(mollis_run), intent(in), optional :: run
+      type(mollis_pks_events), intent(inout), target :: events
+      type(mollis_pks_options), intent(in), target, optional :: options
+      type(mollis_run), intent(in), target, optional :: run
       type(c_ptr), value :: workspace
       integer(c_size_t), value :: workspace_bytes
-      type(mollis_pks_report), intent(inout), optional :: report
+      type(mollis_pks_report), intent(inout), target, optional :: report
       integer(c_int32_t) :: answer
     end function
     function mollis_pks_step_f32(particles, progress, attraction, generator, dt, steps, events, options, run, workspace, &
         workspace_bytes, report) bind(c) result(answer)
       import
-      type(mollis_pks_particles_f32), intent(in) :: particles
-      type(mollis_pks_progress), intent(inout) :: progress
-      type(mollis_pks_attraction), intent(in) :: attraction
-      type(mollis_generator), intent(in), optional :: generator
+      type(mollis_pks_particles_f32), intent(in), target :: particles
+      type(mollis_pks_progress), intent(inout), target :: progress
+      type(mollis_pks_attraction), intent(in), target :: attraction
+      type(mollis_generator), intent(in), target, optional :: generator
       real(c_double), value :: dt
       integer(c_size_t), value :: steps
-      type(mollis_pks_events), intent(inout) :: events
-      type(mollis_pks_options), intent(in), optional :: options
-      type(mollis_run), intent(in), optional :: run
+      type(mollis_pks_events), intent(inout), target :: events
+      type(mollis_pks_options), intent(in), target, optional :: options
+      type(mollis_run), intent(in), target, optional :: run
       type(c_ptr), value :: workspace
       integer(c_size_t), value :: workspace_bytes
-      type(mollis_pks_report), intent(inout), optional :: report
+      type(mollis_pks_report), intent(inout), target, optional :: report
       integer(c_int32_t) :: answer
     end function
     function mollis_philox_normals(seed, n, labels, step, substep, normals) bind(c) result(answer)
@@ -2090,13 +2091,13 @@ module mollis
     end function
     function mollis_grid2_options_init(options, size) bind(c) result(answer)
       import
-      type(mollis_grid2_options), intent(inout) :: options
+      type(mollis_grid2_options), intent(inout), target :: options
       integer(c_size_t), value :: size
       integer(c_int32_t) :: answer
     end function
     function mollis_pks_options_init(options, size) bind(c) result(answer)
       import
-      type(mollis_pks_options), intent(inout) :: options
+      type(mollis_pks_options), intent(inout), target :: options
       integer(c_size_t), value :: size
       integer(c_int32_t) :: answer
     end function
@@ -2108,7 +2109,7 @@ module mollis
       real(c_double), value :: second_moment
       integer(c_size_t), value :: n_heavy
       real(c_double), intent(in) :: heavy(*)
-      type(mollis_pks_prediction), intent(inout) :: out
+      type(mollis_pks_prediction), intent(inout), target :: out
       integer(c_int32_t) :: answer
     end function
     function mollis_pks_index(n, masses, chi, noise, gamma, index) bind(c) result(answer)
@@ -2124,7 +2125,7 @@ module mollis
     function mollis_pks_represent_species(n, species, chi, particles, share, noise, rate) bind(c) result(answer)
       import
       integer(c_size_t), value :: n
-      type(mollis_pks_species), intent(in) :: species(*)
+      type(mollis_pks_species), intent(in), target :: species(*)
       real(c_double), value :: chi
       integer(c_size_t), value :: particles
       real(c_double), intent(inout), optional :: share(*)
@@ -2144,7 +2145,7 @@ module mollis
     end function
     function mollis_run_init(run, size) bind(c) result(answer)
       import
-      type(mollis_run), intent(inout) :: run
+      type(mollis_run), intent(inout), target :: run
       integer(c_size_t), value :: size
       integer(c_int32_t) :: answer
     end function
@@ -2504,10 +2505,10 @@ contains
 
   subroutine thin_blob2_workspace_bytes(kernel, particles, tracers, options, run, bytes, status)
     integer(c_int8_t), intent(in), target, contiguous :: kernel(:)
-    type(mollis_particles2), intent(in) :: particles
-    type(mollis_particles2), intent(in), optional :: tracers
-    type(mollis_blob_options), intent(in), optional :: options
-    type(mollis_run), intent(in), optional :: run
+    type(mollis_particles2), intent(in), target :: particles
+    type(mollis_particles2), intent(in), target, optional :: tracers
+    type(mollis_blob_options), intent(in), target, optional :: options
+    type(mollis_run), intent(in), target, optional :: run
     integer(c_size_t), intent(inout) :: bytes
     integer(c_int32_t), intent(out), optional :: status
     call tell(mollis_blob2_workspace_bytes(address_of(kernel), size(kernel, kind=c_size_t), particles, tracers, options, run, &
@@ -2516,10 +2517,10 @@ contains
 
   subroutine thin_blob2_workspace_bytes_f32(kernel, particles, tracers, options, run, bytes, status)
     integer(c_int8_t), intent(in), target, contiguous :: kernel(:)
-    type(mollis_particles2_f32), intent(in) :: particles
-    type(mollis_particles2_f32), intent(in), optional :: tracers
-    type(mollis_blob_options), intent(in), optional :: options
-    type(mollis_run), intent(in), optional :: run
+    type(mollis_particles2_f32), intent(in), target :: particles
+    type(mollis_particles2_f32), intent(in), target, optional :: tracers
+    type(mollis_blob_options), intent(in), target, optional :: options
+    type(mollis_run), intent(in), target, optional :: run
     integer(c_size_t), intent(inout) :: bytes
     integer(c_int32_t), intent(out), optional :: status
     call tell(mollis_blob2_workspace_bytes_f32(address_of(kernel), size(kernel, kind=c_size_t), particles, tracers, options, run, &
@@ -2528,10 +2529,10 @@ contains
 
   subroutine thin_blob1_workspace_bytes(kernel, particles, tracers, options, run, bytes, status)
     integer(c_int8_t), intent(in), target, contiguous :: kernel(:)
-    type(mollis_particles1), intent(in) :: particles
-    type(mollis_particles1), intent(in), optional :: tracers
-    type(mollis_blob_options), intent(in), optional :: options
-    type(mollis_run), intent(in), optional :: run
+    type(mollis_particles1), intent(in), target :: particles
+    type(mollis_particles1), intent(in), target, optional :: tracers
+    type(mollis_blob_options), intent(in), target, optional :: options
+    type(mollis_run), intent(in), target, optional :: run
     integer(c_size_t), intent(inout) :: bytes
     integer(c_int32_t), intent(out), optional :: status
     call tell(mollis_blob1_workspace_bytes(address_of(kernel), size(kernel, kind=c_size_t), particles, tracers, options, run, &
@@ -2540,10 +2541,10 @@ contains
 
   subroutine thin_blob1_workspace_bytes_f32(kernel, particles, tracers, options, run, bytes, status)
     integer(c_int8_t), intent(in), target, contiguous :: kernel(:)
-    type(mollis_particles1_f32), intent(in) :: particles
-    type(mollis_particles1_f32), intent(in), optional :: tracers
-    type(mollis_blob_options), intent(in), optional :: options
-    type(mollis_run), intent(in), optional :: run
+    type(mollis_particles1_f32), intent(in), target :: particles
+    type(mollis_particles1_f32), intent(in), target, optional :: tracers
+    type(mollis_blob_options), intent(in), target, optional :: options
+    type(mollis_run), intent(in), target, optional :: run
     integer(c_size_t), intent(inout) :: bytes
     integer(c_int32_t), intent(out), optional :: status
     call tell(mollis_blob1_workspace_bytes_f32(address_of(kernel), size(kernel, kind=c_size_t), particles, tracers, options, run, &
@@ -2552,10 +2553,10 @@ contains
 
   subroutine thin_blob3_workspace_bytes(kernel, particles, tracers, options, run, bytes, status)
     integer(c_int8_t), intent(in), target, contiguous :: kernel(:)
-    type(mollis_particles3), intent(in) :: particles
-    type(mollis_particles3), intent(in), optional :: tracers
-    type(mollis_blob_options), intent(in), optional :: options
-    type(mollis_run), intent(in), optional :: run
+    type(mollis_particles3), intent(in), target :: particles
+    type(mollis_particles3), intent(in), target, optional :: tracers
+    type(mollis_blob_options), intent(in), target, optional :: options
+    type(mollis_run), intent(in), target, optional :: run
     integer(c_size_t), intent(inout) :: bytes
     integer(c_int32_t), intent(out), optional :: status
     call tell(mollis_blob3_workspace_bytes(address_of(kernel), size(kernel, kind=c_size_t), particles, tracers, options, run, &
@@ -2564,10 +2565,10 @@ contains
 
   subroutine thin_blob3_workspace_bytes_f32(kernel, particles, tracers, options, run, bytes, status)
     integer(c_int8_t), intent(in), target, contiguous :: kernel(:)
-    type(mollis_particles3_f32), intent(in) :: particles
-    type(mollis_particles3_f32), intent(in), optional :: tracers
-    type(mollis_blob_options), intent(in), optional :: options
-    type(mollis_run), intent(in), optional :: run
+    type(mollis_particles3_f32), intent(in), target :: particles
+    type(mollis_particles3_f32), intent(in), target, optional :: tracers
+    type(mollis_blob_options), intent(in), target, optional :: options
+    type(mollis_run), intent(in), target, optional :: run
     integer(c_size_t), intent(inout) :: bytes
     integer(c_int32_t), intent(out), optional :: status
     call tell(mollis_blob3_workspace_bytes_f32(address_of(kernel), size(kernel, kind=c_size_t), particles, tracers, options, run, &
@@ -2576,14 +2577,14 @@ contains
 
   subroutine thin_blob2_step(kernel, particles, tracers, dt, steps, options, run, workspace, report, status)
     integer(c_int8_t), intent(in), target, contiguous :: kernel(:)
-    type(mollis_particles2), intent(in) :: particles
-    type(mollis_particles2), intent(in), optional :: tracers
+    type(mollis_particles2), intent(in), target :: particles
+    type(mollis_particles2), intent(in), target, optional :: tracers
     real(c_double), value :: dt
     integer, intent(in) :: steps
-    type(mollis_blob_options), intent(in), optional :: options
-    type(mollis_run), intent(in), optional :: run
+    type(mollis_blob_options), intent(in), target, optional :: options
+    type(mollis_run), intent(in), target, optional :: run
     integer(c_int8_t), intent(inout), target, contiguous :: workspace(:)
-    type(mollis_blob_report), intent(inout), optional :: report
+    type(mollis_blob_report), intent(inout), target, optional :: report
     integer(c_int32_t), intent(out), optional :: status
     call tell(mollis_blob2_step(address_of(kernel), size(kernel, kind=c_size_t), particles, tracers, dt, int(steps, c_size_t), &
         options, run, address_of(workspace), size(workspace, kind=c_size_t), report), status)
@@ -2591,14 +2592,14 @@ contains
 
   subroutine thin_blob2_step_f32(kernel, particles, tracers, dt, steps, options, run, workspace, report, status)
     integer(c_int8_t), intent(in), target, contiguous :: kernel(:)
-    type(mollis_particles2_f32), intent(in) :: particles
-    type(mollis_particles2_f32), intent(in), optional :: tracers
+    type(mollis_particles2_f32), intent(in), target :: particles
+    type(mollis_particles2_f32), intent(in), target, optional :: tracers
     real(c_double), value :: dt
     integer, intent(in) :: steps
-    type(mollis_blob_options), intent(in), optional :: options
-    type(mollis_run), intent(in), optional :: run
+    type(mollis_blob_options), intent(in), target, optional :: options
+    type(mollis_run), intent(in), target, optional :: run
     integer(c_int8_t), intent(inout), target, contiguous :: workspace(:)
-    type(mollis_blob_report), intent(inout), optional :: report
+    type(mollis_blob_report), intent(inout), target, optional :: report
     integer(c_int32_t), intent(out), optional :: status
     call tell(mollis_blob2_step_f32(address_of(kernel), size(kernel, kind=c_size_t), particles, tracers, dt, int(steps, &
         c_size_t), options, run, address_of(workspace), size(workspace, kind=c_size_t), report), status)
@@ -2606,14 +2607,14 @@ contains
 
   subroutine thin_blob1_step(kernel, particles, tracers, dt, steps, options, run, workspace, report, status)
     integer(c_int8_t), intent(in), target, contiguous :: kernel(:)
-    type(mollis_particles1), intent(in) :: particles
-    type(mollis_particles1), intent(in), optional :: tracers
+    type(mollis_particles1), intent(in), target :: particles
+    type(mollis_particles1), intent(in), target, optional :: tracers
     real(c_double), value :: dt
     integer, intent(in) :: steps
-    type(mollis_blob_options), intent(in), optional :: options
-    type(mollis_run), intent(in), optional :: run
+    type(mollis_blob_options), intent(in), target, optional :: options
+    type(mollis_run), intent(in), target, optional :: run
     integer(c_int8_t), intent(inout), target, contiguous :: workspace(:)
-    type(mollis_blob_report), intent(inout), optional :: report
+    type(mollis_blob_report), intent(inout), target, optional :: report
     integer(c_int32_t), intent(out), optional :: status
     call tell(mollis_blob1_step(address_of(kernel), size(kernel, kind=c_size_t), particles, tracers, dt, int(steps, c_size_t), &
         options, run, address_of(workspace), size(workspace, kind=c_size_t), report), status)
@@ -2621,14 +2622,14 @@ contains
 
   subroutine thin_blob1_step_f32(kernel, particles, tracers, dt, steps, options, run, workspace, report, status)
     integer(c_int8_t), intent(in), target, contiguous :: kernel(:)
-    type(mollis_particles1_f32), intent(in) :: particles
-    type(mollis_particles1_f32), intent(in), optional :: tracers
+    type(mollis_particles1_f32), intent(in), target :: particles
+    type(mollis_particles1_f32), intent(in), target, optional :: tracers
     real(c_double), value :: dt
     integer, intent(in) :: steps
-    type(mollis_blob_options), intent(in), optional :: options
-    type(mollis_run), intent(in), optional :: run
+    type(mollis_blob_options), intent(in), target, optional :: options
+    type(mollis_run), intent(in), target, optional :: run
     integer(c_int8_t), intent(inout), target, contiguous :: workspace(:)
-    type(mollis_blob_report), intent(inout), optional :: report
+    type(mollis_blob_report), intent(inout), target, optional :: report
     integer(c_int32_t), intent(out), optional :: status
     call tell(mollis_blob1_step_f32(address_of(kernel), size(kernel, kind=c_size_t), particles, tracers, dt, int(steps, &
         c_size_t), options, run, address_of(workspace), size(workspace, kind=c_size_t), report), status)
@@ -2636,14 +2637,14 @@ contains
 
   subroutine thin_blob3_step(kernel, particles, tracers, dt, steps, options, run, workspace, report, status)
     integer(c_int8_t), intent(in), target, contiguous :: kernel(:)
-    type(mollis_particles3), intent(in) :: particles
-    type(mollis_particles3), intent(in), optional :: tracers
+    type(mollis_particles3), intent(in), target :: particles
+    type(mollis_particles3), intent(in), target, optional :: tracers
     real(c_double), value :: dt
     integer, intent(in) :: steps
-    type(mollis_blob_options), intent(in), optional :: options
-    type(mollis_run), intent(in), optional :: run
+    type(mollis_blob_options), intent(in), target, optional :: options
+    type(mollis_run), intent(in), target, optional :: run
     integer(c_int8_t), intent(inout), target, contiguous :: workspace(:)
-    type(mollis_blob_report), intent(inout), optional :: report
+    type(mollis_blob_report), intent(inout), target, optional :: report
     integer(c_int32_t), intent(out), optional :: status
     call tell(mollis_blob3_step(address_of(kernel), size(kernel, kind=c_size_t), particles, tracers, dt, int(steps, c_size_t), &
         options, run, address_of(workspace), size(workspace, kind=c_size_t), report), status)
@@ -2651,14 +2652,14 @@ contains
 
   subroutine thin_blob3_step_f32(kernel, particles, tracers, dt, steps, options, run, workspace, report, status)
     integer(c_int8_t), intent(in), target, contiguous :: kernel(:)
-    type(mollis_particles3_f32), intent(in) :: particles
-    type(mollis_particles3_f32), intent(in), optional :: tracers
+    type(mollis_particles3_f32), intent(in), target :: particles
+    type(mollis_particles3_f32), intent(in), target, optional :: tracers
     real(c_double), value :: dt
     integer, intent(in) :: steps
-    type(mollis_blob_options), intent(in), optional :: options
-    type(mollis_run), intent(in), optional :: run
+    type(mollis_blob_options), intent(in), target, optional :: options
+    type(mollis_run), intent(in), target, optional :: run
     integer(c_int8_t), intent(inout), target, contiguous :: workspace(:)
-    type(mollis_blob_report), intent(inout), optional :: report
+    type(mollis_blob_report), intent(inout), target, optional :: report
     integer(c_int32_t), intent(out), optional :: status
     call tell(mollis_blob3_step_f32(address_of(kernel), size(kernel, kind=c_size_t), particles, tracers, dt, int(steps, &
         c_size_t), options, run, address_of(workspace), size(workspace, kind=c_size_t), report), status)
@@ -2670,7 +2671,7 @@ contains
     real(c_double), intent(in) :: masses(*)
     real(c_double), intent(inout), optional :: mass
     real(c_double), intent(inout), optional :: absolute_mass
-    real(c_double), intent(inout), optional :: centre(2,*)
+    real(c_double), intent(inout), optional :: centre(2)
     real(c_double), intent(inout), optional :: second
     integer(c_int32_t), intent(out), optional :: status
     call tell(mollis_moments2(int(n, c_size_t), positions, masses, mass, absolute_mass, centre, second), status)
@@ -2682,7 +2683,7 @@ contains
     real(c_float), intent(in) :: masses(*)
     real(c_float), intent(inout), optional :: mass
     real(c_float), intent(inout), optional :: absolute_mass
-    real(c_float), intent(inout), optional :: centre(2,*)
+    real(c_float), intent(inout), optional :: centre(2)
     real(c_float), intent(inout), optional :: second
     integer(c_int32_t), intent(out), optional :: status
     call tell(mollis_moments2_f32(int(n, c_size_t), positions, masses, mass, absolute_mass, centre, second), status)
@@ -2694,7 +2695,7 @@ contains
     real(c_double), intent(in) :: masses(*)
     real(c_double), intent(inout), optional :: mass
     real(c_double), intent(inout), optional :: absolute_mass
-    real(c_double), intent(inout), optional :: centre(1,*)
+    real(c_double), intent(inout), optional :: centre(1)
     real(c_double), intent(inout), optional :: second
     integer(c_int32_t), intent(out), optional :: status
     call tell(mollis_moments1(int(n, c_size_t), positions, masses, mass, absolute_mass, centre, second), status)
@@ -2706,7 +2707,7 @@ contains
     real(c_float), intent(in) :: masses(*)
     real(c_float), intent(inout), optional :: mass
     real(c_float), intent(inout), optional :: absolute_mass
-    real(c_float), intent(inout), optional :: centre(1,*)
+    real(c_float), intent(inout), optional :: centre(1)
     real(c_float), intent(inout), optional :: second
     integer(c_int32_t), intent(out), optional :: status
     call tell(mollis_moments1_f32(int(n, c_size_t), positions, masses, mass, absolute_mass, centre, second), status)
@@ -2718,7 +2719,7 @@ contains
     real(c_double), intent(in) :: masses(*)
     real(c_double), intent(inout), optional :: mass
     real(c_double), intent(inout), optional :: absolute_mass
-    real(c_double), intent(inout), optional :: centre(3,*)
+    real(c_double), intent(inout), optional :: centre(3)
     real(c_double), intent(inout), optional :: second
     integer(c_int32_t), intent(out), optional :: status
     call tell(mollis_moments3(int(n, c_size_t), positions, masses, mass, absolute_mass, centre, second), status)
@@ -2730,7 +2731,7 @@ contains
     real(c_float), intent(in) :: masses(*)
     real(c_float), intent(inout), optional :: mass
     real(c_float), intent(inout), optional :: absolute_mass
-    real(c_float), intent(inout), optional :: centre(3,*)
+    real(c_float), intent(inout), optional :: centre(3)
     real(c_float), intent(inout), optional :: second
     integer(c_int32_t), intent(out), optional :: status
     call tell(mollis_moments3_f32(int(n, c_size_t), positions, masses, mass, absolute_mass, centre, second), status)
@@ -2924,11 +2925,11 @@ contains
 
   subroutine thin_field2_workspace_bytes(kernel, sources, targets, outputs, options, run, bytes, status)
     integer(c_int8_t), intent(in), target, contiguous :: kernel(:)
-    type(mollis_sources2), intent(in) :: sources
-    type(mollis_targets2), intent(in), optional :: targets
-    type(mollis_outputs2), intent(in) :: outputs
-    type(mollis_field_options), intent(in), optional :: options
-    type(mollis_run), intent(in), optional :: run
+    type(mollis_sources2), intent(in), target :: sources
+    type(mollis_targets2), intent(in), target, optional :: targets
+    type(mollis_outputs2), intent(in), target :: outputs
+    type(mollis_field_options), intent(in), target, optional :: options
+    type(mollis_run), intent(in), target, optional :: run
     integer(c_size_t), intent(inout) :: bytes
     integer(c_int32_t), intent(out), optional :: status
     call tell(mollis_field2_workspace_bytes(address_of(kernel), size(kernel, kind=c_size_t), sources, targets, outputs, options, &
@@ -2937,11 +2938,11 @@ contains
 
   subroutine thin_field2_workspace_bytes_f32(kernel, sources, targets, outputs, options, run, bytes, status)
     integer(c_int8_t), intent(in), target, contiguous :: kernel(:)
-    type(mollis_sources2_f32), intent(in) :: sources
-    type(mollis_targets2_f32), intent(in), optional :: targets
-    type(mollis_outputs2_f32), intent(in) :: outputs
-    type(mollis_field_options), intent(in), optional :: options
-    type(mollis_run), intent(in), optional :: run
+    type(mollis_sources2_f32), intent(in), target :: sources
+    type(mollis_targets2_f32), intent(in), target, optional :: targets
+    type(mollis_outputs2_f32), intent(in), target :: outputs
+    type(mollis_field_options), intent(in), target, optional :: options
+    type(mollis_run), intent(in), target, optional :: run
     integer(c_size_t), intent(inout) :: bytes
     integer(c_int32_t), intent(out), optional :: status
     call tell(mollis_field2_workspace_bytes_f32(address_of(kernel), size(kernel, kind=c_size_t), sources, targets, outputs, &
@@ -2950,11 +2951,11 @@ contains
 
   subroutine thin_field1_workspace_bytes(kernel, sources, targets, outputs, options, run, bytes, status)
     integer(c_int8_t), intent(in), target, contiguous :: kernel(:)
-    type(mollis_sources1), intent(in) :: sources
-    type(mollis_targets1), intent(in), optional :: targets
-    type(mollis_outputs1), intent(in) :: outputs
-    type(mollis_field_options), intent(in), optional :: options
-    type(mollis_run), intent(in), optional :: run
+    type(mollis_sources1), intent(in), target :: sources
+    type(mollis_targets1), intent(in), target, optional :: targets
+    type(mollis_outputs1), intent(in), target :: outputs
+    type(mollis_field_options), intent(in), target, optional :: options
+    type(mollis_run), intent(in), target, optional :: run
     integer(c_size_t), intent(inout) :: bytes
     integer(c_int32_t), intent(out), optional :: status
     call tell(mollis_field1_workspace_bytes(address_of(kernel), size(kernel, kind=c_size_t), sources, targets, outputs, options, &
@@ -2963,11 +2964,11 @@ contains
 
   subroutine thin_field1_workspace_bytes_f32(kernel, sources, targets, outputs, options, run, bytes, status)
     integer(c_int8_t), intent(in), target, contiguous :: kernel(:)
-    type(mollis_sources1_f32), intent(in) :: sources
-    type(mollis_targets1_f32), intent(in), optional :: targets
-    type(mollis_outputs1_f32), intent(in) :: outputs
-    type(mollis_field_options), intent(in), optional :: options
-    type(mollis_run), intent(in), optional :: run
+    type(mollis_sources1_f32), intent(in), target :: sources
+    type(mollis_targets1_f32), intent(in), target, optional :: targets
+    type(mollis_outputs1_f32), intent(in), target :: outputs
+    type(mollis_field_options), intent(in), target, optional :: options
+    type(mollis_run), intent(in), target, optional :: run
     integer(c_size_t), intent(inout) :: bytes
     integer(c_int32_t), intent(out), optional :: status
     call tell(mollis_field1_workspace_bytes_f32(address_of(kernel), size(kernel, kind=c_size_t), sources, targets, outputs, &
@@ -2976,11 +2977,11 @@ contains
 
   subroutine thin_field3_workspace_bytes(kernel, sources, targets, outputs, options, run, bytes, status)
     integer(c_int8_t), intent(in), target, contiguous :: kernel(:)
-    type(mollis_sources3), intent(in) :: sources
-    type(mollis_targets3), intent(in), optional :: targets
-    type(mollis_outputs3), intent(in) :: outputs
-    type(mollis_field_options), intent(in), optional :: options
-    type(mollis_run), intent(in), optional :: run
+    type(mollis_sources3), intent(in), target :: sources
+    type(mollis_targets3), intent(in), target, optional :: targets
+    type(mollis_outputs3), intent(in), target :: outputs
+    type(mollis_field_options), intent(in), target, optional :: options
+    type(mollis_run), intent(in), target, optional :: run
     integer(c_size_t), intent(inout) :: bytes
     integer(c_int32_t), intent(out), optional :: status
     call tell(mollis_field3_workspace_bytes(address_of(kernel), size(kernel, kind=c_size_t), sources, targets, outputs, options, &
@@ -2989,11 +2990,11 @@ contains
 
   subroutine thin_field3_workspace_bytes_f32(kernel, sources, targets, outputs, options, run, bytes, status)
     integer(c_int8_t), intent(in), target, contiguous :: kernel(:)
-    type(mollis_sources3_f32), intent(in) :: sources
-    type(mollis_targets3_f32), intent(in), optional :: targets
-    type(mollis_outputs3_f32), intent(in) :: outputs
-    type(mollis_field_options), intent(in), optional :: options
-    type(mollis_run), intent(in), optional :: run
+    type(mollis_sources3_f32), intent(in), target :: sources
+    type(mollis_targets3_f32), intent(in), target, optional :: targets
+    type(mollis_outputs3_f32), intent(in), target :: outputs
+    type(mollis_field_options), intent(in), target, optional :: options
+    type(mollis_run), intent(in), target, optional :: run
     integer(c_size_t), intent(inout) :: bytes
     integer(c_int32_t), intent(out), optional :: status
     call tell(mollis_field3_workspace_bytes_f32(address_of(kernel), size(kernel, kind=c_size_t), sources, targets, outputs, &
@@ -3002,13 +3003,13 @@ contains
 
   subroutine thin_field2_eval(kernel, sources, targets, outputs, options, run, workspace, counters, status)
     integer(c_int8_t), intent(in), target, contiguous :: kernel(:)
-    type(mollis_sources2), intent(in) :: sources
-    type(mollis_targets2), intent(in), optional :: targets
-    type(mollis_outputs2), intent(in) :: outputs
-    type(mollis_field_options), intent(in), optional :: options
-    type(mollis_run), intent(in), optional :: run
+    type(mollis_sources2), intent(in), target :: sources
+    type(mollis_targets2), intent(in), target, optional :: targets
+    type(mollis_outputs2), intent(in), target :: outputs
+    type(mollis_field_options), intent(in), target, optional :: options
+    type(mollis_run), intent(in), target, optional :: run
     integer(c_int8_t), intent(inout), target, contiguous :: workspace(:)
-    type(mollis_field_counts), intent(inout), optional :: counters
+    type(mollis_field_counts), intent(inout), target, optional :: counters
     integer(c_int32_t), intent(out), optional :: status
     call tell(mollis_field2_eval(address_of(kernel), size(kernel, kind=c_size_t), sources, targets, outputs, options, run, &
         address_of(workspace), size(workspace, kind=c_size_t), counters), status)
@@ -3016,13 +3017,13 @@ contains
 
   subroutine thin_field2_eval_f32(kernel, sources, targets, outputs, options, run, workspace, counters, status)
     integer(c_int8_t), intent(in), target, contiguous :: kernel(:)
-    type(mollis_sources2_f32), intent(in) :: sources
-    type(mollis_targets2_f32), intent(in), optional :: targets
-    type(mollis_outputs2_f32), intent(in) :: outputs
-    type(mollis_field_options), intent(in), optional :: options
-    type(mollis_run), intent(in), optional :: run
+    type(mollis_sources2_f32), intent(in), target :: sources
+    type(mollis_targets2_f32), intent(in), target, optional :: targets
+    type(mollis_outputs2_f32), intent(in), target :: outputs
+    type(mollis_field_options), intent(in), target, optional :: options
+    type(mollis_run), intent(in), target, optional :: run
     integer(c_int8_t), intent(inout), target, contiguous :: workspace(:)
-    type(mollis_field_counts), intent(inout), optional :: counters
+    type(mollis_field_counts), intent(inout), target, optional :: counters
     integer(c_int32_t), intent(out), optional :: status
     call tell(mollis_field2_eval_f32(address_of(kernel), size(kernel, kind=c_size_t), sources, targets, outputs, options, run, &
         address_of(workspace), size(workspace, kind=c_size_t), counters), status)
@@ -3030,13 +3031,13 @@ contains
 
   subroutine thin_field1_eval(kernel, sources, targets, outputs, options, run, workspace, counters, status)
     integer(c_int8_t), intent(in), target, contiguous :: kernel(:)
-    type(mollis_sources1), intent(in) :: sources
-    type(mollis_targets1), intent(in), optional :: targets
-    type(mollis_outputs1), intent(in) :: outputs
-    type(mollis_field_options), intent(in), optional :: options
-    type(mollis_run), intent(in), optional :: run
+    type(mollis_sources1), intent(in), target :: sources
+    type(mollis_targets1), intent(in), target, optional :: targets
+    type(mollis_outputs1), intent(in), target :: outputs
+    type(mollis_field_options), intent(in), target, optional :: options
+    type(mollis_run), intent(in), target, optional :: run
     integer(c_int8_t), intent(inout), target, contiguous :: workspace(:)
-    type(mollis_field_counts), intent(inout), optional :: counters
+    type(mollis_field_counts), intent(inout), target, optional :: counters
     integer(c_int32_t), intent(out), optional :: status
     call tell(mollis_field1_eval(address_of(kernel), size(kernel, kind=c_size_t), sources, targets, outputs, options, run, &
         address_of(workspace), size(workspace, kind=c_size_t), counters), status)
@@ -3044,13 +3045,13 @@ contains
 
   subroutine thin_field1_eval_f32(kernel, sources, targets, outputs, options, run, workspace, counters, status)
     integer(c_int8_t), intent(in), target, contiguous :: kernel(:)
-    type(mollis_sources1_f32), intent(in) :: sources
-    type(mollis_targets1_f32), intent(in), optional :: targets
-    type(mollis_outputs1_f32), intent(in) :: outputs
-    type(mollis_field_options), intent(in), optional :: options
-    type(mollis_run), intent(in), optional :: run
+    type(mollis_sources1_f32), intent(in), target :: sources
+    type(mollis_targets1_f32), intent(in), target, optional :: targets
+    type(mollis_outputs1_f32), intent(in), target :: outputs
+    type(mollis_field_options), intent(in), target, optional :: options
+    type(mollis_run), intent(in), target, optional :: run
     integer(c_int8_t), intent(inout), target, contiguous :: workspace(:)
-    type(mollis_field_counts), intent(inout), optional :: counters
+    type(mollis_field_counts), intent(inout), target, optional :: counters
     integer(c_int32_t), intent(out), optional :: status
     call tell(mollis_field1_eval_f32(address_of(kernel), size(kernel, kind=c_size_t), sources, targets, outputs, options, run, &
         address_of(workspace), size(workspace, kind=c_size_t), counters), status)
@@ -3058,13 +3059,13 @@ contains
 
   subroutine thin_field3_eval(kernel, sources, targets, outputs, options, run, workspace, counters, status)
     integer(c_int8_t), intent(in), target, contiguous :: kernel(:)
-    type(mollis_sources3), intent(in) :: sources
-    type(mollis_targets3), intent(in), optional :: targets
-    type(mollis_outputs3), intent(in) :: outputs
-    type(mollis_field_options), intent(in), optional :: options
-    type(mollis_run), intent(in), optional :: run
+    type(mollis_sources3), intent(in), target :: sources
+    type(mollis_targets3), intent(in), target, optional :: targets
+    type(mollis_outputs3), intent(in), target :: outputs
+    type(mollis_field_options), intent(in), target, optional :: options
+    type(mollis_run), intent(in), target, optional :: run
     integer(c_int8_t), intent(inout), target, contiguous :: workspace(:)
-    type(mollis_field_counts), intent(inout), optional :: counters
+    type(mollis_field_counts), intent(inout), target, optional :: counters
     integer(c_int32_t), intent(out), optional :: status
     call tell(mollis_field3_eval(address_of(kernel), size(kernel, kind=c_size_t), sources, targets, outputs, options, run, &
         address_of(workspace), size(workspace, kind=c_size_t), counters), status)
@@ -3072,49 +3073,49 @@ contains
 
   subroutine thin_field3_eval_f32(kernel, sources, targets, outputs, options, run, workspace, counters, status)
     integer(c_int8_t), intent(in), target, contiguous :: kernel(:)
-    type(mollis_sources3_f32), intent(in) :: sources
-    type(mollis_targets3_f32), intent(in), optional :: targets
-    type(mollis_outputs3_f32), intent(in) :: outputs
-    type(mollis_field_options), intent(in), optional :: options
-    type(mollis_run), intent(in), optional :: run
+    type(mollis_sources3_f32), intent(in), target :: sources
+    type(mollis_targets3_f32), intent(in), target, optional :: targets
+    type(mollis_outputs3_f32), intent(in), target :: outputs
+    type(mollis_field_options), intent(in), target, optional :: options
+    type(mollis_run), intent(in), target, optional :: run
     integer(c_int8_t), intent(inout), target, contiguous :: workspace(:)
-    type(mollis_field_counts), intent(inout), optional :: counters
+    type(mollis_field_counts), intent(inout), target, optional :: counters
     integer(c_int32_t), intent(out), optional :: status
     call tell(mollis_field3_eval_f32(address_of(kernel), size(kernel, kind=c_size_t), sources, targets, outputs, options, run, &
         address_of(workspace), size(workspace, kind=c_size_t), counters), status)
   end subroutine
 
   subroutine thin_grid2_workspace_bytes(mesh, sources, targets, outputs, options, run, bytes, status)
-    type(mollis_mesh2), intent(in) :: mesh
-    type(mollis_sources2), intent(in) :: sources
-    type(mollis_targets2), intent(in), optional :: targets
-    type(mollis_grid2_outputs), intent(in) :: outputs
-    type(mollis_grid2_options), intent(in), optional :: options
-    type(mollis_run), intent(in), optional :: run
+    type(mollis_mesh2), intent(in), target :: mesh
+    type(mollis_sources2), intent(in), target :: sources
+    type(mollis_targets2), intent(in), target, optional :: targets
+    type(mollis_grid2_outputs), intent(in), target :: outputs
+    type(mollis_grid2_options), intent(in), target, optional :: options
+    type(mollis_run), intent(in), target, optional :: run
     integer(c_size_t), intent(inout) :: bytes
     integer(c_int32_t), intent(out), optional :: status
     call tell(mollis_grid2_workspace_bytes(mesh, sources, targets, outputs, options, run, bytes), status)
   end subroutine
 
   subroutine thin_grid2_workspace_bytes_f32(mesh, sources, targets, outputs, options, run, bytes, status)
-    type(mollis_mesh2), intent(in) :: mesh
-    type(mollis_sources2_f32), intent(in) :: sources
-    type(mollis_targets2_f32), intent(in), optional :: targets
-    type(mollis_grid2_outputs_f32), intent(in) :: outputs
-    type(mollis_grid2_options), intent(in), optional :: options
-    type(mollis_run), intent(in), optional :: run
+    type(mollis_mesh2), intent(in), target :: mesh
+    type(mollis_sources2_f32), intent(in), target :: sources
+    type(mollis_targets2_f32), intent(in), target, optional :: targets
+    type(mollis_grid2_outputs_f32), intent(in), target :: outputs
+    type(mollis_grid2_options), intent(in), target, optional :: options
+    type(mollis_run), intent(in), target, optional :: run
     integer(c_size_t), intent(inout) :: bytes
     integer(c_int32_t), intent(out), optional :: status
     call tell(mollis_grid2_workspace_bytes_f32(mesh, sources, targets, outputs, options, run, bytes), status)
   end subroutine
 
   subroutine thin_grid2_eval(mesh, sources, targets, outputs, options, run, workspace, status)
-    type(mollis_mesh2), intent(in) :: mesh
-    type(mollis_sources2), intent(in) :: sources
-    type(mollis_targets2), intent(in), optional :: targets
-    type(mollis_grid2_outputs), intent(in) :: outputs
-    type(mollis_grid2_options), intent(in), optional :: options
-    type(mollis_run), intent(in), optional :: run
+    type(mollis_mesh2), intent(in), target :: mesh
+    type(mollis_sources2), intent(in), target :: sources
+    type(mollis_targets2), intent(in), target, optional :: targets
+    type(mollis_grid2_outputs), intent(in), target :: outputs
+    type(mollis_grid2_options), intent(in), target, optional :: options
+    type(mollis_run), intent(in), target, optional :: run
     integer(c_int8_t), intent(inout), target, contiguous :: workspace(:)
     integer(c_int32_t), intent(out), optional :: status
     call tell(mollis_grid2_eval(mesh, sources, targets, outputs, options, run, address_of(workspace), size(workspace, &
@@ -3122,12 +3123,12 @@ contains
   end subroutine
 
   subroutine thin_grid2_eval_f32(mesh, sources, targets, outputs, options, run, workspace, status)
-    type(mollis_mesh2), intent(in) :: mesh
-    type(mollis_sources2_f32), intent(in) :: sources
-    type(mollis_targets2_f32), intent(in), optional :: targets
-    type(mollis_grid2_outputs_f32), intent(in) :: outputs
-    type(mollis_grid2_options), intent(in), optional :: options
-    type(mollis_run), intent(in), optional :: run
+    type(mollis_mesh2), intent(in), target :: mesh
+    type(mollis_sources2_f32), intent(in), target :: sources
+    type(mollis_targets2_f32), intent(in), target, optional :: targets
+    type(mollis_grid2_outputs_f32), intent(in), target :: outputs
+    type(mollis_grid2_options), intent(in), target, optional :: options
+    type(mollis_run), intent(in), target, optional :: run
     integer(c_int8_t), intent(inout), target, contiguous :: workspace(:)
     integer(c_int32_t), intent(out), optional :: status
     call tell(mollis_grid2_eval_f32(mesh, sources, targets, outputs, options, run, address_of(workspace), size(workspace, &
@@ -3135,9 +3136,9 @@ contains
   end subroutine
 
   subroutine thin_kernel2_bytes(terms, n_terms, own, mollifier, bytes, status)
-    type(mollis_kernel_term), intent(in) :: terms(*)
+    type(mollis_kernel_term), intent(in), target :: terms(*)
     integer, intent(in) :: n_terms
-    type(mollis_radial_kernel), intent(in), optional :: own
+    type(mollis_radial_kernel), intent(in), target, optional :: own
     type(mollis_mollifier), value :: mollifier
     integer(c_size_t), intent(inout) :: bytes
     integer(c_int32_t), intent(out), optional :: status
@@ -3145,9 +3146,9 @@ contains
   end subroutine
 
   subroutine thin_kernel2_bytes_f32(terms, n_terms, own, mollifier, bytes, status)
-    type(mollis_kernel_term), intent(in) :: terms(*)
+    type(mollis_kernel_term), intent(in), target :: terms(*)
     integer, intent(in) :: n_terms
-    type(mollis_radial_kernel), intent(in), optional :: own
+    type(mollis_radial_kernel), intent(in), target, optional :: own
     type(mollis_mollifier), value :: mollifier
     integer(c_size_t), intent(inout) :: bytes
     integer(c_int32_t), intent(out), optional :: status
@@ -3155,9 +3156,9 @@ contains
   end subroutine
 
   subroutine thin_kernel1_bytes(terms, n_terms, own, mollifier, bytes, status)
-    type(mollis_kernel_term), intent(in) :: terms(*)
+    type(mollis_kernel_term), intent(in), target :: terms(*)
     integer, intent(in) :: n_terms
-    type(mollis_radial_kernel), intent(in), optional :: own
+    type(mollis_radial_kernel), intent(in), target, optional :: own
     type(mollis_mollifier), value :: mollifier
     integer(c_size_t), intent(inout) :: bytes
     integer(c_int32_t), intent(out), optional :: status
@@ -3165,9 +3166,9 @@ contains
   end subroutine
 
   subroutine thin_kernel1_bytes_f32(terms, n_terms, own, mollifier, bytes, status)
-    type(mollis_kernel_term), intent(in) :: terms(*)
+    type(mollis_kernel_term), intent(in), target :: terms(*)
     integer, intent(in) :: n_terms
-    type(mollis_radial_kernel), intent(in), optional :: own
+    type(mollis_radial_kernel), intent(in), target, optional :: own
     type(mollis_mollifier), value :: mollifier
     integer(c_size_t), intent(inout) :: bytes
     integer(c_int32_t), intent(out), optional :: status
@@ -3175,9 +3176,9 @@ contains
   end subroutine
 
   subroutine thin_kernel3_bytes(terms, n_terms, own, mollifier, bytes, status)
-    type(mollis_kernel_term), intent(in) :: terms(*)
+    type(mollis_kernel_term), intent(in), target :: terms(*)
     integer, intent(in) :: n_terms
-    type(mollis_radial_kernel), intent(in), optional :: own
+    type(mollis_radial_kernel), intent(in), target, optional :: own
     type(mollis_mollifier), value :: mollifier
     integer(c_size_t), intent(inout) :: bytes
     integer(c_int32_t), intent(out), optional :: status
@@ -3185,9 +3186,9 @@ contains
   end subroutine
 
   subroutine thin_kernel3_bytes_f32(terms, n_terms, own, mollifier, bytes, status)
-    type(mollis_kernel_term), intent(in) :: terms(*)
+    type(mollis_kernel_term), intent(in), target :: terms(*)
     integer, intent(in) :: n_terms
-    type(mollis_radial_kernel), intent(in), optional :: own
+    type(mollis_radial_kernel), intent(in), target, optional :: own
     type(mollis_mollifier), value :: mollifier
     integer(c_size_t), intent(inout) :: bytes
     integer(c_int32_t), intent(out), optional :: status
@@ -3196,9 +3197,9 @@ contains
 
   subroutine thin_kernel2_prepare(kernel, terms, n_terms, own, mollifier, delta, status)
     integer(c_int8_t), intent(inout), target, contiguous :: kernel(:)
-    type(mollis_kernel_term), intent(in) :: terms(*)
+    type(mollis_kernel_term), intent(in), target :: terms(*)
     integer, intent(in) :: n_terms
-    type(mollis_radial_kernel), intent(in), optional :: own
+    type(mollis_radial_kernel), intent(in), target, optional :: own
     type(mollis_mollifier), value :: mollifier
     real(c_double), value :: delta
     integer(c_int32_t), intent(out), optional :: status
@@ -3208,9 +3209,9 @@ contains
 
   subroutine thin_kernel2_prepare_f32(kernel, terms, n_terms, own, mollifier, delta, status)
     integer(c_int8_t), intent(inout), target, contiguous :: kernel(:)
-    type(mollis_kernel_term), intent(in) :: terms(*)
+    type(mollis_kernel_term), intent(in), target :: terms(*)
     integer, intent(in) :: n_terms
-    type(mollis_radial_kernel), intent(in), optional :: own
+    type(mollis_radial_kernel), intent(in), target, optional :: own
     type(mollis_mollifier), value :: mollifier
     real(c_float), value :: delta
     integer(c_int32_t), intent(out), optional :: status
@@ -3220,9 +3221,9 @@ contains
 
   subroutine thin_kernel1_prepare(kernel, terms, n_terms, own, mollifier, delta, status)
     integer(c_int8_t), intent(inout), target, contiguous :: kernel(:)
-    type(mollis_kernel_term), intent(in) :: terms(*)
+    type(mollis_kernel_term), intent(in), target :: terms(*)
     integer, intent(in) :: n_terms
-    type(mollis_radial_kernel), intent(in), optional :: own
+    type(mollis_radial_kernel), intent(in), target, optional :: own
     type(mollis_mollifier), value :: mollifier
     real(c_double), value :: delta
     integer(c_int32_t), intent(out), optional :: status
@@ -3232,9 +3233,9 @@ contains
 
   subroutine thin_kernel1_prepare_f32(kernel, terms, n_terms, own, mollifier, delta, status)
     integer(c_int8_t), intent(inout), target, contiguous :: kernel(:)
-    type(mollis_kernel_term), intent(in) :: terms(*)
+    type(mollis_kernel_term), intent(in), target :: terms(*)
     integer, intent(in) :: n_terms
-    type(mollis_radial_kernel), intent(in), optional :: own
+    type(mollis_radial_kernel), intent(in), target, optional :: own
     type(mollis_mollifier), value :: mollifier
     real(c_float), value :: delta
     integer(c_int32_t), intent(out), optional :: status
@@ -3244,9 +3245,9 @@ contains
 
   subroutine thin_kernel3_prepare(kernel, terms, n_terms, own, mollifier, delta, status)
     integer(c_int8_t), intent(inout), target, contiguous :: kernel(:)
-    type(mollis_kernel_term), intent(in) :: terms(*)
+    type(mollis_kernel_term), intent(in), target :: terms(*)
     integer, intent(in) :: n_terms
-    type(mollis_radial_kernel), intent(in), optional :: own
+    type(mollis_radial_kernel), intent(in), target, optional :: own
     type(mollis_mollifier), value :: mollifier
     real(c_double), value :: delta
     integer(c_int32_t), intent(out), optional :: status
@@ -3256,9 +3257,9 @@ contains
 
   subroutine thin_kernel3_prepare_f32(kernel, terms, n_terms, own, mollifier, delta, status)
     integer(c_int8_t), intent(inout), target, contiguous :: kernel(:)
-    type(mollis_kernel_term), intent(in) :: terms(*)
+    type(mollis_kernel_term), intent(in), target :: terms(*)
     integer, intent(in) :: n_terms
-    type(mollis_radial_kernel), intent(in), optional :: own
+    type(mollis_radial_kernel), intent(in), target, optional :: own
     type(mollis_mollifier), value :: mollifier
     real(c_float), value :: delta
     integer(c_int32_t), intent(out), optional :: status
@@ -3799,7 +3800,7 @@ contains
   end subroutine
 
   subroutine thin_dual_norm2_workspace_bytes(points, margin, bytes, status)
-    integer(c_size_t), intent(in) :: points(2,*)
+    integer(c_size_t), intent(in) :: points(2)
     integer, intent(in) :: margin
     integer(c_size_t), intent(inout) :: bytes
     integer(c_int32_t), intent(out), optional :: status
@@ -3807,7 +3808,7 @@ contains
   end subroutine
 
   subroutine thin_dual_norm2_workspace_bytes_f32(points, margin, bytes, status)
-    integer(c_size_t), intent(in) :: points(2,*)
+    integer(c_size_t), intent(in) :: points(2)
     integer, intent(in) :: margin
     integer(c_size_t), intent(inout) :: bytes
     integer(c_int32_t), intent(out), optional :: status
@@ -3815,7 +3816,7 @@ contains
   end subroutine
 
   subroutine thin_dual_norm1_workspace_bytes(points, margin, bytes, status)
-    integer(c_size_t), intent(in) :: points(1,*)
+    integer(c_size_t), intent(in) :: points(1)
     integer, intent(in) :: margin
     integer(c_size_t), intent(inout) :: bytes
     integer(c_int32_t), intent(out), optional :: status
@@ -3823,7 +3824,7 @@ contains
   end subroutine
 
   subroutine thin_dual_norm1_workspace_bytes_f32(points, margin, bytes, status)
-    integer(c_size_t), intent(in) :: points(1,*)
+    integer(c_size_t), intent(in) :: points(1)
     integer, intent(in) :: margin
     integer(c_size_t), intent(inout) :: bytes
     integer(c_int32_t), intent(out), optional :: status
@@ -3831,7 +3832,7 @@ contains
   end subroutine
 
   subroutine thin_dual_norm3_workspace_bytes(points, margin, bytes, status)
-    integer(c_size_t), intent(in) :: points(3,*)
+    integer(c_size_t), intent(in) :: points(3)
     integer, intent(in) :: margin
     integer(c_size_t), intent(inout) :: bytes
     integer(c_int32_t), intent(out), optional :: status
@@ -3839,7 +3840,7 @@ contains
   end subroutine
 
   subroutine thin_dual_norm3_workspace_bytes_f32(points, margin, bytes, status)
-    integer(c_size_t), intent(in) :: points(3,*)
+    integer(c_size_t), intent(in) :: points(3)
     integer, intent(in) :: margin
     integer(c_size_t), intent(inout) :: bytes
     integer(c_int32_t), intent(out), optional :: status
@@ -3847,7 +3848,7 @@ contains
   end subroutine
 
   subroutine thin_dual_norm2(points, spacing, margin, values, norm, workspace, status)
-    integer(c_size_t), intent(in) :: points(2,*)
+    integer(c_size_t), intent(in) :: points(2)
     real(c_double), value :: spacing
     integer, intent(in) :: margin
     real(c_double), intent(in) :: values(*)
@@ -3859,7 +3860,7 @@ contains
   end subroutine
 
   subroutine thin_dual_norm2_f32(points, spacing, margin, values, norm, workspace, status)
-    integer(c_size_t), intent(in) :: points(2,*)
+    integer(c_size_t), intent(in) :: points(2)
     real(c_float), value :: spacing
     integer, intent(in) :: margin
     real(c_float), intent(in) :: values(*)
@@ -3871,7 +3872,7 @@ contains
   end subroutine
 
   subroutine thin_dual_norm1(points, spacing, margin, values, norm, workspace, status)
-    integer(c_size_t), intent(in) :: points(1,*)
+    integer(c_size_t), intent(in) :: points(1)
     real(c_double), value :: spacing
     integer, intent(in) :: margin
     real(c_double), intent(in) :: values(*)
@@ -3883,7 +3884,7 @@ contains
   end subroutine
 
   subroutine thin_dual_norm1_f32(points, spacing, margin, values, norm, workspace, status)
-    integer(c_size_t), intent(in) :: points(1,*)
+    integer(c_size_t), intent(in) :: points(1)
     real(c_float), value :: spacing
     integer, intent(in) :: margin
     real(c_float), intent(in) :: values(*)
@@ -3895,7 +3896,7 @@ contains
   end subroutine
 
   subroutine thin_dual_norm3(points, spacing, margin, values, norm, workspace, status)
-    integer(c_size_t), intent(in) :: points(3,*)
+    integer(c_size_t), intent(in) :: points(3)
     real(c_double), value :: spacing
     integer, intent(in) :: margin
     real(c_double), intent(in) :: values(*)
@@ -3907,7 +3908,7 @@ contains
   end subroutine
 
   subroutine thin_dual_norm3_f32(points, spacing, margin, values, norm, workspace, status)
-    integer(c_size_t), intent(in) :: points(3,*)
+    integer(c_size_t), intent(in) :: points(3)
     real(c_float), value :: spacing
     integer, intent(in) :: margin
     real(c_float), intent(in) :: values(*)
@@ -3938,9 +3939,9 @@ contains
 
   subroutine thin_pks_workspace_bytes(room, attraction, options, run, bytes, status)
     integer, intent(in) :: room
-    type(mollis_pks_attraction), intent(in) :: attraction
-    type(mollis_pks_options), intent(in), optional :: options
-    type(mollis_run), intent(in), optional :: run
+    type(mollis_pks_attraction), intent(in), target :: attraction
+    type(mollis_pks_options), intent(in), target, optional :: options
+    type(mollis_run), intent(in), target, optional :: run
     integer(c_size_t), intent(inout) :: bytes
     integer(c_int32_t), intent(out), optional :: status
     call tell(mollis_pks_workspace_bytes(int(room, c_size_t), attraction, options, run, bytes), status)
@@ -3948,26 +3949,26 @@ contains
 
   subroutine thin_pks_workspace_bytes_f32(room, attraction, options, run, bytes, status)
     integer, intent(in) :: room
-    type(mollis_pks_attraction), intent(in) :: attraction
-    type(mollis_pks_options), intent(in), optional :: options
-    type(mollis_run), intent(in), optional :: run
+    type(mollis_pks_attraction), intent(in), target :: attraction
+    type(mollis_pks_options), intent(in), target, optional :: options
+    type(mollis_run), intent(in), target, optional :: run
     integer(c_size_t), intent(inout) :: bytes
     integer(c_int32_t), intent(out), optional :: status
     call tell(mollis_pks_workspace_bytes_f32(int(room, c_size_t), attraction, options, run, bytes), status)
   end subroutine
 
   subroutine thin_pks_step(particles, progress, attraction, generator, dt, steps, events, options, run, workspace, report, status)
-    type(mollis_pks_particles), intent(in) :: particles
-    type(mollis_pks_progress), intent(inout) :: progress
-    type(mollis_pks_attraction), intent(in) :: attraction
-    type(mollis_generator), intent(in), optional :: generator
+    type(mollis_pks_particles), intent(in), target :: particles
+    type(mollis_pks_progress), intent(inout), target :: progress
+    type(mollis_pks_attraction), intent(in), target :: attraction
+    type(mollis_generator), intent(in), target, optional :: generator
     real(c_double), value :: dt
     integer, intent(in) :: steps
-    type(mollis_pks_events), intent(inout) :: events
-    type(mollis_pks_options), intent(in), optional :: options
-    type(mollis_run), intent(in), optional :: run
+    type(mollis_pks_events), intent(inout), target :: events
+    type(mollis_pks_options), intent(in), target, optional :: options
+    type(mollis_run), intent(in), target, optional :: run
     integer(c_int8_t), intent(inout), target, contiguous :: workspace(:)
-    type(mollis_pks_report), intent(inout), optional :: report
+    type(mollis_pks_report), intent(inout), target, optional :: report
     integer(c_int32_t), intent(out), optional :: status
     call tell(mollis_pks_step(particles, progress, attraction, generator, dt, int(steps, c_size_t), events, options, run, &
         address_of(workspace), size(workspace, kind=c_size_t), report), status)
@@ -3975,17 +3976,17 @@ contains
 
   subroutine thin_pks_step_f32(particles, progress, attraction, generator, dt, steps, events, options, run, workspace, report, &
       status)
-    type(mollis_pks_particles_f32), intent(in) :: particles
-    type(mollis_pks_progress), intent(inout) :: progress
-    type(mollis_pks_attraction), intent(in) :: attraction
-    type(mollis_generator), intent(in), optional :: generator
+    type(mollis_pks_particles_f32), intent(in), target :: particles
+    type(mollis_pks_progress), intent(inout), target :: progress
+    type(mollis_pks_attraction), intent(in), target :: attraction
+    type(mollis_generator), intent(in), target, optional :: generator
     real(c_double), value :: dt
     integer, intent(in) :: steps
-    type(mollis_pks_events), intent(inout) :: events
-    type(mollis_pks_options), intent(in), optional :: options
-    type(mollis_run), intent(in), optional :: run
+    type(mollis_pks_events), intent(inout), target :: events
+    type(mollis_pks_options), intent(in), target, optional :: options
+    type(mollis_run), intent(in), target, optional :: run
     integer(c_int8_t), intent(inout), target, contiguous :: workspace(:)
-    type(mollis_pks_report), intent(inout), optional :: report
+    type(mollis_pks_report), intent(inout), target, optional :: report
     integer(c_int32_t), intent(out), optional :: status
     call tell(mollis_pks_step_f32(particles, progress, attraction, generator, dt, int(steps, c_size_t), events, options, run, &
         address_of(workspace), size(workspace, kind=c_size_t), report), status)
@@ -4036,7 +4037,7 @@ contains
     real(c_double), value :: second_moment
     integer, intent(in) :: n_heavy
     real(c_double), intent(in) :: heavy(*)
-    type(mollis_pks_prediction), intent(inout) :: out
+    type(mollis_pks_prediction), intent(inout), target :: out
     integer(c_int32_t), intent(out), optional :: status
     call tell(mollis_pks_predict(mass, mu, chi, second_moment, int(n_heavy, c_size_t), heavy, out), status)
   end subroutine
@@ -4054,7 +4055,7 @@ contains
 
   subroutine thin_pks_represent_species(n, species, chi, particles, share, noise, rate, status)
     integer, intent(in) :: n
-    type(mollis_pks_species), intent(in) :: species(*)
+    type(mollis_pks_species), intent(in), target :: species(*)
     real(c_double), value :: chi
     integer, intent(in) :: particles
     real(c_double), intent(inout), optional :: share(*)

@@ -148,7 +148,8 @@
 #define MOLLIS_METHOD_SPLIT 5
 
 /**
- * Newtonian kernels in the plane, without a mollifier or with a compact or Gaussian one: the fast multipole method, to the tolerance (at least 1e-13, single precision 1e-5).
+ * Newtonian kernels in the plane, without a mollifier or with a compact or Gaussian one: the fast multipole method, to the tolerance (at least 1e-13, single precision 1e-5). Masses
+ * below 2^-1022 of the largest (single precision: 2^-126) count as zero in the end.
  */
 #define MOLLIS_METHOD_FMM 6
 /** Terms are added up in blocks. */
@@ -273,7 +274,10 @@ typedef struct mollis_field_options {
   int32_t reserved;
   /** (a, b): in 2D the gradient output is a grad u + b (grad u rotated by +90 degrees), of the rounded gradient; else (1, 0). */
   double combination[2];
-  /** The relative error that may be spent for speed (`MOLLIS_METHOD_FMM`); 0 asks for rounding alone. */
+  /**
+   * The error that may be spent for speed (`MOLLIS_METHOD_FMM`): of each output, in the l2 norm over the targets, relative to that of sum_j |m_j| |K_j|; with
+   * masses of one sign relative to the output itself. 0 asks for rounding alone.
+   */
   double tolerance;
 } mollis_field_options;
 
@@ -346,8 +350,8 @@ typedef struct mollis_run {
    */
   uint64_t *first_bad;
   /**
-   * Where a step or an evaluation that returns `MOLLIS_ERR_WORKSPACE_TOO_SMALL` writes the bytes that it needs. Not written otherwise. May be null (the
-   * default).
+   * Where a step or an evaluation that returns `MOLLIS_ERR_WORKSPACE_TOO_SMALL` writes the bytes of workspace that it needs; 0: it is a prepared
+   * kernel whose buffer is too short (in builds for firmware also 0 from `mollis_pks_step`). Not written otherwise. May be null (the default).
    */
   size_t *bytes_needed;
 } mollis_run;
@@ -532,7 +536,7 @@ typedef struct mollis_outputs3_f32 {
 
 /** What a sum did. Added to, when the call succeeds. */
 typedef struct mollis_field_counts {
-  /** Pairs of a target and a source with mass. */
+  /** Pairs of a target and a source with mass; by the fast multipole method those that are summed one by one. */
   uint64_t pairs;
   /** Of these, pairs closer than delta. */
   uint64_t near_pairs;
@@ -637,7 +641,7 @@ typedef struct mollis_radial_kernel {
   /** The factor. */
   double coefficient;
   /**
-   * Pairs further apart get nothing from it, and are counted (`mollis_field_counts.beyond_reach`). Under a mollifier r goes a little further. Finite.
+   * Pairs further apart get nothing from it, and are counted (`mollis_field_counts.beyond_reach`). Under a mollifier r goes a little further. From 1e-150 to 1e150.
    */
   double reach;
   /**
@@ -646,13 +650,13 @@ typedef struct mollis_radial_kernel {
   double tolerance;
   /**
    * Without a mollifier: for smaller r, K continues with the power of r that K'/r has here. 0: 2^-52 of the reach, and
-   * the kernel is compared with it; otherwise not less than that, and the kernel is not called for smaller r.
+   * the kernel is compared with it; otherwise between that and half the reach, and the kernel is not called for smaller r.
    */
   double least;
   /** The number of knots, at most MOLLIS_KERNEL_MAX_KNOTS. */
   size_t n_knots;
   /**
-   * Radii at which the kernel is not smooth (where the pieces of a spline meet), strictly increasing, between `least` and the reach. K is
+   * Radii at which the kernel is not smooth (where the pieces of a spline meet), increasing by more than a relative 1e-10, between `least` and the reach. K is
    * continuous there. Null if there are none.
    */
   const double *knots;
@@ -881,8 +885,8 @@ mollis_status mollis_blob_options_init(struct mollis_blob_options *options, size
 mollis_status mollis_field_options_init(struct mollis_field_options *options, size_t size);
 
 /**
- * Bytes of workspace that mollis_blob2_step needs for the same arguments, wherever the workspace begins. Of the arrays only counts, strides and which pointers are null are
- * looked at. Overwrites `bytes`.
+ * Bytes of workspace that mollis_blob2_step needs for the same arguments, wherever the workspace begins. Of the arrays only counts, strides and which pointers are null or beside
+ * each other are looked at. Overwrites `bytes`.
  */
 mollis_status mollis_blob2_workspace_bytes(const void *kernel, size_t kernel_bytes, const struct mollis_particles2 *particles,
     const struct mollis_particles2 *tracers, const struct mollis_blob_options *options, const struct mollis_run *run,
@@ -911,7 +915,7 @@ mollis_status mollis_blob3_workspace_bytes_f32(const void *kernel, size_t kernel
  * velocities and divergences of the state as it is. The workspace is garbage afterwards. Cost: four field evaluations a step, one more if velocity, divergence or energy are
  * wanted; arrays with gaps are copied once a call.
  *
- * A refused call writes nothing but `report` (and `run->first_bad`). A run that stops (MOLLIS_ERR_BECAME_NOT_FINITE, also where only velocity, divergence or
+ * A refused call writes nothing but `report` (and what `run` asks for). A run that stops (MOLLIS_ERR_BECAME_NOT_FINITE, also where only velocity, divergence or
  * energy overflow, MOLLIS_ERR_STOPPED, MOLLIS_ERR_ENERGY_ROSE, the executor's own status) leaves positions and densities as they were after the last
  * completed step, and velocity and divergence unwritten.
  */
@@ -1020,7 +1024,7 @@ mollis_status mollis_overlap3(size_t n, double delta, const double *masses, cons
 mollis_status mollis_overlap3_f32(size_t n, float delta, const float *masses, const float *densities, float *smallest);
 
 /**
- * Bytes of workspace that mollis_field2_eval needs for the same arguments, wherever the workspace begins. Only counts, strides and which pointers are null are looked
+ * Bytes of workspace that mollis_field2_eval needs for the same arguments, wherever the workspace begins. Only counts, strides and which pointers are null or beside each other are looked
  * at.
  */
 mollis_status mollis_field2_workspace_bytes(const void *kernel, size_t kernel_bytes, const struct mollis_sources2 *sources,
@@ -1073,12 +1077,13 @@ mollis_status mollis_field3_text_f32(const void *kernel, size_t kernel_bytes, co
  *
  * `kernel`: a block that mollis_kernel2_prepare filled. Null `targets`: at the sources. A mollified kernel counts every pair, a target on a source included; without a
  * mollifier coincident pairs contribute nothing. `workspace` is garbage afterwards. `options`, `run`, `counters` may be null. With core radii psi and K_delta are those of
- * each source's radius; the kernel has to be Newtonian with a mollifier (MOLLIS_ERR_UNSUPPORTED), and the sum is over all pairs.
+ * each source's radius; the kernel has to be Newtonian with a mollifier (MOLLIS_ERR_UNSUPPORTED).
  *
  * Arrays of equal strides may lie within each other like the members of structures. Where they are no arrays without gaps, or results are added or multiplied, the workspace holds a copy of
  * each: some nanoseconds a particle.
  *
- * The error is at most (c + 256 + n/256) u S, u the unit roundoff; with MOLLIS_ACCUMULATION_COMPENSATED (c + 12) u S + (n/4) u^2 S. S is the
+ * By the fast multipole method (MOLLIS_METHOD_FMM, or chosen for a tolerance) the error is the tolerance, see mollis_field_options. Else it
+ * is at most (c + 256 + n/256) u S, u the unit roundoff; with MOLLIS_ACCUMULATION_COMPENSATED (c + 12) u S + (n/4) u^2 S. S is the
  * sum of |m_j| s_j, componentwise for gradients. With K the kernel that mollis_kernel2_eval returns, r = |x_i - x_j|:
  *
  * * Newtonian, mollifier compact or none: s = |K| (in 2D plus 1/(2 pi)), |grad K|, and the mollifier's largest value for a Laplacian; c = 16,
@@ -1126,7 +1131,7 @@ mollis_status mollis_field3_eval_f32(const void *kernel, size_t kernel_bytes, co
 
 /**
  * Bytes of workspace that mollis_grid2_eval needs for the same arguments, wherever it begins, with this run's executor. Of the arrays only counts, strides and which
- * pointers are null are looked at.
+ * pointers are null or beside each other are looked at.
  *
  * Refused: MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_NOT_FINITE, MOLLIS_ERR_OUT_OF_DOMAIN (an empty rectangle, fewer than 2 cells, a corner beyond
  * 2^-13 of the scalar's largest number, a mesh width below its normal range, cells more than 2^40 times as long as wide),
@@ -1448,7 +1453,7 @@ mollis_status mollis_pks_workspace_bytes_f32(size_t room, const struct mollis_pk
  * Masses below 1e-19 of M (f32; 1e-154 for f64) do not collide with one another.
  *
  * MOLLIS_ERR_EVENTS_FULL: the step stopped before a merge that has no room; empty the buffers (or give larger ones) and call again with the
- * same workspace content: it goes on with progress->pending merges. Any other status leaves the state of the last completed step:
+ * same workspace (or its bytes at an address that is equal modulo MOLLIS_ALIGN): it goes on with progress->pending merges. Any other status leaves the state of the last completed step:
  * MOLLIS_ERR_TOO_MANY_SUBSTEPS, MOLLIS_ERR_BECAME_NOT_FINITE, MOLLIS_ERR_STOPPED, the generator's or executor's own, as they returned it. Refused with nothing
  * written: MOLLIS_ERR_NOT_FINITE (run->first_bad: the particle), MOLLIS_ERR_MASS, MOLLIS_ERR_TIME_STEP, MOLLIS_ERR_OUT_OF_DOMAIN, MOLLIS_ERR_LENGTH_MISMATCH (count > room),
  * MOLLIS_ERR_OVERLAP, MOLLIS_ERR_UNSUPPORTED (heavy particles in a box, or by a singular kernel), MOLLIS_ERR_WORKSPACE_TOO_SMALL, MOLLIS_ERR_NOT_PREPARED (pending merges that the workspace does not hold).

@@ -117,8 +117,8 @@ pub struct mollis_particles3_f32 {
     pub divergence_stride: usize,
 }
 
-/// Bytes of workspace that mollis_blob2_step needs for the same arguments, wherever the workspace begins. Of the arrays only counts, strides and which pointers are null are
-/// looked at. Overwrites `bytes`.
+/// Bytes of workspace that mollis_blob2_step needs for the same arguments, wherever the workspace begins. Of the arrays only counts, strides and which pointers are null or beside
+/// each other are looked at. Overwrites `bytes`.
 #[cfg(feature = "double")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_blob2_workspace_bytes(
@@ -227,7 +227,7 @@ pub unsafe extern "C" fn mollis_blob3_workspace_bytes_f32(
 /// velocities and divergences of the state as it is. The workspace is garbage afterwards. Cost: four field evaluations a step, one more if velocity, divergence or energy are
 /// wanted; arrays with gaps are copied once a call.
 ///
-/// A refused call writes nothing but `report` (and `run->first_bad`). A run that stops (MOLLIS_ERR_BECAME_NOT_FINITE, also where only velocity, divergence or
+/// A refused call writes nothing but `report` (and what `run` asks for). A run that stops (MOLLIS_ERR_BECAME_NOT_FINITE, also where only velocity, divergence or
 /// energy overflow, MOLLIS_ERR_STOPPED, MOLLIS_ERR_ENERGY_ROSE, the executor's own status) leaves positions and densities as they were after the last
 /// completed step, and velocity and divergence unwritten.
 #[cfg(feature = "double")]

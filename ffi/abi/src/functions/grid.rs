@@ -43,7 +43,7 @@ pub struct mollis_grid2_outputs_f32 {
 }
 
 /// Bytes of workspace that mollis_grid2_eval needs for the same arguments, wherever it begins, with this run's executor. Of the arrays only counts, strides and which
-/// pointers are null are looked at.
+/// pointers are null or beside each other are looked at.
 ///
 /// Refused: MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_NOT_FINITE, MOLLIS_ERR_OUT_OF_DOMAIN (an empty rectangle, fewer than 2 cells, a corner beyond
 /// 2^-13 of the scalar's largest number, a mesh width below its normal range, cells more than 2^40 times as long as wide),

@@ -85,7 +85,7 @@ pub unsafe extern "C" fn mollis_pks_workspace_bytes_f32(
 /// Masses below 1e-19 of M (f32; 1e-154 for f64) do not collide with one another.
 ///
 /// MOLLIS_ERR_EVENTS_FULL: the step stopped before a merge that has no room; empty the buffers (or give larger ones) and call again with the
-/// same workspace content: it goes on with progress->pending merges. Any other status leaves the state of the last completed step:
+/// same workspace (or its bytes at an address that is equal modulo MOLLIS_ALIGN): it goes on with progress->pending merges. Any other status leaves the state of the last completed step:
 /// MOLLIS_ERR_TOO_MANY_SUBSTEPS, MOLLIS_ERR_BECAME_NOT_FINITE, MOLLIS_ERR_STOPPED, the generator's or executor's own, as they returned it. Refused with nothing
 /// written: MOLLIS_ERR_NOT_FINITE (run->first_bad: the particle), MOLLIS_ERR_MASS, MOLLIS_ERR_TIME_STEP, MOLLIS_ERR_OUT_OF_DOMAIN, MOLLIS_ERR_LENGTH_MISMATCH (count > room),
 /// MOLLIS_ERR_OVERLAP, MOLLIS_ERR_UNSUPPORTED (heavy particles in a box, or by a singular kernel), MOLLIS_ERR_WORKSPACE_TOO_SMALL, MOLLIS_ERR_NOT_PREPARED (pending merges that the workspace does not hold).
