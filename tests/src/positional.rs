@@ -16,7 +16,7 @@ use mollis_abi::{
     mollis_pks_progress, mollis_pks_report, mollis_run,
 };
 
-use crate::sums::Sum;
+use crate::sums::{Sum, together};
 
 /// Densities are advanced.
 pub const DENSITY: u32 = 1;
@@ -24,12 +24,6 @@ pub const DENSITY: u32 = 1;
 pub const VELOCITY: u32 = 2;
 /// Divergences are wanted.
 pub const DIVERGENCE: u32 = 4;
-
-fn together<T, const D: usize>(points: *mut [T; D]) -> [*mut T; D] {
-    let mut pointers = [null_mut(); D];
-    pointers[0] = points.cast();
-    pointers
-}
 
 fn particles<T, const D: usize>(
     n: usize,
@@ -41,13 +35,13 @@ fn particles<T, const D: usize>(
 ) -> ParticlesOf<T, D> {
     ParticlesOf {
         n,
-        positions: together(positions),
+        positions: together(positions).map(<*const T>::cast_mut),
         stride: 0,
         masses,
         mass_stride: 0,
         density,
         density_stride: 0,
-        velocity: together(velocity),
+        velocity: together(velocity).map(<*const T>::cast_mut),
         velocity_stride: 0,
         divergence,
         divergence_stride: 0,
@@ -235,7 +229,7 @@ macro_rules! grid {
         ) -> i32 {
             let nothing = (null_mut(), null_mut(), null_mut());
             let sum = Sum::new((n_sources, sources, masses), (n_targets, targets), nothing);
-            let gradient = together(gradient);
+            let gradient = together(gradient).map(<*const $t>::cast_mut);
             let outputs =
                 GridOutputsOf { gradient, gradient_stride: 0, node_mass, node_potential, node_gradient, total, outside };
             let outputs = (&raw const outputs).cast();

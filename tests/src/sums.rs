@@ -16,7 +16,7 @@ pub struct Sum<T, const D: usize> {
 }
 
 /// The first pointer, and nulls: the coordinates of a point follow one another.
-fn together<T, const D: usize>(points: *const [T; D]) -> [*const T; D] {
+pub(crate) fn together<T, const D: usize>(points: *const [T; D]) -> [*const T; D] {
     let mut pointers = [null(); D];
     pointers[0] = points.cast();
     pointers

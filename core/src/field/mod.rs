@@ -7,10 +7,7 @@
 
 mod evaluate;
 mod finite;
-#[cfg(not(feature = "small"))]
-mod fmm;
-#[cfg(feature = "small")]
-#[path = "no_fmm.rs"]
+#[cfg_attr(feature = "small", path = "no_fmm.rs")]
 mod fmm;
 mod kernels;
 mod moments;

@@ -34,6 +34,11 @@ impl<T: Plain> Column<T> {
         self.stride == 1
     }
 
+    /// How many numbers a copy takes: none of an array without gaps.
+    pub(crate) fn copied(&self) -> usize {
+        if self.is_dense() { 0 } else { self.n }
+    }
+
     pub(crate) fn extent(&self) -> Extent {
         let each = size_of::<T>();
         Extent { start: self.start.addr().get(), each, stride: self.stride.wrapping_mul(each), n: self.n }
@@ -147,6 +152,11 @@ impl<T: Plain, const D: usize> Points<T, D> {
             |(k, column): (usize, &Column<T>)| start.map(|start| start.wrapping_add(k)) == Some(column.start.as_ptr());
         self.0.iter().all(|column| column.stride == D || column.n == 0)
             && (self.0.iter().enumerate().all(follows) || self.is_empty())
+    }
+
+    /// How many points a copy takes: none of an array without gaps.
+    pub(crate) fn copied(&self) -> usize {
+        if self.is_dense() { 0 } else { self.start().1 }
     }
 
     fn is_empty(&self) -> bool {

@@ -80,11 +80,10 @@ where
     let values = Input::new(values, count.ok_or(Error::TooLarge)?)?;
     let (norm, memory) = (Output::new(norm, 1)?, Output::new(memory.cast::<u8>(), bytes)?);
     disjoint(&[Some(norm.range()), Some(memory.range())], &[given.range(), values.range()])?;
-    // SAFETY: the caller promises the crate's contract; the outputs overlap nothing.
     if bytes < with_slack(lattice.workspace_bytes()?)? {
         return Err(Error::WorkspaceTooSmall);
     }
-    // SAFETY: as above.
+    // SAFETY: the caller promises the crate's contract; the outputs overlap nothing.
     unsafe { put(Some(norm), lattice.dual_norm(values.slice(), aligned(memory.slice()))?) };
     Ok(())
 }

@@ -43,7 +43,7 @@ pub fn check() -> Result<usize> {
     Ok(checks + repeated(&prefix)?)
 }
 
-/// Runs the command itself, for a user whose new files nobody else may read.
+/// Runs this program's command with the umask 077, so that a mode that is not set explicitly shows.
 fn xtask(command: &str, prefix: &Path, destdir: Option<&Path>) -> Result<()> {
     let mut shell = shell::program("sh");
     shell.args(["-c", "umask 077 && exec \"$0\" \"$@\""]).arg(std::env::current_exe()?).arg(command).arg(prefix);

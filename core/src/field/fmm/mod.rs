@@ -38,7 +38,7 @@ mod upward;
 use core::ops::Range;
 
 use super::options::Options;
-use super::pairs::{self, Call, ErasedCall, NearCall, Packed, Units};
+use super::pairs::{self, Call, ErasedCall, NearCall, Packed, Units, largest};
 use super::problem::{Interaction, Outputs, Sources, Wanted};
 use crate::checked::Present;
 use crate::error::{Error, Result};
@@ -193,11 +193,6 @@ struct Given<'a, T> {
     /// The support of a core of length one.
     support: T,
     units: Units<T>,
-}
-
-/// The largest magnitude.
-fn largest<T: Real>(numbers: &[T]) -> T {
-    numbers.iter().fold(T::ZERO, |most, &x| if x.abs() > most { x.abs() } else { most })
 }
 
 /// Which point a word is of.
@@ -403,11 +398,11 @@ fn sums<T: Real>(
         arrays;
     let mut sort = Sort { words, spare, counts: counts.first_chunk_mut().present()? };
 
-    let largest_radius = radii.map_or(delta, largest);
+    let largest_radius = radii.map_or(delta, |radii| largest(T::ZERO, radii));
     let at_sources = core::ptr::eq(call.positions, call.targets);
-    let farthest = if at_sources { T::ZERO } else { largest(call.targets) };
-    let length = largest(call.positions).max(farthest).max(largest_radius);
-    let units = Units::new(length, largest(masses));
+    let farthest = if at_sources { T::ZERO } else { largest(T::ZERO, call.targets) };
+    let length = largest(T::ZERO, call.positions).max(farthest).max(largest_radius);
+    let units = Units::new(length, largest(T::ZERO, masses));
     let given = Given { positions, masses, radii, largest: largest_radius, support, units };
     let Forest { roots, n_roots, count, leaf } = given.sort(&mut sort, &mut tree, settings.leaf)?;
     let Packed { positions: in_order, masses: heavy, origins, .. } =

@@ -63,11 +63,13 @@ pub(super) use firmware::evaluate;
 #[cfg(not(feature = "small"))]
 pub(super) use instances::{ErasedCall, Sum, erased, evaluate, in_double, in_single};
 pub(in crate::field) use near::{Groups, NearCall};
-#[cfg(not(feature = "small"))]
-pub(in crate::field) use near::{Near, Task};
-#[cfg(not(feature = "small"))]
-pub(in crate::field) use newtonian::support;
 pub(in crate::field) use packed::{Packed, Units, power_of_two_pair};
+#[cfg(not(feature = "small"))]
+pub(in crate::field) use {
+    near::{Near, Task},
+    newtonian::support,
+    packed::largest,
+};
 
 use core::sync::atomic::{AtomicUsize, Ordering};
 

@@ -53,8 +53,8 @@ pub(in crate::field) fn power_of_two_pair<T: Real>(n: i32) -> [T; 2] {
     [power_of_two(first), power_of_two(clamp(n - first))]
 }
 
-/// The largest magnitude.
-fn largest<T: Real>(start: T, numbers: &[T]) -> T {
+/// The largest magnitude, or `start`.
+pub(in crate::field) fn largest<T: Real>(start: T, numbers: &[T]) -> T {
     numbers.iter().fold(start, |x, &y| if y.abs() > x { y.abs() } else { x })
 }
 

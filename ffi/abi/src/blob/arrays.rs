@@ -5,7 +5,7 @@ use mollis_core::memory::{Plain, Space};
 use mollis_core::{Error, Real, Result};
 
 use super::particles::ParticlesOf;
-use crate::arrays::{Column, Extents, Points, Way, apart, fetch};
+use crate::arrays::{Column, Extents, Points, Way, apart, fetch, gathered_column};
 use crate::buffers::Range;
 
 /// The arrays of particles or of tracers, checked.
@@ -78,13 +78,12 @@ where
     }
 
     pub fn layout<'w>(&self, space: &mut impl Space<'w>) -> Result<Copies<'w, T, D>> {
-        let unless = |dense: bool| if dense { 0 } else { self.n };
-        let column = |column: Option<Column<T>>| unless(column.is_none_or(|c| c.is_dense()));
+        let column = |column: Option<Column<T>>| column.map_or(0, |column| column.copied());
         Ok(Copies {
-            positions: space.try_array(unless(self.positions.is_dense()))?,
+            positions: space.try_array(self.positions.copied())?,
             masses: space.try_array(column(self.masses))?,
             density: space.try_array(column(self.density))?,
-            velocity: space.try_array(unless(self.velocity.is_none_or(|v| v.is_dense())))?,
+            velocity: space.try_array(self.velocity.map_or(0, |velocity| velocity.copied()))?,
             divergence: space.try_array(column(self.divergence))?,
         })
     }
@@ -99,9 +98,6 @@ where
             if !self.positions.is_dense() {
                 self.positions.gather(copies.positions);
             }
-            if let Some(masses) = self.masses.filter(|masses| !masses.is_dense()) {
-                masses.gather(copies.masses);
-            }
             if let Some(density) = self.density.filter(|density| !density.is_dense()) {
                 density.gather(copies.density);
             }
@@ -110,10 +106,7 @@ where
             let points = |points: Points<T, D>, copy: &'a mut [[T; D]]| {
                 if points.is_dense() { points.array_mut() } else { copy }
             };
-            let masses = match self.masses {
-                Some(masses) if masses.is_dense() => masses.array(),
-                _ => copies.masses,
-            };
+            let masses = self.masses.map_or(&[][..], |masses| gathered_column(masses, copies.masses));
             let trajectories = Trajectories {
                 positions: points(self.positions, copies.positions),
                 density: self.density.map(|density| column(density, copies.density)),

@@ -70,6 +70,22 @@ pub(crate) struct Ask<T, const D: usize> {
     pub options: *const mollis_field_options,
 }
 
+/// Targets and their number; none, and that of the sources, for null.
+///
+/// # Safety
+/// The crate's contract for the structure.
+pub(crate) unsafe fn read_targets<T: Real, const D: usize>(
+    given: *const TargetsOf<T, D>,
+    n_sources: usize,
+) -> Result<(Option<Points<T, D>>, usize)> {
+    if given.is_null() {
+        return Ok((None, n_sources));
+    }
+    // SAFETY: passed on.
+    let TargetsOf { n, positions, stride } = unsafe { fetch(given)? };
+    Ok((Some(Points::new(positions.map(<*const T>::cast_mut), stride, n)?), n))
+}
+
 /// The arrays of a sum, checked.
 struct Arrays<T, const D: usize> {
     n: usize,
@@ -111,14 +127,8 @@ where
         let (sources, outputs) = unsafe { (fetch(ask.sources)?, fetch(ask.outputs)?) };
         let n = sources.n;
         let of_sources = sources.positions.map(<*const T>::cast_mut);
-        let (targets, n_targets) = if ask.targets.is_null() {
-            (None, n)
-        } else {
-            // SAFETY: passed on.
-            let targets = unsafe { fetch(ask.targets)? };
-            let positions = targets.positions.map(<*const T>::cast_mut);
-            (Some(Points::new(positions, targets.stride, targets.n)?), targets.n)
-        };
+        // SAFETY: passed on.
+        let (targets, n_targets) = unsafe { read_targets(ask.targets, n)? };
         // 0 is a structure's member that was left alone.
         let factor = if outputs.factor.to_bits() << 1 == 0 { 1.0 } else { outputs.factor };
         if !mollis_core::Scalar::is_finite(factor) {
@@ -169,18 +179,18 @@ where
 
     /// The only statement of the layout.
     fn layout<'w>(&self, space: &mut impl Space<'w>, bytes: usize) -> Result<Scratch<'w, T, D>> {
-        let unless = |dense: bool, n: usize| if dense { 0 } else { n };
         let plain = self.way.is_plain();
-        let of = |column: Option<Column<T>>| unless(column.is_none_or(|c| plain && c.is_dense()), self.n_targets);
+        // Where results are added or multiplied, they come from an array of the workspace too.
+        let of = |copied: usize| if plain { copied } else { self.n_targets };
         Ok(Scratch {
-            positions: space.try_array(unless(self.positions.is_dense(), self.n))?,
-            masses: space.try_array(unless(self.masses.is_none_or(|masses| masses.is_dense()), self.n))?,
-            radii: space.try_array(unless(self.radii.is_none_or(|radii| radii.is_dense()), self.n))?,
-            strengths: space.try_array(unless(self.strengths.is_none_or(|vectors| vectors.is_dense()), self.n))?,
-            targets: space.try_array(unless(self.targets.is_none_or(|targets| targets.is_dense()), self.n_targets))?,
-            potential: space.try_array(of(self.potential))?,
-            gradient: space.try_array(unless(self.gradient.is_none_or(|g| plain && g.is_dense()), self.n_targets))?,
-            laplacian: space.try_array(of(self.laplacian))?,
+            positions: space.try_array(self.positions.copied())?,
+            masses: space.try_array(self.masses.map_or(0, |masses| masses.copied()))?,
+            radii: space.try_array(self.radii.map_or(0, |radii| radii.copied()))?,
+            strengths: space.try_array(self.strengths.map_or(0, |vectors| vectors.copied()))?,
+            targets: space.try_array(self.targets.map_or(0, |targets| targets.copied()))?,
+            potential: space.try_array(self.potential.map_or(0, |column| of(column.copied())))?,
+            gradient: space.try_array(self.gradient.map_or(0, |gradient| of(gradient.copied())))?,
+            laplacian: space.try_array(self.laplacian.map_or(0, |column| of(column.copied())))?,
             sum: space.try_array(bytes)?,
         })
     }

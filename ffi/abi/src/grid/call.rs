@@ -9,6 +9,7 @@ use mollis_core::{Error, Real, Result};
 use super::{equation, mollis_grid2_options, mollis_mesh2};
 use crate::arrays::{Column, Extents, Points, Way, apart, fetch, gathered, gathered_column, of_structure};
 use crate::buffers::{Output, aligned, with_slack};
+use crate::field::call::read_targets;
 use crate::field::{SourcesOf, TargetsOf};
 use crate::first_bad::first_bad;
 use crate::options;
@@ -45,10 +46,8 @@ struct Checked<T> {
     equation: Equation<T>,
     positions: Points<T, 2>,
     masses: Column<T>,
-    n: usize,
     /// None: the sources.
     targets: Option<Points<T, 2>>,
-    n_targets: usize,
     gradient: Option<Points<T, 2>>,
     node_mass: Option<Output<T>>,
     node_potential: Option<Output<T>>,
@@ -82,22 +81,15 @@ where
             return Err(Error::Unsupported);
         }
         let (n, nodes) = (sources.n, mesh.nodes());
-        let (targets, n_targets) = if ask.targets.is_null() {
-            (None, n)
-        } else {
-            // SAFETY: passed on.
-            let targets = unsafe { fetch(ask.targets)? };
-            let positions = targets.positions.map(<*const T>::cast_mut);
-            (Some(Points::new(positions, targets.stride, targets.n)?), targets.n)
-        };
+        // SAFETY: passed on.
+        let (targets, n_targets) = unsafe { read_targets(ask.targets, n)? };
         Ok(Self {
             mesh,
             equation: equation(&options)?,
             positions: Points::new(sources.positions.map(<*const T>::cast_mut), sources.stride, n)?,
             masses: Column::new(sources.masses.cast_mut(), sources.mass_stride, n)?,
-            n,
             targets,
-            n_targets,
+
             gradient: Points::optional(outputs.gradient, outputs.gradient_stride, n_targets)?,
             node_mass: Output::optional(outputs.node_mass, nodes)?,
             node_potential: Output::optional(outputs.node_potential, nodes)?,
@@ -109,12 +101,11 @@ where
 
     /// The only statement of the layout.
     fn layout<'w>(&self, space: &mut impl Space<'w>, grid: usize) -> Result<Scratch<'w, T>> {
-        let unless = |dense: bool, n: usize| if dense { 0 } else { n };
         Ok(Scratch {
-            positions: space.try_array(unless(self.positions.is_dense(), self.n))?,
-            masses: space.try_array(unless(self.masses.is_dense(), self.n))?,
-            targets: space.try_array(unless(self.targets.is_none_or(|targets| targets.is_dense()), self.n_targets))?,
-            gradient: space.try_array(unless(self.gradient.is_none_or(|g| g.is_dense()), self.n_targets))?,
+            positions: space.try_array(self.positions.copied())?,
+            masses: space.try_array(self.masses.copied())?,
+            targets: space.try_array(self.targets.map_or(0, |targets| targets.copied()))?,
+            gradient: space.try_array(self.gradient.map_or(0, |gradient| gradient.copied()))?,
             grid: space.try_array(grid)?,
         })
     }
