@@ -35,6 +35,8 @@ impl<T: Plain> Column<T> {
     }
 
     /// How many numbers a copy takes: none of an array without gaps.
+    // Inlined, it may be computed for an array that is not there, before that is asked: no harm, but a checker of memory reports it.
+    #[inline(never)]
     pub(crate) fn copied(&self) -> usize {
         if self.is_dense() { 0 } else { self.n }
     }
@@ -154,7 +156,8 @@ impl<T: Plain, const D: usize> Points<T, D> {
             && (self.0.iter().enumerate().all(follows) || self.is_empty())
     }
 
-    /// How many points a copy takes: none of an array without gaps.
+    /// How many points a copy takes: none of an array without gaps. Not inlined, as [`Column::copied`].
+    #[inline(never)]
     pub(crate) fn copied(&self) -> usize {
         if self.is_dense() { 0 } else { self.start().1 }
     }

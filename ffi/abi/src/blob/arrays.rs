@@ -78,13 +78,13 @@ where
     }
 
     pub fn layout<'w>(&self, space: &mut impl Space<'w>) -> Result<Copies<'w, T, D>> {
-        let column = |column: Option<Column<T>>| column.map_or(0, |column| column.copied());
+        let column = |column: &Option<Column<T>>| column.as_ref().map_or(0, Column::copied);
         Ok(Copies {
             positions: space.try_array(self.positions.copied())?,
-            masses: space.try_array(column(self.masses))?,
-            density: space.try_array(column(self.density))?,
-            velocity: space.try_array(self.velocity.map_or(0, |velocity| velocity.copied()))?,
-            divergence: space.try_array(column(self.divergence))?,
+            masses: space.try_array(column(&self.masses))?,
+            density: space.try_array(column(&self.density))?,
+            velocity: space.try_array(self.velocity.as_ref().map_or(0, Points::copied))?,
+            divergence: space.try_array(column(&self.divergence))?,
         })
     }
 

@@ -184,13 +184,13 @@ where
         let of = |copied: usize| if plain { copied } else { self.n_targets };
         Ok(Scratch {
             positions: space.try_array(self.positions.copied())?,
-            masses: space.try_array(self.masses.map_or(0, |masses| masses.copied()))?,
-            radii: space.try_array(self.radii.map_or(0, |radii| radii.copied()))?,
-            strengths: space.try_array(self.strengths.map_or(0, |vectors| vectors.copied()))?,
-            targets: space.try_array(self.targets.map_or(0, |targets| targets.copied()))?,
-            potential: space.try_array(self.potential.map_or(0, |column| of(column.copied())))?,
-            gradient: space.try_array(self.gradient.map_or(0, |gradient| of(gradient.copied())))?,
-            laplacian: space.try_array(self.laplacian.map_or(0, |column| of(column.copied())))?,
+            masses: space.try_array(self.masses.as_ref().map_or(0, Column::copied))?,
+            radii: space.try_array(self.radii.as_ref().map_or(0, Column::copied))?,
+            strengths: space.try_array(self.strengths.as_ref().map_or(0, Points::copied))?,
+            targets: space.try_array(self.targets.as_ref().map_or(0, Points::copied))?,
+            potential: space.try_array(self.potential.as_ref().map_or(0, |column| of(column.copied())))?,
+            gradient: space.try_array(self.gradient.as_ref().map_or(0, |gradient| of(gradient.copied())))?,
+            laplacian: space.try_array(self.laplacian.as_ref().map_or(0, |column| of(column.copied())))?,
             sum: space.try_array(bytes)?,
         })
     }

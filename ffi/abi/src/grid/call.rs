@@ -104,8 +104,8 @@ where
         Ok(Scratch {
             positions: space.try_array(self.positions.copied())?,
             masses: space.try_array(self.masses.copied())?,
-            targets: space.try_array(self.targets.map_or(0, |targets| targets.copied()))?,
-            gradient: space.try_array(self.gradient.map_or(0, |gradient| gradient.copied()))?,
+            targets: space.try_array(self.targets.as_ref().map_or(0, Points::copied))?,
+            gradient: space.try_array(self.gradient.as_ref().map_or(0, Points::copied))?,
             grid: space.try_array(grid)?,
         })
     }
