@@ -246,6 +246,8 @@ module mollis
     integer(c_size_t) :: gradient_stride = 0
     type(c_ptr) :: laplacian = c_null_ptr
     integer(c_size_t) :: laplacian_stride = 0
+    type(c_ptr) :: hessian = c_null_ptr
+    integer(c_size_t) :: hessian_stride = 0
     real(c_double) :: factor = 0
     integer(c_int32_t) :: add = 0
     integer(c_int32_t) :: reserved = 0
@@ -276,6 +278,8 @@ module mollis
     integer(c_size_t) :: gradient_stride = 0
     type(c_ptr) :: laplacian = c_null_ptr
     integer(c_size_t) :: laplacian_stride = 0
+    type(c_ptr) :: hessian = c_null_ptr
+    integer(c_size_t) :: hessian_stride = 0
     real(c_double) :: factor = 0
     integer(c_int32_t) :: add = 0
     integer(c_int32_t) :: reserved = 0
@@ -306,6 +310,8 @@ module mollis
     integer(c_size_t) :: gradient_stride = 0
     type(c_ptr) :: laplacian = c_null_ptr
     integer(c_size_t) :: laplacian_stride = 0
+    type(c_ptr) :: hessian = c_null_ptr
+    integer(c_size_t) :: hessian_stride = 0
     real(c_double) :: factor = 0
     integer(c_int32_t) :: add = 0
     integer(c_int32_t) :: reserved = 0
@@ -336,6 +342,8 @@ module mollis
     integer(c_size_t) :: gradient_stride = 0
     type(c_ptr) :: laplacian = c_null_ptr
     integer(c_size_t) :: laplacian_stride = 0
+    type(c_ptr) :: hessian = c_null_ptr
+    integer(c_size_t) :: hessian_stride = 0
     real(c_double) :: factor = 0
     integer(c_int32_t) :: add = 0
     integer(c_int32_t) :: reserved = 0
@@ -366,6 +374,8 @@ module mollis
     integer(c_size_t) :: gradient_stride = 0
     type(c_ptr) :: laplacian = c_null_ptr
     integer(c_size_t) :: laplacian_stride = 0
+    type(c_ptr) :: hessian = c_null_ptr
+    integer(c_size_t) :: hessian_stride = 0
     real(c_double) :: factor = 0
     integer(c_int32_t) :: add = 0
     integer(c_int32_t) :: reserved = 0
@@ -396,6 +406,8 @@ module mollis
     integer(c_size_t) :: gradient_stride = 0
     type(c_ptr) :: laplacian = c_null_ptr
     integer(c_size_t) :: laplacian_stride = 0
+    type(c_ptr) :: hessian = c_null_ptr
+    integer(c_size_t) :: hessian_stride = 0
     real(c_double) :: factor = 0
     integer(c_int32_t) :: add = 0
     integer(c_int32_t) :: reserved = 0

@@ -456,6 +456,12 @@ typedef struct mollis_outputs2 {
   double *laplacian;
   /** From one to the next; 0: 1. */
   size_t laplacian_stride;
+  /**
+   * The second derivatives of u, `[2][2]` for each target, symmetric; `combination` makes nothing of them. (On the line the second derivative is the Laplacian.)
+   */
+  double *hessian;
+  /** From one matrix to the next; 0: 4, without gaps. */
+  size_t hessian_stride;
   /** What all results are multiplied by. 0, a member that was left alone, means 1. */
   double factor;
   /** 1: results are added to what is there; 0: overwritten. */
@@ -475,7 +481,7 @@ typedef struct mollis_targets2_f32 {
 
 typedef struct mollis_outputs2_f32 {
   float *potential; size_t potential_stride; float *gradient[2]; size_t gradient_stride; float *laplacian;
-  size_t laplacian_stride; double factor; int32_t add; int32_t reserved;
+  size_t laplacian_stride; float *hessian; size_t hessian_stride; double factor; int32_t add; int32_t reserved;
 } mollis_outputs2_f32;
 
 typedef struct mollis_sources1 {
@@ -489,7 +495,7 @@ typedef struct mollis_targets1 {
 
 typedef struct mollis_outputs1 {
   double *potential; size_t potential_stride; double *gradient[1]; size_t gradient_stride; double *laplacian;
-  size_t laplacian_stride; double factor; int32_t add; int32_t reserved;
+  size_t laplacian_stride; double *hessian; size_t hessian_stride; double factor; int32_t add; int32_t reserved;
 } mollis_outputs1;
 
 typedef struct mollis_sources1_f32 {
@@ -503,7 +509,7 @@ typedef struct mollis_targets1_f32 {
 
 typedef struct mollis_outputs1_f32 {
   float *potential; size_t potential_stride; float *gradient[1]; size_t gradient_stride; float *laplacian;
-  size_t laplacian_stride; double factor; int32_t add; int32_t reserved;
+  size_t laplacian_stride; float *hessian; size_t hessian_stride; double factor; int32_t add; int32_t reserved;
 } mollis_outputs1_f32;
 
 typedef struct mollis_sources3 {
@@ -517,7 +523,7 @@ typedef struct mollis_targets3 {
 
 typedef struct mollis_outputs3 {
   double *potential; size_t potential_stride; double *gradient[3]; size_t gradient_stride; double *laplacian;
-  size_t laplacian_stride; double factor; int32_t add; int32_t reserved;
+  size_t laplacian_stride; double *hessian; size_t hessian_stride; double factor; int32_t add; int32_t reserved;
 } mollis_outputs3;
 
 typedef struct mollis_sources3_f32 {
@@ -531,7 +537,7 @@ typedef struct mollis_targets3_f32 {
 
 typedef struct mollis_outputs3_f32 {
   float *potential; size_t potential_stride; float *gradient[3]; size_t gradient_stride; float *laplacian;
-  size_t laplacian_stride; double factor; int32_t add; int32_t reserved;
+  size_t laplacian_stride; float *hessian; size_t hessian_stride; double factor; int32_t add; int32_t reserved;
 } mollis_outputs3_f32;
 
 /** What a sum did. Added to, when the call succeeds. */
@@ -1073,7 +1079,7 @@ mollis_status mollis_field3_text_f32(const void *kernel, size_t kernel_bytes, co
     const struct mollis_field_options *options, char *text, size_t text_bytes, size_t *length);
 
 /**
- * Sums over sources: u(x_i) = sum_j m_j K_delta(x_i - x_j) at every target, its gradient and its Laplacian.
+ * Sums over sources: u(x_i) = sum_j m_j K_delta(x_i - x_j) at every target, its gradient, Laplacian and second derivatives.
  *
  * `kernel`: a block that mollis_kernel2_prepare filled. Null `targets`: at the sources. A mollified kernel counts every pair, a target on a source included; without a
  * mollifier coincident pairs contribute nothing. `workspace` is garbage afterwards. `options`, `run`, `counters` may be null. With core radii psi and K_delta are those of
@@ -1101,6 +1107,8 @@ mollis_status mollis_field3_text_f32(const void *kernel, size_t kernel_bytes, co
  *
  * * Algebraic mollifiers (Plummer's and the like): c = 32, and s is the bare kernel's at the distance (r^2 + delta^2)^(1/2), for Laplacians |Laplacian|, where delta^4
  *   of the largest coordinate is a normal number (delta above 2^-31 of it in single precision).
+ *
+ * * Second derivatives: s is the largest of the gradient factor's d |K'/r| and the Laplacian's s; c is the Laplacian's and 16 more.
  *
  * Results do not depend on the number of threads, bit for bit. A refused call writes nothing (but `run->first_bad`, with
  * MOLLIS_ERR_NOT_FINITE: sources, then targets); a stopped one has written some outputs, if these are arrays without gaps that are overwritten. Refused:

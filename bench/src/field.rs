@@ -105,7 +105,7 @@ pub struct Field {
     /// The tolerance of approximate methods.
     #[arg(long, default_value_t = 0.0)]
     tolerance: f64,
-    /// A list of potential, gradient, laplacian.
+    /// A list of potential, gradient, laplacian, hessian.
     #[arg(long, default_value = "gradient")]
     outputs: String,
     /// The mollifier's length; no mollifier if not given.
@@ -247,7 +247,8 @@ impl Field {
                 "potential" => wanted.potential = true,
                 "gradient" => wanted.gradient = true,
                 "laplacian" => wanted.laplacian = true,
-                _ => bail!("outputs are potential, gradient, laplacian"),
+                "hessian" => wanted.hessian = true,
+                _ => bail!("outputs are potential, gradient, laplacian, hessian"),
             }
         }
         let mollifier = match scene.delta {
@@ -287,17 +288,12 @@ impl Field {
         let bytes = plan.workspace_bytes(executor.workers())?;
         let mut memory = vec![0_u8; bytes + 64];
         let workspace = aligned(&mut memory);
-        let (mut potential, mut gradient) = (vec![T::ZERO; n_targets], vec![[T::ZERO; D]; n_targets]);
-        let mut laplacian = vec![T::ZERO; n_targets];
+        let mut results = Results::zeros(n_targets);
         let mut counters = Statistics::default();
         let mut once = |counters: Option<&mut Statistics>| {
             let sources = Sources::new(&positions, &masses);
             let sources = if self.radii { sources.with_radii(&radii) } else { sources };
-            let outputs = Outputs {
-                potential: wanted.potential.then_some(&mut potential[..]),
-                gradient: wanted.gradient.then_some(&mut gradient[..]),
-                laplacian: wanted.laplacian.then_some(&mut laplacian[..]),
-            };
+            let outputs = results.outputs(wanted);
             let mut run = Run { level, executor, counters, ..Run::default() };
             field::evaluate(&plan, &kernel, sources, targets, outputs, workspace, &mut run)
         };
@@ -340,9 +336,9 @@ impl Field {
         };
         let each = self.radii.then_some(&radii[..]);
         let relative_error = if plan.method() == Method::Fmm {
-            error_of_sample::<T, D>(&scene, &accurate, each, wanted, &potential, &gradient, &laplacian)?
+            error_of_sample::<T, D>(&scene, &accurate, each, wanted, &results)?
         } else {
-            error::<T, D>(&scene, &accurate, each, wanted, &potential, &gradient, &laplacian)?
+            error::<T, D>(&scene, &accurate, each, wanted, &results)?
         };
         Ok(Report {
             dim: D,
@@ -374,6 +370,31 @@ pub(crate) fn minimum(seconds: &[f64]) -> f64 {
     seconds.iter().copied().fold(f64::INFINITY, f64::min)
 }
 
+/// What a sum writes.
+struct Results<T, const D: usize> {
+    potential: Vec<T>,
+    gradient: Vec<[T; D]>,
+    laplacian: Vec<T>,
+    hessian: Vec<[[T; D]; D]>,
+}
+
+impl<T: Real, const D: usize> Results<T, D> {
+    fn zeros(n: usize) -> Self {
+        let zero = T::ZERO;
+        let (potential, gradient) = (vec![zero; n], vec![[zero; D]; n]);
+        Self { potential, gradient, laplacian: vec![zero; n], hessian: vec![[[zero; D]; D]; n] }
+    }
+
+    fn outputs(&mut self, wanted: Wanted) -> Outputs<'_, T, D> {
+        Outputs {
+            potential: wanted.potential.then_some(&mut self.potential[..]),
+            gradient: wanted.gradient.then_some(&mut self.gradient[..]),
+            laplacian: wanted.laplacian.then_some(&mut self.laplacian[..]),
+            hessian: wanted.hessian.then_some(&mut self.hessian[..]),
+        }
+    }
+}
+
 /// The relative l2 error over up to 32 targets, the largest of the outputs. The reference is an f64 sum of accurate terms at
 /// the same particles (those in f32 are converted exactly).
 fn error<T: Real, const D: usize>(
@@ -381,19 +402,18 @@ fn error<T: Real, const D: usize>(
     kernel: &Kernel<'_, f64, D>,
     radii: Option<&[T]>,
     wanted: Wanted,
-    potential: &[T],
-    gradient: &[[T; D]],
-    laplacian: &[T],
+    results: &Results<T, D>,
 ) -> Result<f64> {
     let blobs: Vec<Blob<f64, D>> = radii
         .unwrap_or_default()
         .iter()
         .map(|radius| Blob::new(kernel.mollifier(), radius.to_f64()))
         .collect::<Result<_, _>>()?;
-    // Squares of difference and size, for each of the three outputs.
-    let mut norms = [[0.0_f64; 2]; 3];
+    let Results { potential, gradient, laplacian, hessian } = results;
+    // Squares of difference and size, for each of the outputs.
+    let mut norms = [[0.0_f64; 2]; 4];
     for i in (0..gradient.len()).step_by(gradient.len().div_ceil(32).max(1)) {
-        let (mut u, mut du, mut ddu) = (0.0, [0.0; D], 0.0);
+        let (mut u, mut du, mut ddu, mut all) = (0.0, [0.0; D], 0.0, [[0.0; D]; D]);
         for (j, (x, &m)) in scene.positions.iter().zip(&scene.masses).enumerate() {
             let d: [f64; D] = std::array::from_fn(|k| scene.positions[i][k] - x[k]);
             let r = d.iter().map(|d| d * d).sum::<f64>().sqrt();
@@ -407,6 +427,13 @@ fn error<T: Real, const D: usize>(
             u += m * value;
             (0..D).for_each(|k| du[k] += m * factor * d[k]);
             ddu += m * laplacian;
+            for k in 0..D {
+                for l in 0..D {
+                    let unit = if r > 0.0 { d[k] * d[l] / (r * r) } else { 0.0 };
+                    let trace = if k == l { factor } else { 0.0 };
+                    all[k][l] += m * (trace + (laplacian - D as f64 * factor) * unit);
+                }
+            }
         }
         let mut add = |which: usize, got: T, want: f64| {
             norms[which][0] += (got.to_f64() - want).powi(2);
@@ -421,6 +448,10 @@ fn error<T: Real, const D: usize>(
         if wanted.laplacian {
             add(2, laplacian[i], ddu);
         }
+        if wanted.hessian {
+            let got = hessian[i].as_flattened();
+            got.iter().zip(all.as_flattened()).for_each(|(&got, &want)| add(3, got, want));
+        }
     }
     Ok(norms.iter().filter(|n| n[1] > 0.0).map(|n| (n[0] / n[1]).sqrt()).fold(0.0, f64::max))
 }
@@ -432,10 +463,9 @@ fn error_of_sample<T: Real, const D: usize>(
     kernel: &Kernel<'_, f64, D>,
     radii: Option<&[T]>,
     wanted: Wanted,
-    potential: &[T],
-    gradient: &[[T; D]],
-    laplacian: &[T],
+    results: &Results<T, D>,
 ) -> Result<f64> {
+    let Results { potential, gradient, laplacian, hessian } = results;
     let each = gradient.len().div_ceil(100).max(1);
     let targets: Vec<[f64; D]> = scene.positions.iter().take(gradient.len()).step_by(each).copied().collect();
     let radii: Option<Vec<f64>> = radii.map(|radii| radii.iter().map(|r| r.to_f64()).collect());
@@ -448,12 +478,8 @@ fn error_of_sample<T: Real, const D: usize>(
     let plan = field::plan(kernel, scene.positions.len(), targets.len(), wanted, &options)?;
     let mut memory = vec![0_u8; plan.workspace_bytes(1)? + 64];
     let n = targets.len();
-    let (mut u, mut du, mut ddu) = (vec![0.0; n], vec![[0.0; D]; n], vec![0.0; n]);
-    let outputs = Outputs {
-        potential: wanted.potential.then_some(&mut u[..]),
-        gradient: wanted.gradient.then_some(&mut du[..]),
-        laplacian: wanted.laplacian.then_some(&mut ddu[..]),
-    };
+    let mut exact = Results::zeros(n);
+    let outputs = exact.outputs(wanted);
     let sources = Sources::new(&scene.positions, &scene.masses);
     let sources = radii.as_deref().map_or(sources, |radii| sources.with_radii(radii));
     field::evaluate(&plan, kernel, sources, &targets, outputs, aligned(&mut memory), &mut Run::default())?;
@@ -467,14 +493,18 @@ fn error_of_sample<T: Real, const D: usize>(
     };
     let mut worst = 0.0_f64;
     if wanted.potential {
-        worst = worst.max(relative(&mut potential.iter().step_by(each).copied().zip(u)));
+        worst = worst.max(relative(&mut potential.iter().step_by(each).copied().zip(exact.potential)));
     }
     if wanted.gradient {
         let got = gradient.iter().step_by(each).flatten().copied();
-        worst = worst.max(relative(&mut got.zip(du.into_iter().flatten())));
+        worst = worst.max(relative(&mut got.zip(exact.gradient.into_iter().flatten())));
     }
     if wanted.laplacian {
-        worst = worst.max(relative(&mut laplacian.iter().step_by(each).copied().zip(ddu)));
+        worst = worst.max(relative(&mut laplacian.iter().step_by(each).copied().zip(exact.laplacian)));
+    }
+    if wanted.hessian {
+        let got = hessian.iter().step_by(each).flatten().flatten().copied();
+        worst = worst.max(relative(&mut got.zip(exact.hessian.into_iter().flatten().flatten())));
     }
     Ok(worst)
 }

@@ -21,7 +21,7 @@ fn main() -> Result<()> {
     let kernel = Kernel::<f64, 2>::newtonian(1.0, Mollifier::Compact { order: 2, exponent: 4 }, 0.05)?;
 
     // The plan says how much memory the sum needs; the memory is ours.
-    let wanted = Wanted { potential: true, gradient: true, laplacian: false };
+    let wanted = Wanted { potential: true, gradient: true, ..Wanted::default() };
     let plan = field::plan(&kernel, x.len(), x.len(), wanted, &Options::default())?;
     println!("{plan}");
     let bytes = plan.workspace_bytes(1)?;
@@ -30,7 +30,7 @@ fn main() -> Result<()> {
     let workspace = &mut memory[start..start + bytes];
 
     let (mut u, mut gradient) = (vec![0.0; x.len()], vec![[0.0; 2]; x.len()]);
-    let outputs = Outputs { potential: Some(&mut u), gradient: Some(&mut gradient), laplacian: None };
+    let outputs = Outputs { potential: Some(&mut u), gradient: Some(&mut gradient), ..Outputs::default() };
     let sources = Sources::new(&x, &mass);
     field::evaluate(&plan, &kernel, sources, &x, outputs, workspace, &mut Run::default())?;
 

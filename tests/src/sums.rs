@@ -50,6 +50,8 @@ impl<T, const D: usize> Sum<T, D> {
                 gradient_stride: 0,
                 laplacian,
                 laplacian_stride: 0,
+                hessian: null::<T>().cast_mut(),
+                hessian_stride: 0,
                 factor: 0.0,
                 add: 0,
                 reserved: 0,

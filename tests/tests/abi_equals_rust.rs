@@ -120,7 +120,7 @@ macro_rules! same {
                     let (options, run) = (&raw const options, &raw const run);
                     $fb(c_block.pointer(), bytes, sources, at, to, options, run, &raw mut needed)
                 });
-                let wanted = Wanted { potential: true, gradient: true, laplacian: true };
+                let wanted = Wanted { potential: true, gradient: true, laplacian: true, hessian: false };
                 let plan = field::plan(&kernel, n, m, wanted, &Options::default()).unwrap();
                 // And what brings the start to the alignment.
                 assert_eq!(needed, plan.workspace_bytes(1).unwrap() + ALIGN - 1);
@@ -140,6 +140,7 @@ macro_rules! same {
                     potential: Some(&mut rust.0[..]),
                     gradient: Some(&mut rust.1[..]),
                     laplacian: Some(&mut rust.2[..]),
+                    hessian: None,
                 };
                 let sources = Sources::new(&positions, &masses);
                 field::evaluate(&plan, &kernel, sources, &targets, to, space.bytes(), &mut Run::default()).unwrap();

@@ -10,7 +10,7 @@ use mollis_tests::{Aligned, Split};
 
 use crate::field_ranges::row;
 
-pub(crate) const ALL: Wanted = Wanted { potential: true, gradient: true, laplacian: true };
+pub(crate) const ALL: Wanted = Wanted { potential: true, gradient: true, laplacian: true, hessian: false };
 pub(crate) const COMPACT: Mollifier = Mollifier::Compact { order: 2, exponent: 4 };
 
 /// One call's results.
@@ -30,8 +30,8 @@ pub(crate) fn power(exponent: f64) -> Law {
 }
 
 /// One output alone, or two.
-pub(crate) const POTENTIAL: Wanted = Wanted { potential: true, gradient: false, laplacian: false };
-pub(crate) const LAPLACIAN: Wanted = Wanted { potential: false, gradient: false, laplacian: true };
+pub(crate) const POTENTIAL: Wanted = Wanted { potential: true, gradient: false, laplacian: false, hessian: false };
+pub(crate) const LAPLACIAN: Wanted = Wanted { potential: false, gradient: false, laplacian: true, hessian: false };
 
 /// Prepares the kernel and calls the function with it.
 pub(crate) fn with_kernel<T: Real, const D: usize, R>(
@@ -78,6 +78,7 @@ pub(crate) fn sums_of<T: Real, const D: usize>(
         potential: wanted.potential.then_some(&mut sums.potential[..]),
         gradient: wanted.gradient.then_some(&mut sums.gradient[..]),
         laplacian: wanted.laplacian.then_some(&mut sums.laplacian[..]),
+        hessian: None,
     };
     let mut run = Run { level, counters: Some(&mut sums.counters), ..Run::default() };
     let sources = Sources::new(positions, masses);
@@ -592,7 +593,12 @@ fn outputs_do_not_change_each_others_bits() {
                 let run = |wanted| sums_of(kernel, (&positions, &masses, &positions[..70]), wanted, &options, level);
                 let all = run(ALL);
                 for which in 1..7 {
-                    let wanted = Wanted { potential: which & 1 > 0, gradient: which & 2 > 0, laplacian: which & 4 > 0 };
+                    let wanted = Wanted {
+                        potential: which & 1 > 0,
+                        gradient: which & 2 > 0,
+                        laplacian: which & 4 > 0,
+                        hessian: false,
+                    };
                     let some = run(wanted);
                     let what = format!("{D}D {terms:?} {shape:?} {} {wanted:?}", level.name());
                     assert!(!wanted.potential || bits(&some.potential) == bits(&all.potential), "{what}");

@@ -325,6 +325,7 @@ fn workspaces_for_several_workers() {
                     potential: Some(&mut potential),
                     gradient: Some(&mut gradient),
                     laplacian: Some(&mut laplacian),
+                    hessian: None,
                 };
                 let executor = Several(workers);
                 let mut run = Run { executor: &executor, ..Run::default() };

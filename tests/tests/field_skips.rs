@@ -7,7 +7,7 @@ use mollis_core::kernel::{Kernel, Law, Term};
 use mollis_core::mollifier::Mollifier;
 use mollis_core::simd::Level;
 
-const ALL: Wanted = Wanted { potential: true, gradient: true, laplacian: true };
+const ALL: Wanted = Wanted { potential: true, gradient: true, laplacian: true, hessian: false };
 const COMPACT: Mollifier = Mollifier::Compact { order: 4, exponent: 4 };
 
 /// Numbers in [0, 1), the same sequence every time (splitmix).
@@ -90,6 +90,7 @@ impl<const D: usize> Case<'_, D> {
                 potential: wanted.potential.then_some(&mut sums.potential[..]),
                 gradient: wanted.gradient.then_some(&mut sums.gradient[..]),
                 laplacian: wanted.laplacian.then_some(&mut sums.laplacian[..]),
+                hessian: None,
             };
             let sources = Sources::new(positions, masses);
             let memory = &mut workspace[start..start + bytes];

@@ -10,8 +10,9 @@ use mollis_core::simd::Level;
 use mollis_core::{Error, Real};
 use mollis_tests::{Aligned, Split, Threads};
 
-const ALL: Wanted = Wanted { potential: true, gradient: true, laplacian: true };
-const FIELD: Wanted = Wanted { potential: true, gradient: true, laplacian: false };
+const ALL: Wanted = Wanted { potential: true, gradient: true, laplacian: true, hessian: false };
+const FIELD: Wanted = Wanted { potential: true, gradient: true, laplacian: false, hessian: false };
+const HESSIANS: Wanted = Wanted { hessian: true, ..FIELD };
 const COMPACT: Mollifier = Mollifier::Compact { order: 4, exponent: 4 };
 
 /// Points of a kind.
@@ -71,6 +72,7 @@ struct Sums<T> {
     potential: Vec<T>,
     gradient: Vec<[T; 2]>,
     laplacian: Vec<T>,
+    hessian: Vec<[[T; 2]; 2]>,
 }
 
 /// A sum.
@@ -99,12 +101,18 @@ impl<'a, T: Real> Case<'a, T> {
         let n = targets.len();
         let plan = field::plan(self.kernel, self.positions.len(), n, wanted, &options).unwrap();
         let mut memory = Aligned::new(plan.workspace_bytes(executor.workers()).unwrap());
-        let mut sums = Sums { potential: vec![T::NAN; n], gradient: vec![[T::NAN; 2]; n], laplacian: vec![T::NAN; n] };
+        let mut sums = Sums {
+            potential: vec![T::NAN; n],
+            gradient: vec![[T::NAN; 2]; n],
+            laplacian: vec![T::NAN; n],
+            hessian: vec![[[if wanted.hessian { T::NAN } else { T::ZERO }; 2]; 2]; n],
+        };
         let mut counters = Statistics::default();
         let outputs = Outputs {
             potential: wanted.potential.then_some(&mut sums.potential[..]),
             gradient: wanted.gradient.then_some(&mut sums.gradient[..]),
             laplacian: wanted.laplacian.then_some(&mut sums.laplacian[..]),
+            hessian: wanted.hessian.then_some(&mut sums.hessian[..]),
         };
         let sources = Sources::new(self.positions, self.masses);
         let sources = self.radii.map_or(sources, |radii| sources.with_radii(radii));
@@ -118,10 +126,10 @@ impl<'a, T: Real> Case<'a, T> {
         self.run(targets, wanted, &options, &Serial, Level::best())
     }
 
-    /// sum_j |m_j| |K_j| for potential, gradient and Laplacian at a target, by the bare kernel at no less than half a mollifier's length; for Laplacians 1 / length^2 within
+    /// sum_j |m_j| |K_j| for potential, gradient, Laplacian and second derivatives at a target, by the bare kernel at no less than half a mollifier's length; for Laplacians 1 / length^2 within
     /// six lengths.
-    fn sizes(&self, x: &[T; 2], delta: f64) -> [f64; 3] {
-        let mut sizes = [0.0; 3];
+    fn sizes(&self, x: &[T; 2], delta: f64) -> [f64; 4] {
+        let mut sizes = [0.0; 4];
         for (j, (y, m)) in self.positions.iter().zip(self.masses).enumerate() {
             let length = self.radii.map_or(delta, |radii| radii[j].to_f64());
             let r = (x[0] - y[0]).to_f64().hypot((x[1] - y[1]).to_f64());
@@ -131,18 +139,19 @@ impl<'a, T: Real> Case<'a, T> {
             let (m, distance) = (m.abs().to_f64(), r.max(0.5 * length));
             sizes[0] += m * distance.ln().abs() / std::f64::consts::TAU;
             sizes[1] += m / (std::f64::consts::TAU * distance);
+            sizes[3] += m / (std::f64::consts::TAU * distance * distance);
             sizes[2] += if r < 6.0 * length { m / (length * length) } else { 0.0 };
         }
         sizes
     }
 
-    /// Errors of potential, gradient and Laplacian on a sample of the targets, relative to the sizes and to the sums themselves.
-    fn errors(&self, targets: &[[T; 2]], got: &Sums<T>, wanted: Wanted, delta: f64) -> [[f64; 2]; 3] {
+    /// Errors of potential, gradient, Laplacian and second derivatives on a sample of the targets, relative to the sizes and to the sums themselves.
+    fn errors(&self, targets: &[[T; 2]], got: &Sums<T>, wanted: Wanted, delta: f64) -> [[f64; 2]; 4] {
         let each = (targets.len() / 50).max(1);
         let sample: Vec<[T; 2]> = targets.iter().step_by(each).copied().collect();
         let options = Options { method: Some(Method::Direct), ..Options::default() };
         let (want, _) = self.run(&sample, wanted, &options, &Serial, Level::best());
-        let mut squares = [[0.0_f64; 3]; 3];
+        let mut squares = [[0.0_f64; 3]; 4];
         for (k, x) in sample.iter().enumerate() {
             let sizes = self.sizes(x, delta);
             let mut add = |which: usize, got: T, want: T| {
@@ -158,6 +167,10 @@ impl<'a, T: Real> Case<'a, T> {
             }
             if wanted.laplacian {
                 add(2, got.laplacian[k * each], want.laplacian[k]);
+            }
+            if wanted.hessian {
+                let got = got.hessian[k * each].as_flattened();
+                got.iter().zip(want.hessian[k].as_flattened()).for_each(|(&got, &want)| add(3, got, want));
             }
             squares.iter_mut().zip(sizes).for_each(|(squares, size)| squares[1] += size.powi(2));
         }
@@ -180,7 +193,7 @@ fn tolerances<T: Real>(n: usize, tolerances: &[f64]) {
             for &tolerance in tolerances {
                 let (got, counts) = case.fmm(&x, FIELD, tolerance);
                 let errors = case.errors(&x, &got, FIELD, kernel.delta().to_f64());
-                let [potential, gradient, _] = errors;
+                let [potential, gradient, ..] = errors;
                 println!("{kind:?} {signed} {tolerance:e}: {errors:?}, {} pairs", counts.pairs as f64 / n as f64);
                 assert!(
                     potential[0] <= tolerance && gradient[0] <= tolerance,
@@ -189,6 +202,11 @@ fn tolerances<T: Real>(n: usize, tolerances: &[f64]) {
                 // Lattices with masses of both signs are the worst; the errors of all others are below the tolerance.
                 assert!(gradient[1] <= 4.0 * tolerance, "{kind:?} {signed} {tolerance}: {errors:?}");
                 assert!(counts.pairs < (n * n / 2) as u64, "{kind:?}: {}", counts.pairs);
+                let (got, _) = case.fmm(&x, HESSIANS, tolerance);
+                let [.., hessian] = case.errors(&x, &got, HESSIANS, kernel.delta().to_f64());
+                println!("    second derivatives {hessian:?}");
+                assert!(hessian[0] <= tolerance, "{kind:?} {signed} {tolerance}: {hessian:?}");
+                assert!(got.hessian.iter().all(|[[a, b], [c, d]]| b == c && *a == -*d));
             }
         }
     }
@@ -222,7 +240,7 @@ fn every_mollifier() {
             let kernel = Kernel::<f64, 2>::prepare(memory.bytes(), &newtonian, mollifier, delta).unwrap();
             let case = Case::new(&kernel, &x, &m);
             let (got, _) = case.fmm(&x, ALL, 1e-9);
-            let [potential, gradient, laplacian] = case.errors(&x, &got, ALL, delta);
+            let [potential, gradient, laplacian, _] = case.errors(&x, &got, ALL, delta);
             assert!(potential[0] < 1e-9 && gradient[0] < 1e-9, "{mollifier:?} {delta}: {potential:?} {gradient:?}");
             assert!(laplacian[0] < 1e-12, "{mollifier:?} {delta}: {laplacian:?}");
         }
@@ -245,7 +263,7 @@ fn core_radii() {
         .collect();
     let case = Case { radii: Some(&radii), ..Case::new(&kernel, &x, &m) };
     let (got, counts) = case.fmm(&x, ALL, 1e-6);
-    let [potential, gradient, laplacian] = case.errors(&x, &got, ALL, kernel.delta());
+    let [potential, gradient, laplacian, _] = case.errors(&x, &got, ALL, kernel.delta());
     assert!(
         potential[0] < 1e-6 && gradient[0] < 1e-6 && laplacian[0] < 1e-12,
         "{potential:?} {gradient:?} {laplacian:?}"
@@ -451,7 +469,8 @@ fn refusals() {
     let mut memory = Aligned::new(bytes);
     let mut run = |x: &[[f64; 2]], m: &[f64], bytes: usize| {
         let (mut potential, mut gradient) = (vec![7.0; n], vec![[7.0; 2]; n]);
-        let outputs = Outputs { potential: Some(&mut potential), gradient: Some(&mut gradient), laplacian: None };
+        let outputs =
+            Outputs { potential: Some(&mut potential), gradient: Some(&mut gradient), laplacian: None, hessian: None };
         let sources = Sources::new(x, m);
         let result =
             field::evaluate(&plan, &kernel, sources, x, outputs, &mut memory.bytes()[..bytes], &mut Run::default());

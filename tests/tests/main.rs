@@ -13,6 +13,7 @@ mod field_skips;
 mod fmm;
 mod grid;
 mod grid_abi;
+mod hessians;
 mod kernel_abi;
 mod kernel_oracle;
 mod kernel_random;

@@ -35,12 +35,16 @@ fn cloud<T: Real, const D: usize>(n: usize, step: u32) -> Vec<[T; D]> {
 fn sums<T: Real, const D: usize>(kernel: &Kernel<'_, T, D>) -> u64 {
     let (sources, targets) = (cloud::<T, D>(333, 1), cloud::<T, D>(77, 2));
     let masses: Vec<T> = cloud::<T, 1>(333, 3).iter().map(|&[m]| m).collect();
-    let wanted = Wanted { potential: true, gradient: true, laplacian: true };
+    let wanted = Wanted { potential: true, gradient: true, laplacian: true, hessian: false };
     let plan = field::plan(kernel, sources.len(), targets.len(), wanted, &Options::default()).unwrap();
     let mut memory = Aligned::new(plan.workspace_bytes(1).unwrap());
     let (mut potential, mut gradient, mut laplacian) = (vec![T::ZERO; 77], vec![[T::ZERO; D]; 77], vec![T::ZERO; 77]);
-    let outputs =
-        Outputs { potential: Some(&mut potential), gradient: Some(&mut gradient), laplacian: Some(&mut laplacian) };
+    let outputs = Outputs {
+        potential: Some(&mut potential),
+        gradient: Some(&mut gradient),
+        laplacian: Some(&mut laplacian),
+        hessian: None,
+    };
     let mut run = Run { level: Level::Portable, ..Run::default() };
     let sources = Sources::new(&sources, &masses);
     field::evaluate(&plan, kernel, sources, &targets, outputs, memory.bytes(), &mut run).unwrap();

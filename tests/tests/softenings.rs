@@ -230,7 +230,7 @@ fn sums_agree<T: Real, const D: usize>() {
                 let kernel = Kernel::<T, D>::prepare(block.bytes(), &newtonian, mollifier, delta).unwrap();
                 let each = radii != Radii::One;
                 let options = Options { radii: each, accumulation: Accumulation::Compensated, ..Options::default() };
-                let wanted = Wanted { potential: true, gradient: true, laplacian: true };
+                let wanted = Wanted { potential: true, gradient: true, laplacian: true, hessian: false };
                 let plan = field::plan(&kernel, n, targets.len(), wanted, &options).unwrap();
                 let mut memory = Aligned::new(plan.workspace_bytes(1).unwrap());
                 let wide: Vec<([f64; D], f64, f64)> =
@@ -247,6 +247,7 @@ fn sums_agree<T: Real, const D: usize>() {
                         potential: Some(&mut potential),
                         gradient: Some(&mut gradient),
                         laplacian: Some(&mut laplacian),
+                        hessian: None,
                     };
                     let sources = Sources::new(&x, &mass);
                     let sources = if each { sources.with_radii(&radius) } else { sources };

@@ -25,6 +25,7 @@ struct Particle<T> {
     potential: T,
     mass: T,
     acceleration: [T; 3],
+    tide: [T; 9],
     radius: T,
     density: T,
     flags: [u32; 4],
@@ -35,7 +36,7 @@ macro_rules! layouts {
         mod $name {
             use super::*;
 
-            type Out = (Vec<$t>, Vec<[$t; $d]>, Vec<$t>);
+            type Out = (Vec<$t>, Vec<[$t; $d]>, Vec<$t>, Vec<[[$t; $d]; $d]>);
 
             fn block(mollifier: mollis_mollifier) -> Aligned {
                 let term = mollis_kernel_term {
@@ -86,6 +87,7 @@ macro_rules! layouts {
                     potential: 0.5,
                     mass: 0.3 + number(7 * k),
                     acceleration: [0.25, 0.5, 0.75],
+                    tide: [0.125; 9],
                     radius: 0.2 + 0.1 * number(5 * k),
                     density: -1.0,
                     flags: [k as u32; 4],
@@ -120,6 +122,8 @@ macro_rules! layouts {
                     gradient_stride: 0,
                     laplacian: out.2.as_mut_ptr(),
                     laplacian_stride: 0,
+                    hessian: out.3.as_mut_ptr().cast(),
+                    hessian_stride: 0,
                     factor: 0.0,
                     add: 0,
                     reserved: 0,
@@ -127,7 +131,8 @@ macro_rules! layouts {
             }
 
             fn empty() -> Out {
-                (vec![CANARY as $t; N], vec![[CANARY as $t; $d]; N], vec![CANARY as $t; N])
+                let canary = CANARY as $t;
+                (vec![canary; N], vec![[canary; $d]; N], vec![canary; N], vec![[[canary; $d]; $d]; N])
             }
 
             #[test]
@@ -146,7 +151,12 @@ macro_rules! layouts {
                         let sources = dense_sources(&x, &m, with_radii.then_some(&r));
                         assert_eq!(call(block, &sources, null(), &dense_outputs(&mut want)), 0);
                         assert!(
-                            want.1.as_flattened().iter().chain(&want.0).all(|v| v.is_finite() && *v != CANARY as $t)
+                            want.3
+                                .as_flattened()
+                                .as_flattened()
+                                .iter()
+                                .chain(&want.0)
+                                .all(|v| v.is_finite() && *v != CANARY as $t)
                         );
 
                         // Columns [d][n], and arrays of their own.
@@ -159,7 +169,7 @@ macro_rules! layouts {
                         assert_eq!(call(block, &by_columns, null(), &to), 0);
                         // In one dimension a column is an array of points.
                         let slopes: Vec<[$t; $d]> = (0..N).map(|i| std::array::from_fn(|d| slopes[d][i])).collect();
-                        assert_eq!((&out.0, &slopes, &out.2), (&want.0, &want.1, &want.2));
+                        assert_eq!((&out.0, &slopes, &out.2, &out.3), (&want.0, &want.1, &want.2, &want.3));
 
                         // Structures, results among their members; targets are the sources by their own structure.
                         let mut structures = particles.clone();
@@ -190,6 +200,8 @@ macro_rules! layouts {
                                 gradient_stride: stride,
                                 laplacian: &raw mut (*p).density,
                                 laplacian_stride: stride,
+                                hessian: (&raw mut (*p).tide).cast::<$t>(),
+                                hessian_stride: stride,
                                 factor: 0.0,
                                 add: 0,
                                 reserved: 0,
@@ -205,9 +217,11 @@ macro_rules! layouts {
                                 let mut wanted = *original;
                                 (wanted.potential, wanted.density) = (want.0[i], want.2[i]);
                                 wanted.acceleration[..$d].copy_from_slice(&want.1[i]);
+                                wanted.tide[..$d * $d].copy_from_slice(want.3[i].as_flattened());
                                 assert_eq!(*before, wanted, "{mollifier:?}");
                                 (wanted.potential, wanted.density) = (half(want.0[i]), half(want.2[i]));
                                 wanted.acceleration.iter_mut().take($d).for_each(|a| *a = half(*a));
+                                wanted.tide.iter_mut().take($d * $d).for_each(|a| *a = half(*a));
                                 assert_eq!(*after, wanted, "{mollifier:?}");
                             }
                         }
@@ -241,6 +255,13 @@ macro_rules! layouts {
                     ("masses beyond memory", $sources { mass_stride: usize::MAX / 32, ..good }, to, Error::TooLarge),
                     ("outputs overlap", good, $outputs { laplacian: to.potential, ..to }, Error::Overlap),
                     ("an output with itself", good, $outputs { gradient: [to.potential; $d], ..to }, Error::Overlap),
+                    ("matrices on values", good, $outputs { hessian: to.laplacian, ..to }, Error::Overlap),
+                    (
+                        "matrices beyond memory",
+                        good,
+                        $outputs { hessian_stride: usize::MAX / 32, ..to },
+                        Error::TooLarge,
+                    ),
                     ("output in input", good, $outputs { potential: good.masses.cast_mut(), ..to }, Error::Overlap),
                     ("no positions", $sources { positions: [null(); $d], ..good }, to, Error::NullPointer),
                 ];

@@ -73,7 +73,7 @@ pub fn plan<T: Real, const D: usize>(
     }
     let total = particles.checked_add(tracers).ok_or(Error::TooLarge)?;
     let each = |potential, gradient, laplacian| {
-        let outputs = FieldWanted { potential, gradient, laplacian };
+        let outputs = FieldWanted { potential, gradient, laplacian, hessian: false };
         field::plan(kernel, particles, total, outputs, options)
     };
     Ok(Plan {
@@ -311,6 +311,7 @@ pub fn step<T: Real, const D: usize>(
                 potential: if watched { Some(&mut **potential) } else { None },
                 gradient: Some(&mut *flow),
                 laplacian: if wanted.density { Some(&mut *growth) } else { None },
+                hessian: None,
             };
             let sources = Sources::new(points.get(..count).unwrap_or(points), masses);
             let how = if stage == Stage::First { plan.first() } else { &plan.later };
@@ -346,6 +347,7 @@ pub fn step<T: Real, const D: usize>(
         potential: wanted.energy.then_some(&mut **potential),
         gradient: wanted.velocity.then_some(&mut *flow),
         laplacian: wanted.divergence.then_some(&mut **divergence),
+        hessian: None,
     };
     let sources = Sources::new(points.get(..count).unwrap_or(points), masses);
     field::flow(last, kernel, sources, points, outputs, memory, run).map_err(in_run)?;

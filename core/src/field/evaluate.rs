@@ -121,9 +121,38 @@ fn checked<T: Real, const D: usize, const FULL: bool>(
             return Err(Error::Delta);
         }
     }
+    // On the line the second derivative is the Laplacian.
+    let Outputs { potential, gradient, laplacian, hessian } = outputs;
+    let (mut twin, hessian) = match hessian {
+        Some(hessian) if build::METHODS && D == 1 => (Some(hessian.as_flattened_mut().as_flattened_mut()), None),
+        hessian => (None, hessian),
+    };
+    if let (Some(twin), None) = (&mut twin, &laplacian) {
+        let outputs = Outputs { potential, gradient, laplacian: Some(&mut **twin), hessian };
+        return by_method::<T, D, FULL>(plan, kernel, (sources, targets), outputs, workspace, run);
+    }
+    let mut laplacian = laplacian;
+    let outputs = Outputs { potential, gradient, laplacian: laplacian.as_deref_mut(), hessian };
+    by_method::<T, D, FULL>(plan, kernel, (sources, targets), outputs, workspace, run)?;
+    if let (Some(twin), Some(laplacian)) = (twin, laplacian) {
+        twin.iter_mut().zip(laplacian).for_each(|(to, from)| *to = *from);
+    }
+    Ok(())
+}
+
+/// Runs the plan's method; everything is checked.
+#[inline(always)]
+fn by_method<T: Real, const D: usize, const FULL: bool>(
+    plan: &Plan,
+    kernel: &dyn Interaction<T, D>,
+    (sources, targets): (Sources<'_, T, D>, &[[T; D]]),
+    outputs: Outputs<'_, T, D>,
+    workspace: &mut [u8],
+    run: &mut Run<'_>,
+) -> Result<()> {
     if build::METHODS && plan.method() != Method::Direct {
         return skips::evaluate(
-            (plan.method(), plan.wanted()),
+            (plan.method(), plan.wanted().in_dimension(D)),
             plan.options(),
             kernel,
             sources,

@@ -1,4 +1,4 @@
-//! Sums over sources: `u(x_i) = sum_j m_j K_delta(x_i - x_j)`, its gradient and its Laplacian.
+//! Sums over sources: `u(x_i) = sum_j m_j K_delta(x_i - x_j)`, its gradient, Laplacian and second derivatives.
 //!
 //! Two entry points: [`plan`] selects the method and reports the reason, the omitted work and the size of the workspace;
 //! [`evaluate`] runs it. Masses may have either sign; targets may or may not be the sources. A mollified kernel counts

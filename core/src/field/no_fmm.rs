@@ -14,7 +14,7 @@ pub(in crate::field) struct Settings {
 }
 
 /// None: the method serves no sum.
-pub(super) fn settings<T: Real, const D: usize>(_: &dyn Interaction<T, D>, _: &Options) -> Option<Settings> {
+pub(super) fn settings<T: Real, const D: usize>(_: &dyn Interaction<T, D>, _: Wanted, _: &Options) -> Option<Settings> {
     None
 }
 
@@ -35,7 +35,7 @@ pub(super) fn workspace_bytes<T: Real>(_: Settings, _: (usize, usize), _: Wanted
 
 /// [`Error::Unsupported`].
 pub(super) fn evaluate<T: Real, const D: usize>(
-    _: &dyn Interaction<T, D>,
+    _: (&dyn Interaction<T, D>, Wanted),
     _: &Options,
     _: (Sources<'_, T, D>, &[[T; D]]),
     _: Outputs<'_, T, D>,

@@ -58,15 +58,18 @@ pub fn plan<T: Real, const D: usize>(
     if !serves(kernel, options) {
         return Err(Error::Unsupported);
     }
-    if options.strengths && (wanted.potential || wanted.laplacian) {
+    if (options.strengths && (wanted.potential || wanted.laplacian || wanted.hessian))
+        || (wanted.hessian && !build::METHODS)
+    {
         return Err(Error::Unsupported);
     }
     let sizes = (n_sources, n_targets);
-    if let Some((method, reason)) = skips::choose(kernel, sizes, wanted, options)? {
-        let one = skips::workspace_bytes(kernel, method, (sizes, wanted), options, 1)?;
-        let bytes_per_worker = skips::workspace_bytes(kernel, method, (sizes, wanted), options, 2)?.saturating_sub(one);
+    let needed = wanted.in_dimension(D);
+    if let Some((method, reason)) = skips::choose(kernel, sizes, needed, options)? {
+        let one = skips::workspace_bytes(kernel, method, (sizes, needed), options, 1)?;
+        let bytes_per_worker = skips::workspace_bytes(kernel, method, (sizes, needed), options, 2)?.saturating_sub(one);
         let bytes = one.saturating_sub(bytes_per_worker);
-        let expansions = if method == Method::Fmm { fmm::settings(kernel, options) } else { None };
+        let expansions = if method == Method::Fmm { fmm::settings(kernel, wanted, options) } else { None };
         let options = *options;
         return Ok(Plan { n_sources, n_targets, wanted, options, method, reason, bytes, bytes_per_worker, expansions });
     }
@@ -138,6 +141,7 @@ impl Plan {
         (self.wanted.potential || !outputs.potential)
             && (self.wanted.gradient || !outputs.gradient)
             && (self.wanted.laplacian || !outputs.laplacian)
+            && (self.wanted.hessian || !outputs.hessian)
     }
 }
 
@@ -181,6 +185,7 @@ impl Plan {
             (self.wanted.potential, "; potential computed", "; potential skipped"),
             (self.wanted.gradient, "; gradient computed", "; gradient skipped"),
             (self.wanted.laplacian, "; Laplacian computed", "; Laplacian skipped"),
+            (self.wanted.hessian, "; second derivatives computed", "; second derivatives skipped"),
         ];
         for (wanted, computed, skipped) in outputs {
             take(if wanted { computed } else { skipped });

@@ -113,11 +113,13 @@ pub struct Outputs<'a, T, const D: usize> {
     pub gradient: Option<&'a mut [[T; D]]>,
     /// `sum_j m_j Laplacian K_delta(x_i - x_j)`.
     pub laplacian: Option<&'a mut [T]>,
+    /// `sum_j m_j Hess K_delta(x_i - x_j)`, symmetric matrices of second derivatives: the tidal field, or, times -1, the velocity's gradient of the blob method. Not combined.
+    pub hessian: Option<&'a mut [[[T; D]; D]]>,
 }
 
 impl<T, const D: usize> Default for Outputs<'_, T, D> {
     fn default() -> Self {
-        Self { potential: None, gradient: None, laplacian: None }
+        Self { potential: None, gradient: None, laplacian: None, hessian: None }
     }
 }
 
@@ -129,6 +131,7 @@ impl<T, const D: usize> Outputs<'_, T, D> {
             potential: self.potential.is_some(),
             gradient: self.gradient.is_some(),
             laplacian: self.laplacian.is_some(),
+            hessian: self.hessian.is_some(),
         }
     }
 
@@ -137,6 +140,7 @@ impl<T, const D: usize> Outputs<'_, T, D> {
         self.potential.as_ref().is_none_or(|p| p.len() == n)
             && self.gradient.as_ref().is_none_or(|g| g.len() == n)
             && self.laplacian.as_ref().is_none_or(|l| l.len() == n)
+            && self.hessian.as_ref().is_none_or(|h| h.len() == n)
     }
 }
 
@@ -149,4 +153,13 @@ pub struct Wanted {
     pub gradient: bool,
     /// The Laplacian.
     pub laplacian: bool,
+    /// The second derivatives.
+    pub hessian: bool,
+}
+
+impl Wanted {
+    /// The same, where on the line the second derivative is the Laplacian.
+    pub(super) fn in_dimension(self, dimension: usize) -> Self {
+        if dimension == 1 && self.hessian { Self { laplacian: true, hessian: false, ..self } } else { self }
+    }
 }

@@ -33,6 +33,9 @@ impl FastMethod {
 }
 
 fn skip<T: Real, const D: usize>(kernel: &Kernel<'_, T, D>, wanted: Wanted) -> Option<FastMethod> {
+    if wanted.hessian {
+        return None;
+    }
     let only_laplacian = wanted.laplacian && !wanted.potential && !wanted.gradient;
     if only_laplacian && kernel.is_newtonian() && kernel.mollifier().is_compact() {
         return Some(FastMethod::Neighbours);
@@ -89,13 +92,13 @@ pub(super) fn choose<T: Real, const D: usize>(
                 _ => Err(Error::Unsupported),
             }
         }
-        (Some(Method::Fmm), _) => match fmm::settings(kernel, options) {
+        (Some(Method::Fmm), _) => match fmm::settings(kernel, wanted, options) {
             Some(_) => Ok(Some((Method::Fmm, Reason::Forced))),
             None => Err(Error::Unsupported),
         },
         (Some(_), _) => Ok(None),
         (None, None) => {
-            let chosen = fmm::settings(kernel, options).filter(|&settings| fmm::pays(settings, sizes));
+            let chosen = fmm::settings(kernel, wanted, options).filter(|&settings| fmm::pays(settings, sizes));
             Ok(chosen.map(|_| (Method::Fmm, Reason::Tolerance)))
         }
         (None, Some((Method::Sorted | Method::Split, _))) if sizes.0.saturating_mul(sizes.1) < FEW_PAIRS => Ok(None),
@@ -123,7 +126,7 @@ pub(super) fn workspace_bytes<T: Real, const D: usize>(
             Measure::of(|space| Split::<T, D>::layout(space, &even, (n_sources, n_targets), workers).map(|_| ()))
         }
         Method::Fmm => {
-            let settings = fmm::settings(kernel, options).ok_or(Error::Unsupported)?;
+            let settings = fmm::settings(kernel, wanted, options).ok_or(Error::Unsupported)?;
             fmm::workspace_bytes::<T>(settings, sizes, wanted, options.radii, workers)
         }
         Method::Direct => Ok(0),
@@ -183,6 +186,7 @@ fn split<T: Real, const D: usize>(
         potential: wanted.potential.then_some(&mut *potential),
         gradient: wanted.gradient.then_some(&mut *gradient),
         laplacian: wanted.laplacian.then_some(&mut *laplacian),
+        hessian: None,
     };
     // The sources without mass are counted with the pairs.
     let mut quiet = Run { level: run.level, executor: run.executor, should_stop: run.should_stop, counters: None };
@@ -191,6 +195,7 @@ fn split<T: Real, const D: usize>(
         potential: outputs.potential.as_deref_mut(),
         gradient: outputs.gradient.as_deref_mut(),
         laplacian: outputs.laplacian.as_deref_mut(),
+        hessian: None,
     };
     let call = pairs::Call { options, sources, targets, outputs: pairs, near: None };
     pairs::evaluate::<T, D, true>(&rest, call, of_pairs, run)?;
@@ -217,8 +222,8 @@ pub(super) fn evaluate<T: Real, const D: usize>(
 ) -> Result<()> {
     // A plan for another kernel may ask for what this one cannot do.
     if method == Method::Fmm {
-        fmm::settings(kernel, options).ok_or(Error::Unsupported)?;
-        return fmm::evaluate(kernel, options, (sources, targets), outputs, workspace, run);
+        fmm::settings(kernel, wanted, options).ok_or(Error::Unsupported)?;
+        return fmm::evaluate((kernel, wanted), options, (sources, targets), outputs, workspace, run);
     }
     let kernel = kernel.sum().ok_or(Error::Unsupported)?;
     let skip = skip(kernel, wanted).filter(|skip| skip.method().0 == method).ok_or(Error::Unsupported)?;

@@ -5,6 +5,7 @@ use super::blob::{Blob, Place, Shape};
 use super::distance::Distance;
 use super::scaled::Scaled;
 use super::single_word::SingleWord;
+use crate::checked::Present;
 use crate::real::{DoubleWord, Real};
 
 /// Points that are not finite give NaN.
@@ -83,6 +84,24 @@ impl<T: Real, const D: usize> Blob<T, D> {
                     _ => T::ZERO,
                 })
             })
+        })
+    }
+
+    /// A row of Hess phi(x) - I psi(x) / D, for a particle whose mass is the product of two numbers; zero at x = 0. A result in range is computed for factors of any size.
+    pub(crate) fn row_of(&self, mass: [T; 2], x: &[T; D], row: usize) -> [T; D] {
+        let [a, b] = mass.map(Scaled::from);
+        self.at(x, [T::NAN; D], |r, place| {
+            let h = a.times(b).times(place.value(Quantity::HessianFactor)).shift(r.exponent.saturating_mul(2));
+            let y = x.map(|c| c.ldexp(-r.exponent));
+            let square = y.iter().fold(DoubleWord::ZERO, |sum, &c| sum + DoubleWord::product(c, c));
+            let part = square / DoubleWord::from(T::from_usize(D));
+            let along = y.get(row).copied().present_or(T::ZERO);
+            let mut to = y;
+            for (k, (to, &c)) in to.iter_mut().zip(&y).enumerate() {
+                let outer = DoubleWord::product(along, c);
+                *to = h.scale(if k == row { outer - part } else { outer }).round();
+            }
+            to
         })
     }
 

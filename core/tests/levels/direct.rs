@@ -13,7 +13,7 @@ use mollis_reference::field::{Soft, newtonian};
 
 use crate::{Random, cases, levels};
 
-const ALL: Wanted = Wanted { potential: true, gradient: true, laplacian: true };
+const ALL: Wanted = Wanted { potential: true, gradient: true, laplacian: true, hessian: false };
 
 struct Case<const D: usize> {
     positions: Vec<[f64; D]>,
@@ -71,6 +71,7 @@ fn sum<T: Real, const D: usize>(
             potential: wanted.potential.then_some(&mut out.potential[..]),
             gradient: wanted.gradient.then_some(&mut out.gradient[..]),
             laplacian: wanted.laplacian.then_some(&mut out.laplacian[..]),
+            hessian: None,
         };
         let sources = Sources::new(&positions, &masses);
         let mut run = Run { level, executor, should_stop: None, counters: Some(&mut out.counters) };
@@ -267,7 +268,8 @@ fn any_subset_of_outputs() {
     for level in levels() {
         let all = sum::<f64, 2>(&case, ALL, &Options::default(), level, &Serial);
         for bits in 0..8 {
-            let wanted = Wanted { potential: bits & 1 > 0, gradient: bits & 2 > 0, laplacian: bits & 4 > 0 };
+            let wanted =
+                Wanted { potential: bits & 1 > 0, gradient: bits & 2 > 0, laplacian: bits & 4 > 0, hessian: false };
             let some = sum::<f64, 2>(&case, wanted, &Options::default(), level, &Serial);
             let whole = Result3 {
                 potential: if wanted.potential { some.potential.clone() } else { all.potential.clone() },
@@ -401,8 +403,12 @@ fn refused_calls_leave_outputs_alone() {
             let (mut u, mut g) = ([7.0; 2], [[7.0; 2]; 2]);
             let error = in_workspace(&plan, 1, |workspace| {
                 let bytes = workspace.len() - short;
-                let outputs =
-                    Outputs { potential: potential.then_some(&mut u[..]), gradient: Some(&mut g), laplacian: None };
+                let outputs = Outputs {
+                    potential: potential.then_some(&mut u[..]),
+                    gradient: Some(&mut g),
+                    laplacian: None,
+                    hessian: None,
+                };
                 let mut run = Run { level, ..Run::default() };
                 let sources = Sources::new(positions, masses);
                 field::evaluate(&plan, &kernel, sources, targets, outputs, &mut workspace[..bytes], &mut run)

@@ -73,7 +73,7 @@ impl<const D: usize> Twin<D> {
         let masses: Vec<T> = self.masses.iter().map(|&m| T::from_f64(m)).collect();
         let n = targets.len();
         let (mut potential, mut gradient, mut laplacian) = (vec![T::NAN; n], vec![[T::NAN; D]; n], vec![T::NAN; n]);
-        let wanted = Wanted { potential: true, gradient: true, laplacian: true };
+        let wanted = Wanted { potential: true, gradient: true, laplacian: true, hessian: false };
         let options = Options { accumulation, method: Some(Method::Direct), ..Options::default() };
         let plan = field::plan(kernel, positions.len(), n, wanted, &options).unwrap();
         let mut statistics = Statistics::default();
@@ -82,6 +82,7 @@ impl<const D: usize> Twin<D> {
                 potential: Some(&mut potential),
                 gradient: Some(&mut gradient),
                 laplacian: Some(&mut laplacian),
+                hessian: None,
             };
             let mut run = Run { level, counters: Some(&mut statistics), ..Run::default() };
             let sources = Sources::new(&positions, &masses);

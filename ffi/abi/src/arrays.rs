@@ -221,6 +221,70 @@ impl<T: Real, const D: usize> Points<T, D> {
     }
 }
 
+/// Matrices of D rows, which follow one another, each `stride` numbers after the one before.
+#[derive(Clone, Copy)]
+pub(crate) struct Matrices<T, const D: usize> {
+    start: NonNull<T>,
+    stride: usize,
+    n: usize,
+}
+
+impl<T: Real, const D: usize> Matrices<T, D> {
+    /// As [`Column::optional`]; a stride of 0 is that of arrays without gaps.
+    pub(crate) fn optional(pointer: *mut T, stride: usize, n: usize) -> Result<Option<Self>> {
+        if pointer.is_null() {
+            return Ok(None);
+        }
+        let stride = match stride {
+            0 => D * D,
+            stride if stride < D * D && n > 1 => return Err(Error::OutOfDomain),
+            stride => stride,
+        };
+        let span = if n > 0 { (n - 1).checked_mul(stride).and_then(|last| last.checked_add(D * D)) } else { Some(0) };
+        let all = Output::new(pointer, span.ok_or(Error::TooLarge)?)?;
+        Ok(Some(Self { start: all.start(), stride, n }))
+    }
+
+    pub(crate) fn is_dense(&self) -> bool {
+        self.stride == D * D
+    }
+
+    /// How many matrices a copy takes. Not inlined, as [`Column::copied`].
+    #[inline(never)]
+    pub(crate) fn copied(&self) -> usize {
+        if self.is_dense() { 0 } else { self.n }
+    }
+
+    pub(crate) fn extent(&self) -> Extent {
+        let each = size_of::<T>();
+        let (start, stride) = (self.start.addr().get(), self.stride.wrapping_mul(each));
+        Extent { start, each: D * D * each, stride, n: self.n }
+    }
+
+    /// The matrices, which follow one another, to write.
+    ///
+    /// # Safety
+    /// The crate's contract, and [`Matrices::is_dense`].
+    pub(crate) unsafe fn array_mut<'a>(self) -> &'a mut [[[T; D]; D]] {
+        // SAFETY: passed on.
+        unsafe { core::slice::from_raw_parts_mut(self.start.as_ptr().cast(), self.n) }
+    }
+
+    /// Brings results to the caller.
+    ///
+    /// # Safety
+    /// The crate's contract for the matrices.
+    pub(crate) unsafe fn scatter(self, from: &[[[T; D]; D]], way: Way) {
+        for k in 0..D * D {
+            // SAFETY: within the span that was checked.
+            let start = unsafe { self.start.add(k) };
+            let column = Column { start, stride: self.stride, n: self.n };
+            // SAFETY: passed on.
+            unsafe { column.scatter(from.iter().filter_map(|from| from.as_flattened().get(k)).copied(), way) };
+        }
+    }
+}
+
 /// The caller's points where they are an array, else a copy.
 ///
 /// # Safety

@@ -62,6 +62,10 @@ pub struct mollis_outputs{d}{f} {
     pub laplacian: *mut {T},
     /// From one to the next; 0: 1.
     pub laplacian_stride: usize,
+    /// The second derivatives of u, `[2][2]` for each target, symmetric; `combination` makes nothing of them. (On the line the second derivative is the Laplacian.)
+    pub hessian: *mut {T},
+    /// From one matrix to the next; 0: 4, without gaps.
+    pub hessian_stride: usize,
     /// What all results are multiplied by. 0, a member that was left alone, means 1.
     pub factor: f64,
     /// 1: results are added to what is there; 0: overwritten.
@@ -109,7 +113,7 @@ pub unsafe extern "C" fn mollis_field{d}_text{f}(
     status(unsafe { ask.text(text, text_bytes, length) })
 }
 
-/// Sums over sources: u(x_i) = sum_j m_j K_delta(x_i - x_j) at every target, its gradient and its Laplacian.
+/// Sums over sources: u(x_i) = sum_j m_j K_delta(x_i - x_j) at every target, its gradient, Laplacian and second derivatives.
 ///
 /// `kernel`: a block that mollis_kernel2_prepare filled. Null `targets`: at the sources. A mollified kernel counts every pair, a target on a source included; without a
 /// mollifier coincident pairs contribute nothing. `workspace` is garbage afterwards. `options`, `run`, `counters` may be null. With core radii psi and K_delta are those of
@@ -137,6 +141,8 @@ pub unsafe extern "C" fn mollis_field{d}_text{f}(
 ///
 /// * Algebraic mollifiers (Plummer's and the like): c = 32, and s is the bare kernel's at the distance (r^2 + delta^2)^(1/2), for Laplacians |Laplacian|, where delta^4
 ///   of the largest coordinate is a normal number (delta above 2^-31 of it in single precision).
+///
+/// * Second derivatives: s is the largest of the gradient factor's d |K'/r| and the Laplacian's s; c is the Laplacian's and 16 more.
 ///
 /// Results do not depend on the number of threads, bit for bit. A refused call writes nothing (but `run->first_bad`, with
 /// MOLLIS_ERR_NOT_FINITE: sources, then targets); a stopped one has written some outputs, if these are arrays without gaps that are overwritten. Refused:

@@ -56,8 +56,8 @@ pub(super) struct Descent<'a, 'w, T: Real> {
     /// [`super::settings::OPENING`], and the least square of a distance between centres: its inverse must be a normal number.
     pub opening: T,
     pub least: T,
-    /// The way to true potentials and gradients, in factors one after the other.
-    pub scales: [[T; 3]; 2],
+    /// The way to true potentials, gradients and second derivatives, in factors one after the other.
+    pub scales: [[T; 3]; 3],
     /// The box of each task, and the number of the local expansion of the box above it.
     pub tasks: &'a [[u32; 2]],
     pub starts: &'a [u32],
@@ -257,7 +257,7 @@ impl<T: Real> Near<T> for Descent<'_, '_, T> {
                 }
                 None => {
                     let [from, to_end] = points.map(|at| at as usize);
-                    let [potential, gradient, _] = to.outputs();
+                    let [potential, gradient, _, hessian] = to.outputs();
                     level.run(Scatter {
                         order: self.order,
                         from: &*local,
@@ -265,6 +265,7 @@ impl<T: Real> Near<T> for Descent<'_, '_, T> {
                         points: (self.points.get(tree.points(target)).present()?, self.factor()),
                         potential: potential.and_then(|p| p.get_mut(from..to_end)),
                         gradient: gradient.and_then(|g| g.as_chunks_mut().0.get_mut(from..to_end)),
+                        hessian: hessian.and_then(|h| h.as_chunks_mut().0.as_chunks_mut().0.get_mut(from..to_end)),
                         scales: self.scales,
                     });
                     walk.close(points, to);

@@ -1,6 +1,7 @@
 //! Expansions about the centres of boxes, and the operators within a tree.
 //!
-//! Points are complex numbers. The sum over sources is the real part of f(z) = sum m log(z - s), its gradient the conjugate of f'(z) = sum m / (z - s).
+//! Points are complex numbers. The sum over sources is the real part of f(z) = sum m log(z - s), its gradient the conjugate of f'(z) = sum m / (z - s), and with f''(z) = a + i b the
+//! matrix of its second derivatives [[a, -b], [-b, -a]].
 //!
 //! * Outside the sources of a box with centre c and radius R: f'(z) = sum_k A_k / (z - c)^(k+1), A_k = sum m (s - c)^k (Greengard & Rokhlin 1987, (2.1), (2.2), here
 //!   for the derivative). Stored: alpha_k = A_k / (R^k k!).
@@ -16,8 +17,9 @@
 
 use super::settings::MAX_TERMS;
 use super::tree::Shape;
+use crate::checked::Present;
 use crate::real::Real;
-use crate::simd::{BlockJob, Isa, Job, MAX_LANES};
+use crate::simd::{BlockJob, Isa, Job, MAX_LANES, ROW};
 
 /// n! and 1 / n!.
 #[derive(Debug)]
@@ -59,17 +61,42 @@ pub(super) fn inverse<T: Real>(radius: T) -> T {
     if radius > T::ZERO { T::ONE / radius } else { T::ZERO }
 }
 
-/// The sum over lanes.
+/// Adds the sums over the lanes of each vector, real and imaginary parts, times a weight.
 #[inline(always)]
-pub(super) fn across<T: Real, I: Isa<T>>(isa: I, v: I::V) -> T {
-    let lanes = isa.store(v);
-    let (fours, _) = lanes.as_chunks::<4>();
-    let mut sums = [T::ZERO; 4];
-    for four in fours.iter().take(I::LANES.div_ceil(4)) {
-        sums.iter_mut().zip(four).for_each(|(sum, &x)| *sum += x);
+pub(super) fn add_across<T: Real, I: Isa<T>>(
+    isa: I,
+    vectors: &[[I::V; 2]],
+    [to_real, to_imaginary]: [&mut [T]; 2],
+    weight: impl Fn(usize) -> T,
+) {
+    // Rows beyond the last vector of a block are of the block before, and of no use.
+    let mut rows = [[T::ZERO; MAX_LANES]; MAX_LANES];
+    for (part, to) in [to_real, to_imaginary].into_iter().enumerate() {
+        for (block, vectors) in vectors.chunks(I::LANES).enumerate() {
+            for (row, vector) in rows.iter_mut().zip(vectors) {
+                *row = isa.store(vector.get(part).copied().present_or(isa.splat(T::ZERO)));
+            }
+            let sums = isa.store(across(isa, &rows));
+            let to = to.iter_mut().enumerate().skip(block * I::LANES).zip(&sums);
+            to.take(vectors.len()).for_each(|((k, to), &sum)| *to += sum * weight(k));
+        }
     }
-    let [a, b, c, d] = sums;
-    (a + b) + (c + d)
+}
+
+/// The sum of each row, one a lane.
+#[inline(always)]
+fn across<T: Real, I: Isa<T>>(isa: I, rows: &[[T; MAX_LANES]; MAX_LANES]) -> I::V {
+    let (mut sum, none) = (isa.splat(T::ZERO), [T::ZERO; ROW]);
+    for first in (0..I::LANES).step_by(ROW) {
+        let mut parts = [&none; MAX_LANES];
+        for (part, row) in parts.iter_mut().zip(rows) {
+            *part = row.get(first..).and_then(|row| row.first_chunk()).present_or(&none);
+        }
+        for column in isa.columns(&parts) {
+            sum = isa.add(sum, column);
+        }
+    }
+    sum
 }
 
 /// The product of complex numbers.
@@ -128,9 +155,21 @@ impl<T: Real> BlockJob<T> for Gather<'_, T> {
 
     #[inline(always)]
     fn run<I: Isa<T>, const N: usize>(self, isa: I) {
+        if self.order.terms <= 16 {
+            self.with_room::<I, N, 16>(isa);
+        } else {
+            self.with_room::<I, N, MAX_TERMS>(isa);
+        }
+    }
+}
+
+impl<T: Real> Gather<'_, T> {
+    /// The expansion, in arrays with room for so many terms.
+    #[inline(always)]
+    fn with_room<I: Isa<T>, const N: usize, const ROOM: usize>(self, isa: I) {
         let Self { order, points, masses, shape, to } = self;
         let zero = isa.splat(T::ZERO);
-        let mut sums = [[zero; 2]; MAX_TERMS];
+        let mut sums = [[zero; 2]; ROOM];
         for (points, masses) in points.chunks(N * I::LANES).zip(masses.chunks(N * I::LANES)) {
             let w = load_points::<T, I, N>(isa, points, T::ONE, &shape);
             let mut powers = [[zero; 2]; N];
@@ -148,10 +187,9 @@ impl<T: Real> BlockJob<T> for Gather<'_, T> {
             }
         }
         let (real, imaginary) = to.split_at_mut_checked(order.stride).unwrap_or_default();
-        let slots = real.iter_mut().zip(imaginary).zip(sums.iter().zip(&order.factorials.inverse));
-        for ((re, im), (&[a, b], &inverse)) in slots.take(order.terms) {
-            (*re, *im) = (across(isa, a) * inverse, across(isa, b) * inverse);
-        }
+        let inverse = &order.factorials.inverse;
+        let sums = sums.get(..order.terms).unwrap_or_default();
+        add_across(isa, sums, [real, imaginary], |k| inverse.get(k).copied().present_or(T::ZERO));
     }
 }
 
@@ -163,15 +201,24 @@ type Series<T> = [[T; ROOM]; 2];
 
 /// e_n = step^n / n!, from place [`MAX_LANES`] on.
 #[inline(always)]
-fn exponential<T: Real>([x, y]: [T; 2], terms: usize) -> Series<T> {
+fn exponential<T: Real>([x, y]: [T; 2], terms: usize, inverse: &[T]) -> Series<T> {
     let mut series = [[T::ZERO; ROOM]; 2];
     let [real, imaginary] = &mut series;
-    let (mut a, mut b) = (T::ONE, T::ZERO);
-    let slots = real.iter_mut().zip(imaginary.iter_mut()).skip(MAX_LANES);
-    for (n, (re, im)) in slots.take(terms).enumerate() {
-        (*re, *im) = (a, b);
-        let per = T::ONE / T::from_usize(n + 1);
-        (a, b) = ((a * x - b * y) * per, (a * y + b * x) * per);
+    // Four powers at a time, so that their chains of products are short.
+    let square = [x * x - y * y, T::TWO * x * y];
+    let cube = [square[0] * x - square[1] * y, square[0] * y + square[1] * x];
+    let mut powers = [[T::ONE, x, square[0], cube[0]], [T::ZERO, y, square[1], cube[1]]];
+    let (c, d) = (square[0] * square[0] - square[1] * square[1], T::TWO * square[0] * square[1]);
+    let slots = real.iter_mut().zip(imaginary.iter_mut()).skip(MAX_LANES).take(terms);
+    let mut slots = slots.zip(inverse);
+    for _ in 0..terms.div_ceil(4) {
+        let [reals, imaginaries] = &mut powers;
+        for (a, b) in reals.iter_mut().zip(imaginaries) {
+            if let Some(((re, im), &inverse)) = slots.next() {
+                (*re, *im) = (*a * inverse, *b * inverse);
+            }
+            (*a, *b) = (*a * c - *b * d, *a * d + *b * c);
+        }
     }
     series
 }
@@ -237,9 +284,9 @@ impl<T: Real> Job<T> for Raise<'_, T> {
 
     #[inline(always)]
     fn run<I: Isa<T>>(self, isa: I) {
-        let Self { order: Order { terms, stride, .. }, from: (from, small), shape, to } = self;
+        let Self { order: Order { terms, stride, factorials }, from: (from, small), shape, to } = self;
         let (ratio, step) = step(&small, &shape);
-        let powers = exponential(step, terms);
+        let powers = exponential(step, terms, &factorials.inverse);
         let mut x = [[T::ZERO; MAX_TERMS]; 2];
         let [real, imaginary] = &mut x;
         let (from_real, from_imaginary) = from.split_at_checked(stride).unwrap_or_default();
@@ -276,9 +323,9 @@ impl<T: Real> Job<T> for Lower<'_, T> {
 
     #[inline(always)]
     fn run<I: Isa<T>>(self, isa: I) {
-        let Self { order: Order { terms, stride, .. }, from: (from, large), shape, to } = self;
+        let Self { order: Order { terms, stride, factorials }, from: (from, large), shape, to } = self;
         let (ratio, step) = step(&shape, &large);
-        let powers = exponential(step, terms + 1);
+        let powers = exponential(step, terms + 1, &factorials.inverse);
         let mut series: Series<T> = [[T::ZERO; ROOM]; 2];
         let (from_real, rest) = from.split_at_checked(stride).unwrap_or_default();
         let (from_imaginary, potential) = rest.split_at_checked(stride).unwrap_or_default();
@@ -327,8 +374,9 @@ pub(super) struct Scatter<'a, T> {
     pub points: (&'a [[T; 2]], T),
     pub potential: Option<&'a mut [T]>,
     pub gradient: Option<&'a mut [[T; 2]]>,
+    pub hessian: Option<&'a mut [[[T; 2]; 2]]>,
     /// Factors of the results, multiplied one after the other.
-    pub scales: [[T; 3]; 2],
+    pub scales: [[T; 3]; 3],
 }
 
 impl<T: Real> Job<T> for Scatter<'_, T> {
@@ -351,7 +399,8 @@ impl<T: Real> BlockJob<T> for Scatter<'_, T> {
 
     #[inline(always)]
     fn run<I: Isa<T>, const N: usize>(self, isa: I) {
-        let Self { order, from, shape, points: (points, factor), mut potential, mut gradient, scales } = self;
+        let Self { order, from, shape, points: (points, factor), mut potential, mut gradient, mut hessian, scales } =
+            self;
         let Order { terms, stride, factorials } = order;
         let (real, rest) = from.split_at_checked(stride).unwrap_or_default();
         let (imaginary, constant) = rest.split_at_checked(stride).unwrap_or_default();
@@ -365,8 +414,17 @@ impl<T: Real> BlockJob<T> for Scatter<'_, T> {
         {
             (*slope, *value) = ([a * of_slope, b * of_slope], [a * of_value, b * of_value]);
         }
+        // Of R f''.
+        let mut curve = [[T::ZERO; 2]; MAX_TERMS];
+        if hessian.is_some() {
+            let next = slope.iter().enumerate().skip(1);
+            curve.iter_mut().zip(next).for_each(|(to, (l, &[a, b]))| {
+                let l = T::from_usize(l);
+                *to = [a * l, b * l];
+            });
+        }
         let each = N * I::LANES;
-        let [of_potential, of_gradient] = scales;
+        let [of_potential, of_gradient, of_hessian] = scales;
         for (block, points) in points.chunks(each).enumerate() {
             let u = load_points::<T, I, N>(isa, points, factor, &shape);
             if let Some(gradient) = gradient.as_deref_mut() {
@@ -377,6 +435,18 @@ impl<T: Real> BlockJob<T> for Scatter<'_, T> {
                     for ([x, y], (&a, &b)) in to.zip(a.iter().zip(&b)) {
                         *x += scaled(a, of_gradient);
                         *y += scaled(-b, of_gradient);
+                    }
+                }
+            }
+            if let Some(hessian) = hessian.as_deref_mut() {
+                let sums = horner::<T, I, N>(isa, curve.get(..terms.saturating_sub(1)).unwrap_or_default(), &u);
+                let inverse = isa.splat(inverse(shape.radius));
+                for ((v, [a, b]), _) in sums.iter().enumerate().zip(points.chunks(I::LANES)) {
+                    let (a, b) = (isa.store(isa.mul(*a, inverse)), isa.store(isa.mul(*b, inverse)));
+                    let to = hessian.iter_mut().skip(block * each + v * I::LANES).take(I::LANES);
+                    for ([[xx, xy], [yx, yy]], (&a, &b)) in to.zip(a.iter().zip(&b)) {
+                        let (a, b) = (scaled(a, of_hessian), scaled(-b, of_hessian));
+                        (*xx, *xy, *yx, *yy) = (*xx + a, *xy + b, *yx + b, *yy - a);
                     }
                 }
             }

@@ -50,7 +50,7 @@ use crate::sort::words::BUCKETS;
 use descent::{Descent, Scratch, Tops, least_square, local_length};
 use expansions::{Factorials, Order};
 pub(super) use settings::Settings;
-use settings::{OPENING, crossover, floor};
+use settings::{OPENING, crossover, effective, floor};
 use tree::{MAX_ROOTS, Tree, boxes};
 use upward::TASK;
 
@@ -58,10 +58,14 @@ use upward::TASK;
 const COPIES: usize = 4096;
 
 /// The settings for a sum of `kernel`, if the method serves it: to the tolerance, which has a least value, or, where the method is forced, to that.
-pub(super) fn settings<T: Real, const D: usize>(kernel: &dyn Interaction<T, D>, options: &Options) -> Option<Settings> {
+pub(super) fn settings<T: Real, const D: usize>(
+    kernel: &dyn Interaction<T, D>,
+    wanted: Wanted,
+    options: &Options,
+) -> Option<Settings> {
     let serves = D == 2 && !options.strengths && (options.method.is_some() || options.tolerance >= floor::<T>());
     let (_, blob) = kernel.newtonian().filter(|_| serves)?;
-    pairs::support::<T>(D, blob.mollifier()).map(|_| Settings::new::<T>(options.tolerance))
+    pairs::support::<T>(D, blob.mollifier()).map(|_| Settings::new(effective::<T>(options.tolerance, wanted)))
 }
 
 /// Whether so many sources and targets take less time than the sum over all pairs.
@@ -92,6 +96,7 @@ struct Arrays<'w, T> {
     potential: &'w mut [T],
     gradient: &'w mut [[T; 2]],
     laplacian: &'w mut [T],
+    hessian: &'w mut [[[T; 2]; 2]],
     /// Boxes above tasks, tasks, and their starts.
     above: &'w mut [u32],
     tasks: &'w mut [[u32; 2]],
@@ -137,6 +142,7 @@ fn layout<'w, T: Real>(space: &mut impl Space<'w>, sizes: Sizes) -> Result<Array
         potential: space.try_array(some(wanted.potential))?,
         gradient: space.try_array(some(wanted.gradient))?,
         laplacian: space.try_array(some(wanted.laplacian))?,
+        hessian: space.try_array(some(wanted.hessian))?,
         above: space.try_array(tasks)?,
         tasks: space.try_array(tasks)?,
         starts: space.try_array(tasks + 1)?,
@@ -162,16 +168,18 @@ pub(super) fn workspace_bytes<T: Real>(
     Measure::of(|space| layout::<T>(space, sizes).map(|_| ()))
 }
 
-/// Overwrites the outputs. The caller has checked lengths, values and the workspace's size.
+/// Overwrites the outputs, which are among those wanted of the plan. The caller has checked lengths, values and the workspace's size.
 pub(super) fn evaluate<T: Real, const D: usize>(
-    kernel: &dyn Interaction<T, D>,
+    (kernel, wanted): (&dyn Interaction<T, D>, Wanted),
     options: &Options,
     (sources, targets): (Sources<'_, T, D>, &[[T; D]]),
     outputs: Outputs<'_, T, D>,
     workspace: &mut [u8],
     run: &mut Run<'_>,
 ) -> Result<()> {
-    let call = Call { options, sources, targets, outputs, near: None };
+    // The plan's settings are those of all that it is for.
+    let options = Options { tolerance: effective::<T>(options.tolerance, wanted), ..*options };
+    let call = Call { options: &options, sources, targets, outputs, near: None };
     pairs::erased(true, (in_single, in_double), kernel, call, workspace, run)
 }
 
@@ -322,12 +330,13 @@ fn place_targets<T: Real>(
 }
 
 /// Results in the order of the boxes, or where they go.
-type Results<'a, T> = (Option<&'a mut [T]>, Option<&'a mut [[T; 2]]>, Option<&'a mut [T]>);
+type Results<'a, T> =
+    (Option<&'a mut [T]>, Option<&'a mut [[T; 2]]>, Option<&'a mut [T]>, Option<&'a mut [[[T; 2]; 2]]>);
 
 /// Brings results to the caller's order, and combines the gradient's components.
 fn bring_back<T: Real>(
     ranks: &[u32],
-    (potential, gradient, laplacian): (&[T], &[[T; 2]], &[T]),
+    (potential, gradient, laplacian, hessian): (&[T], &[[T; 2]], &[T], &[[[T; 2]; 2]]),
     to: Results<'_, T>,
     (a, b): (f64, f64),
     run: &Run<'_>,
@@ -336,6 +345,7 @@ fn bring_back<T: Real>(
         to.0.map(|to| Chunks::new(to, COPIES)),
         to.1.map(|to| Chunks::new(to, COPIES)),
         to.2.map(|to| Chunks::new(to, COPIES)),
+        to.3.map(|to| Chunks::new(to, COPIES)),
     );
     let combination = ((a, b) != (1.0, 0.0)).then(|| (T::from_f64(a), T::from_f64(b)));
     par_chunks(
@@ -343,12 +353,15 @@ fn bring_back<T: Real>(
         ranks.len().div_ceil(COPIES),
         pieces,
         (),
-        &|task, (to_potential, to_gradient, to_laplacian), ()| {
+        &|task, (to_potential, to_gradient, to_laplacian, to_hessian), ()| {
             let ranks = ranks.get(task.saturating_mul(COPIES)..).present()?;
             for (to, from) in [(to_potential, potential), (to_laplacian, laplacian)] {
                 for (to, &rank) in to.unwrap_or_default().iter_mut().zip(ranks) {
                     *to = from.get(rank as usize).copied().present()?;
                 }
+            }
+            for (to, &rank) in to_hessian.unwrap_or_default().iter_mut().zip(ranks) {
+                *to = hessian.get(rank as usize).copied().present()?;
             }
             for (to, &rank) in to_gradient.unwrap_or_default().iter_mut().zip(ranks) {
                 let [x, y] = gradient.get(rank as usize).copied().present()?;
@@ -381,8 +394,9 @@ fn sums<T: Real>(
         potential: call.potential.is_some(),
         gradient: call.gradient.is_some(),
         laplacian: call.laplacian.is_some(),
+        hessian: call.hessian.is_some(),
     };
-    let settings = Settings::new::<T>(options.tolerance);
+    let settings = Settings::new(options.tolerance);
     let sizes = Sizes {
         sources: positions.len(),
         targets: targets.len(),
@@ -394,8 +408,8 @@ fn sums<T: Real>(
     // Nothing is read before it is written.
     let arrays = layout::<T>(&mut Carve::reopen(workspace)?, sizes)?;
     let Arrays { packed, words, spare, counts, sources: mut tree, targets: mut target_tree, expansions, .. } = arrays;
-    let Arrays { points, ranks, potential, gradient, laplacian, above, tasks, starts, tops, scratch, each, .. } =
-        arrays;
+    let Arrays { points, ranks, potential, gradient, laplacian, hessian, .. } = arrays;
+    let Arrays { above, tasks, starts, tops, scratch, each, .. } = arrays;
     let mut sort = Sort { words, spare, counts: counts.first_chunk_mut().present()? };
 
     let largest_radius = radii.map_or(delta, |radii| largest(T::ZERO, radii));
@@ -420,6 +434,9 @@ fn sums<T: Real>(
             .fold(T::ZERO, |most, &k| most.max(given.reach(radii.get(k as usize).copied().present_or(T::ZERO)))),
     };
     tree.fit((in_order, T::ONE), &reach);
+    if wanted.hessian {
+        tree.widen();
+    }
     tree.merge(leaf, heavy, &reach);
 
     // Targets that are the sources have the same boxes in the same order.
@@ -437,6 +454,9 @@ fn sums<T: Real>(
     place_targets(targets, sort.words, (&mut *points, &mut *ranks), run)?;
     if !same {
         target_tree.fit((points, T::ONE.ldexp(units.position)), &|_| T::ZERO);
+        if wanted.hessian {
+            target_tree.widen();
+        }
     }
 
     let factorials = Factorials::new();
@@ -462,7 +482,7 @@ fn sums<T: Real>(
         potential: wanted.potential,
         opening: T::from_f64(OPENING),
         least: T::ONE.ldexp(least_square::<T>()),
-        scales: [scale(units.mass.saturating_neg()), scale(units.position.saturating_sub(units.mass))],
+        scales: [0, 1, 2].map(|n: i32| scale(n.saturating_mul(units.position).saturating_sub(units.mass))),
         tasks: &[],
         starts: &[],
         tops: &[],
@@ -477,17 +497,21 @@ fn sums<T: Real>(
     descent.tops = tops;
     // The engine does not combine the gradient's components, as that of distant sources is there already.
     let plain = Options { combination: (1.0, 0.0), ..*options };
-    let ErasedCall { potential: to_potential, gradient: to_gradient, laplacian: to_laplacian, .. } = call;
+    let ErasedCall {
+        potential: to_potential, gradient: to_gradient, laplacian: to_laplacian, hessian: to_hessian, ..
+    } = call;
     let near = ErasedCall {
         targets: points.as_flattened(),
         options: &plain,
         potential: wanted.potential.then_some(&mut *potential),
         gradient: wanted.gradient.then_some(gradient.as_flattened_mut()),
         laplacian: wanted.laplacian.then_some(&mut *laplacian),
+        hessian: wanted.hessian.then_some(hessian.as_flattened_mut().as_flattened_mut()),
         near: Some(NearCall { method: &descent, scratch, each }),
         ..call
     };
     of_pairs(near, packed, run)?;
-    let to = (to_potential, to_gradient.map(|to| to.as_chunks_mut::<2>().0), to_laplacian);
-    bring_back(ranks, (potential, gradient, laplacian), to, options.combination, run)
+    let to_hessian = to_hessian.map(|to| to.as_chunks_mut::<2>().0.as_chunks_mut::<2>().0);
+    let to = (to_potential, to_gradient.map(|to| to.as_chunks_mut::<2>().0), to_laplacian, to_hessian);
+    bring_back(ranks, (potential, gradient, laplacian, hessian), to, options.combination, run)
 }

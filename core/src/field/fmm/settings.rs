@@ -8,6 +8,7 @@
 //! random sign, they are below the tolerance for points at random, and up to twice as large on a lattice, where many boxes are just separated (test
 //! `fmm::every_tolerance_on_every_kind_of_points`).
 
+use crate::field::Wanted;
 use crate::real::Real;
 use crate::simd::ROW;
 
@@ -15,11 +16,17 @@ use crate::simd::ROW;
 pub(super) const OPENING: f64 = 0.55;
 
 /// The most terms of an expansion.
-pub(super) const MAX_TERMS: usize = 40;
+pub(super) const MAX_TERMS: usize = 44;
 
 /// The least tolerance: below it sums go direct. Rounding in the expansions is some units in the last place of sum |m| |K|; so is that of a direct sum.
 pub(super) const fn floor<T: Real>() -> f64 {
     if T::DIGITS > 24 { 1e-13 } else { 1e-5 }
+}
+
+/// The tolerance for the expansions of gradients: the caller's, or the floor where that is larger. Second derivatives of a series that is cut after p terms have p times the error.
+pub(super) fn effective<T: Real>(tolerance: f64, wanted: Wanted) -> f64 {
+    let tolerance = if tolerance > floor::<T>() { tolerance } else { floor::<T>() };
+    if wanted.hessian { tolerance / 16.0 } else { tolerance }
 }
 
 /// What the tolerance decides.
@@ -32,10 +39,9 @@ pub(in crate::field) struct Settings {
 }
 
 impl Settings {
-    /// For a tolerance, or the floor where that is larger.
-    pub fn new<T: Real>(tolerance: f64) -> Self {
-        let least = floor::<T>();
-        let terms = terms(if tolerance > least { tolerance } else { least });
+    /// For a tolerance as [`effective`] gives it.
+    pub fn new(tolerance: f64) -> Self {
+        let terms = terms(tolerance);
         Self { terms, leaf: leaf(terms) }
     }
 

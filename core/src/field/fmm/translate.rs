@@ -6,7 +6,7 @@
 //!
 //! Lanes are source boxes. The powers of R/D and R'/D are multiplied before and after, so that the weights between are real and the same for every pair.
 
-use super::expansions::{Order, across, times};
+use super::expansions::{Order, add_across, times};
 use super::settings::MAX_TERMS;
 use super::tree::{Shape, Tree};
 use crate::checked::Present;
@@ -34,10 +34,22 @@ impl<T: Real> Job<T> for Translate<'_, '_, T> {
 
     #[inline(always)]
     fn run<I: Isa<T>>(self, isa: I) {
+        match self.order.terms {
+            0..=16 => self.with_room::<I, 16>(isa),
+            17..=28 => self.with_room::<I, 28>(isa),
+            _ => self.with_room::<I, MAX_TERMS>(isa),
+        }
+    }
+}
+
+impl<T: Real> Translate<'_, '_, T> {
+    /// The translation, in arrays with room for so many terms: these are filled with zeros at each call.
+    #[inline(always)]
+    fn with_room<I: Isa<T>, const ROOM: usize>(self, isa: I) {
         let Self { order: Order { terms, stride, factorials }, tree, from, list, shape, log_exponent, to } = self;
         let (zero, one) = (isa.splat(T::ZERO), isa.splat(T::ONE));
-        let mut sums = [[zero; 2]; MAX_TERMS];
-        let mut potential = zero;
+        let (mut sums, mut scaled) = ([[zero; 2]; ROOM], [[zero; 2]; ROOM]);
+        let mut potential = [[zero; 2]];
         let (rows, none) = (from.as_chunks::<ROW>().0, [T::ZERO; ROW]);
         let each = stride / ROW;
         for some in list.chunks(I::LANES) {
@@ -57,7 +69,6 @@ impl<T: Real> Job<T> for Translate<'_, '_, T> {
             let quotient = [isa.mul(x, per_square), isa.sub(zero, isa.mul(y, per_square))];
             // alpha_k (R/D)^k
             let ratio = [isa.mul(quotient[0], radius), isa.mul(quotient[1], radius)];
-            let mut scaled = [[zero; 2]; MAX_TERMS];
             let mut power = [one, zero];
             for (block, to) in scaled.chunks_mut(ROW).enumerate().take(terms.div_ceil(ROW)) {
                 let (mut real, mut imaginary) = ([&none; MAX_LANES], [&none; MAX_LANES]);
@@ -71,7 +82,7 @@ impl<T: Real> Job<T> for Translate<'_, '_, T> {
                     power = times(isa, power, ratio);
                 }
             }
-            let scaled = scaled.get(..terms).unwrap_or_default();
+            let scaled = scaled.get(..terms).present_or(&[]);
             if let Some(log_exponent) = log_exponent {
                 let (z, e) = log_numerator(isa, square);
                 let e = isa.add(e, isa.splat(log_exponent));
@@ -79,9 +90,10 @@ impl<T: Real> Job<T> for Translate<'_, '_, T> {
                 let value = isa.mul(value, isa.splat(T::HALF));
                 let mut terms = scaled.iter();
                 let [first, _] = terms.next().copied().unwrap_or([zero; 2]);
-                potential = isa.mul_add(first, value, potential);
+                let [[sum, _]] = &mut potential;
+                *sum = isa.mul_add(first, value, *sum);
                 for (&[re, _], &weight) in terms.zip(&factorials.whole) {
-                    potential = isa.neg_mul_add(re, isa.splat(weight), potential);
+                    *sum = isa.neg_mul_add(re, isa.splat(weight), *sum);
                 }
             }
             // (1/D) (-R'/D)^l
@@ -101,11 +113,10 @@ impl<T: Real> Job<T> for Translate<'_, '_, T> {
         }
         let (real, rest) = to.split_at_mut_checked(stride).unwrap_or_default();
         let (imaginary, of_potential) = rest.split_at_mut_checked(stride).unwrap_or_default();
-        for ((re, im), &[a, b]) in real.iter_mut().zip(imaginary).zip(&sums).take(terms) {
-            *re += across(isa, a);
-            *im += across(isa, b);
+        add_across(isa, sums.get(..terms).present_or(&[]), [real, imaginary], |_| T::ONE);
+        if log_exponent.is_some() {
+            add_across(isa, &potential, [of_potential, &mut []], |_| T::ONE);
         }
-        of_potential.iter_mut().take(1).for_each(|to| *to += across(isa, potential));
     }
 }
 

@@ -204,6 +204,23 @@ impl<'w, T: Real> Tree<'w, T> {
         }
     }
 
+    /// Gives boxes that are points a radius, at most 2^-20 of that of the box around them: without one the local expansion of such a box holds no second derivatives.
+    pub fn widen(&mut self) {
+        let (part_of, tiny) = (T::ONE.ldexp(-20), T::MIN_POSITIVE.ldexp(12));
+        let mut least = part_of;
+        for k in 0..self.len {
+            if let Some([.., radius, _]) = self.shapes.get_mut(k) {
+                *radius = if *radius > T::ZERO { *radius } else { least };
+                least = (*radius * part_of).max(tiny);
+            }
+            for part in self.parts(k).into_iter().flatten() {
+                if let Some([.., radius, _]) = self.shapes.get_mut(part) {
+                    *radius = radius.max(least);
+                }
+            }
+        }
+    }
+
     /// Gives the mass of coincident sources in leaves of more than `leaf` to the first of them, if all have the same support.
     pub fn merge(&mut self, leaf: usize, masses: &mut [T], reach: &dyn Fn(core::ops::Range<usize>) -> T) {
         for k in 0..self.len {

@@ -416,7 +416,7 @@ impl<T: Real, const D: usize> Loops for Evaluate<'_, T, D> {
     fn run(self) {
         let Self { field, degree, frame, exponents: [of_potential, of_gradient, of_laplacian], targets, outputs } =
             self;
-        let Wanted { potential, gradient, laplacian } = outputs.wanted();
+        let Wanted { potential, gradient, laplacian, .. } = outputs.wanted();
         let row = |coefficients, less: usize, exponent, wanted| {
             let degree = degree.saturating_sub(less);
             Row { coefficients, degree, exponent, scale: power_of_two_pair(exponent), wanted }
@@ -590,7 +590,7 @@ pub(super) fn evaluate<T: Real, const D: usize>(
             }
             let start = task.saturating_mul(TASK);
             let targets = targets.get(start..targets.len().min(start.saturating_add(TASK))).present()?;
-            let outputs = Outputs { potential, gradient, laplacian };
+            let outputs = Outputs { potential, gradient, laplacian, hessian: None };
             with_simd(run.level, Evaluate { field: &field, degree, frame, exponents, targets, outputs });
             Ok(())
         },

@@ -3,10 +3,11 @@
 //! Values carry a separate binary exponent ([`Extended`]). Lanes take them divided by powers of two, those of the largest distance; where one of a
 //! pair's three numbers is far from 1 even so, the pair is left out and summed in true units.
 
-use super::lanes::{Deferred, Group, Want, distances};
+use super::lanes::{Deferred, Group, HESSIANS, POTENTIALS, Want, distances};
 use super::output::{Contribution, Scales};
 use super::packed::{Units, least_square_exponent, power_of_two};
 use super::{Block, PairKernel, Passes};
+use crate::checked::Present;
 use crate::exec::Statistics;
 use crate::field::Wanted;
 use crate::real::{Extended, Real, Scalar, length};
@@ -60,7 +61,7 @@ impl<T: Real> Prepared<'_, T> {
     }
 }
 
-const ALL: Wanted = Wanted { potential: true, gradient: true, laplacian: true };
+const ALL: Wanted = Wanted { potential: true, gradient: true, laplacian: true, hessian: false };
 
 impl<'a, T: Real, const D: usize> PairKernel<T, D> for Called<'a> {
     type Prepared = Prepared<'a, T>;
@@ -94,7 +95,7 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Called<'a> {
     }
 
     #[inline(always)]
-    fn add_block<I: Isa<T>, const NB: usize, const P: bool>(
+    fn add_block<I: Isa<T>, const NB: usize, const P: u8>(
         isa: I,
         (prepared, &least): (&Self::Prepared, &I::V),
         block: &Block<'_, T, D>,
@@ -102,6 +103,11 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Called<'a> {
         [noted, _]: &mut [Deferred; 2],
         _counts: &mut Statistics,
     ) {
+        if P == HESSIANS {
+            // Gradient factor and Laplacian have units of their own here, so they meet in [`PairKernel::exact`].
+            (0..block.sources.0.len()).for_each(|at| noted.push(at));
+            return;
+        }
         for (at, (x, &m)) in block.sources.0.iter().zip(block.sources.1).enumerate() {
             let (d, r2) = distances(isa, x, groups);
             let mass = isa.splat(m);
@@ -119,12 +125,12 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Called<'a> {
                         }
                     }
                 }
-                if P && block.potential {
+                if P == POTENTIALS && block.potential {
                     group.add_potential(isa, mass, isa.load(&values));
                 }
-                group.add_gradient(isa, isa.mul(mass, isa.load(&factors)), d);
+                group.add_gradient::<_, _, P>(isa, isa.mul(mass, isa.load(&factors)), d);
                 if block.laplacian {
-                    group.add_laplacian(isa, mass, isa.load(&laplacians));
+                    group.add_laplacian::<_, _, P>(isa, mass, isa.load(&laplacians), d);
                 }
             }
             if left_out {
@@ -134,13 +140,16 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Called<'a> {
     }
 
     #[inline(always)]
-    fn left_out<I: Isa<T>, const NB: usize>(
+    fn left_out<I: Isa<T>, const NB: usize, const P: u8>(
         isa: I,
         (prepared, _): (&Self::Prepared, &I::V),
         (source, _): (&[T; D], Option<&T>),
         groups: &[Group<I::V, D>; NB],
         _laplacian: bool,
     ) -> [u32; NB] {
+        if P == HESSIANS {
+            return [u32::MAX; NB];
+        }
         distances(isa, source, groups).1.map(|r2| {
             let lanes = isa.store(r2).into_iter().take(I::LANES).enumerate();
             lanes.fold(0, |bits, (lane, r2)| bits | u32::from(prepared.numbers(r2).is_none()) << lane)
@@ -180,17 +189,28 @@ pub(super) fn pair<T: Real, const D: usize>(
     if r == 0.0 && kernel.is_singular() {
         return sums;
     }
-    let wanted = Wanted { potential: want.potential, gradient: want.gradient, laplacian: want.laplacian };
+    let Want { potential, gradient, laplacian, row } = want;
+    let wanted = Wanted { potential, gradient, laplacian, hessian: false };
     let mass = Extended::new(mass.to_f64(), 0);
-    let [value, factor, laplacian] = kernel.pair(r, wanted).map(|number| number.times(mass));
-    if want.potential {
+    let [value, factor, of_laplacian] = kernel.pair(r, wanted).map(|number| number.times(mass));
+    if potential {
         sums.potential = T::from_f64(value.get());
     }
-    if want.gradient {
+    if let Some(row) = row {
+        // As lanes do: (L - D g) (x x^T / r^2 - I / D), and zero at x = 0. Where the Laplacian alone was left out, g is there already.
+        let zero = |wanted: bool, number| if wanted { number } else { Extended::ZERO };
+        let c = zero(laplacian, of_laplacian).plus(zero(gradient, factor).scale(-(D as f64)));
+        let unit = if r > 0.0 { x.map(|x| x / r) } else { [0.0; D] };
+        let along = unit.get(row).copied().present_or(0.0);
+        for (k, (sum, &x)) in sums.gradient.iter_mut().zip(&unit).enumerate() {
+            let trace = if k == row && r > 0.0 { 1.0 / D as f64 } else { 0.0 };
+            *sum = T::from_f64(c.scale(along * x - trace).get());
+        }
+    } else if gradient {
         sums.gradient.iter_mut().zip(x).for_each(|(sum, x)| *sum = T::from_f64(factor.scale(x).get()));
     }
-    if want.laplacian {
-        sums.laplacian = T::from_f64(laplacian.get());
+    if laplacian {
+        sums.laplacian = T::from_f64(of_laplacian.get());
     }
     sums
 }

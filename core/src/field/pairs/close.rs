@@ -47,14 +47,14 @@ pub(super) struct Close<V, const D: usize, const NB: usize> {
 
 impl<V: Copy, const D: usize, const NB: usize> Close<V, D, NB> {
     #[inline(always)]
-    pub fn new(zero: V) -> Self {
-        let group = Group { x: [zero; D], sums: Sums::splat(zero) };
+    pub fn new(zero: V, axis: [V; D]) -> Self {
+        let group = Group { x: [zero; D], axis, sums: Sums::splat(zero) };
         Self { groups: [[group; NB]; RESCALINGS], totals: [[Total::splat(zero); NB]; RESCALINGS] }
     }
 
     /// Adds what a noted source gives to the lanes that the fast path left out. Returns the lanes that it left out and those that are left out still.
     #[inline(always)]
-    pub fn add<T: Real, I: Isa<T, V = V>, K: PairKernel<T, D>, const P: bool>(
+    pub fn add<T: Real, I: Isa<T, V = V>, K: PairKernel<T, D>, const P: u8>(
         &mut self,
         isa: I,
         outer: &K::Lanes<V>,

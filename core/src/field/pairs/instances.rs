@@ -50,6 +50,7 @@ pub(in crate::field) struct ErasedCall<'a, T> {
     pub potential: Option<&'a mut [T]>,
     pub gradient: Option<&'a mut [T]>,
     pub laplacian: Option<&'a mut [T]>,
+    pub hessian: Option<&'a mut [T]>,
     pub near: Option<NearCall<'a, T>>,
 }
 
@@ -84,8 +85,9 @@ pub(in crate::field) fn erased<T: Real, const D: usize>(
     let seen = ErasedInteraction(kernel);
     let Call { options, sources, targets, outputs, near: _ } = call;
     let (positions, targets) = (sources.positions.as_flattened(), targets.as_flattened());
-    let Outputs { potential, gradient, laplacian } = outputs;
+    let Outputs { potential, gradient, laplacian, hessian } = outputs;
     let gradient = gradient.map(<[[T; D]]>::as_flattened_mut);
+    let hessian = hessian.map(|hessian| hessian.as_flattened_mut().as_flattened_mut());
     macro_rules! named {
         ($t:ty, $of:ident, $of_mut:ident, $sums:ident) => {
             if let (Some(positions), Some(masses), Some(targets)) =
@@ -108,6 +110,7 @@ pub(in crate::field) fn erased<T: Real, const D: usize>(
                     potential: potential.and_then(T::$of_mut),
                     gradient: gradient.and_then(T::$of_mut),
                     laplacian: laplacian.and_then(T::$of_mut),
+                    hessian: hessian.and_then(T::$of_mut),
                     near: None,
                 };
                 return $sums(call, workspace, run);
@@ -149,6 +152,7 @@ fn of_kernel<T: Real, const D: usize>(call: ErasedCall<'_, T>, workspace: &mut [
         potential: call.potential,
         gradient: call.gradient.map(|g| g.as_chunks_mut::<D>().0),
         laplacian: call.laplacian,
+        hessian: call.hessian.map(|h| h.as_chunks_mut::<D>().0.as_chunks_mut::<D>().0),
     };
     let strengths = strengths.map(|strengths| strengths.as_chunks::<D>().0);
     let sources = Sources { positions: positions.as_chunks::<D>().0, masses, radii, strengths };

@@ -13,18 +13,29 @@ pub(in crate::field) type Bounds<T, const D: usize> = [[T; D]; 2];
 /// Sources one after the other: positions and masses of equal length.
 pub(in crate::field) type List<'a, T, const D: usize> = (&'a [[T; D]], &'a [T]);
 
-/// What a pass computes beside the potential.
+/// A pass that sums gradients and Laplacians, as far as they are wanted.
+pub(in crate::field) const GRADIENTS: u8 = 0;
+/// A pass that sums potentials, and what [`super::Passes`] puts beside them.
+pub(in crate::field) const POTENTIALS: u8 = 1;
+/// A pass that sums a row of the second derivatives: the trace in the place of the Laplacian, and in that of the gradient the row of what is left without it.
+pub(in crate::field) const HESSIANS: u8 = 2;
+
+/// What is wanted of a pass.
 #[derive(Clone, Copy, Debug, Default)]
 pub(in crate::field) struct Want {
     pub potential: bool,
     pub gradient: bool,
     pub laplacian: bool,
+    /// Of second derivatives: of which row. The gradient and the Laplacian are then what it is made of.
+    pub row: Option<usize>,
 }
 
 /// One vector of targets: their coordinates and sums.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::field) struct Group<V, const D: usize> {
     pub x: [V; D],
+    /// The unit vector of a row of second derivatives; of no use to other passes.
+    pub axis: [V; D],
     pub sums: Sums<V, D>,
 }
 
@@ -203,9 +214,30 @@ pub(in crate::field) fn arms<T: Real, I: Isa<T>, const D: usize, const NB: usize
 impl<V: Copy, const D: usize> Group<V, D> {
     /// Adds g d to the gradient.
     #[inline(always)]
-    pub fn add_gradient<T: Real, I: Isa<T, V = V>>(&mut self, isa: I, g: V, d: &[V; D]) {
+    pub fn add_gradient<T: Real, I: Isa<T, V = V>, const P: u8>(&mut self, isa: I, g: V, d: &[V; D]) {
+        if P == HESSIANS {
+            self.add_row(isa, isa.mul(isa.splat(T::ZERO - T::from_usize(D)), g), d);
+            return;
+        }
         for (sum, &d) in self.sums.gradient.iter_mut().zip(d) {
             *sum = isa.mul_add(g, d, *sum);
+        }
+    }
+
+    /// Adds c times a row of d d^T / |d|^2 - I / D; of zero for d = 0. The second derivatives of a radial function with gradient factor g and Laplacian L are L I / D and, without
+    /// a trace, this with c = L - D g.
+    #[inline(always)]
+    fn add_row<T: Real, I: Isa<T, V = V>>(&mut self, isa: I, c: V, d: &[V; D]) {
+        let (zero, least) = (isa.splat(T::ZERO), isa.splat(T::MIN_POSITIVE));
+        let (mut r2, mut along) = (zero, zero);
+        for (&d, &axis) in d.iter().zip(&self.axis) {
+            (r2, along) = (isa.mul_add(d, d, r2), isa.mul_add(axis, d, along));
+        }
+        let inverse = isa.div(isa.splat(T::ONE), isa.select(isa.lt(r2, least), least, r2));
+        let (along, part) =
+            (isa.mul(along, inverse), isa.mul(r2, isa.mul(inverse, isa.splat(T::ONE / T::from_usize(D)))));
+        for ((sum, &d), &axis) in self.sums.gradient.iter_mut().zip(d).zip(&self.axis) {
+            *sum = isa.mul_add(c, isa.neg_mul_add(axis, part, isa.mul(along, d)), *sum);
         }
     }
 
@@ -215,9 +247,12 @@ impl<V: Copy, const D: usize> Group<V, D> {
         self.sums.potential = isa.mul_add(m, k, self.sums.potential);
     }
 
-    /// Adds m b to the Laplacian.
+    /// Adds m b to the Laplacian; d is the pair's difference.
     #[inline(always)]
-    pub fn add_laplacian<T: Real, I: Isa<T, V = V>>(&mut self, isa: I, m: V, b: V) {
+    pub fn add_laplacian<T: Real, I: Isa<T, V = V>, const P: u8>(&mut self, isa: I, m: V, b: V, d: &[V; D]) {
         self.sums.laplacian = isa.mul_add(m, b, self.sums.laplacian);
+        if P == HESSIANS {
+            self.add_row(isa, isa.mul(m, b), d);
+        }
     }
 }

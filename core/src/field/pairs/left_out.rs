@@ -9,7 +9,7 @@ use crate::real::Real;
 use crate::simd::{Isa, Part};
 
 /// Adds what they give to these lanes: in closer units, or one pair after the other. A function of its own, as it is seldom needed.
-pub(super) struct LeftOut<'a, T: Real, V: Copy, const D: usize, const NB: usize, K: PairKernel<T, D>, const P: bool> {
+pub(super) struct LeftOut<'a, T: Real, V: Copy, const D: usize, const NB: usize, K: PairKernel<T, D>, const P: u8> {
     pub shared: &'a Shared<'a, T, D, K>,
     pub lanes: &'a K::Lanes<V>,
     pub want: Want,
@@ -27,7 +27,7 @@ pub(super) struct LeftOut<'a, T: Real, V: Copy, const D: usize, const NB: usize,
     pub counts: &'a mut Statistics,
 }
 
-impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, K: PairKernel<T, D>, const P: bool> Part<T, I>
+impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, K: PairKernel<T, D>, const P: u8> Part<T, I>
     for LeftOut<'_, T, I::V, D, NB, K, P>
 {
     type Out = ();
@@ -39,13 +39,13 @@ impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, K: PairKernel<T, D>, c
         let (mut closer, has_closer) = ([const { None }; close::RESCALINGS], shared.closer[0].is_some());
         let singular = shared.kernel.is_singular();
         for (list, laplacian) in noted.iter_mut().zip([false, true]) {
-            let want = if laplacian { Want { laplacian, ..Want::default() } } else { want };
+            let want = if laplacian { Want { potential: false, gradient: false, ..want } } else { want };
             for at in list.take() {
                 let (Some(x), Some(&mass)) = (sources.0.get(at), sources.1.get(at)) else { continue };
                 let origin = origins.get(at).map_or(usize::MAX, |&origin| origin as usize);
                 if singular {
                     let lanes =
-                        K::left_out::<I, NB>(isa, (shared.prepared, lanes), (x, cores.get(at)), groups, laplacian);
+                        K::left_out::<I, NB, P>(isa, (shared.prepared, lanes), (x, cores.get(at)), groups, laplacian);
                     // Where no bit of a coordinate was lost by the change of units, who coincides there coincides.
                     let is_exact = x.iter().all(|x| x.abs() > T::MIN_POSITIVE.ldexp(T::DIGITS as i32));
                     let (mut pairs, mut others) = (0, !is_exact);
@@ -71,7 +71,9 @@ impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, K: PairKernel<T, D>, c
                             }
                         }
                     }
-                    let close = close.get_or_insert_with(|| Close::new(isa.splat(T::ZERO)));
+                    let zero = isa.splat(T::ZERO);
+                    let axis = groups.first().map_or([zero; D], |group| group.axis);
+                    let close = close.get_or_insert_with(|| Close::new(zero, axis));
                     let [served, left] =
                         close.add::<T, I, K, P>(isa, lanes, &closer, want.laplacian, (x, mass), groups);
                     for ((served, left), valid) in served.iter().zip(&left).zip(valid) {
@@ -79,7 +81,7 @@ impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, K: PairKernel<T, D>, c
                     }
                     left
                 } else {
-                    K::left_out::<I, NB>(isa, (shared.prepared, lanes), (x, cores.get(at)), groups, laplacian)
+                    K::left_out::<I, NB, P>(isa, (shared.prepared, lanes), (x, cores.get(at)), groups, laplacian)
                 };
                 if left_out.iter().all(|&lanes| lanes == 0) {
                     continue;

@@ -26,7 +26,8 @@
 //! * *rough*: where a table has no Laplacian, because the mollifier's edge is not smooth enough.
 //!
 //! # Outputs
-//! A kernel sums what is wanted in one pass or in two ([`Passes`]), but the operations that lead to one output are the same
+//! A kernel sums what is wanted in one pass or in two ([`Passes`]), and second derivatives in one more for each row but the last: these need no more of a kernel than what
+//! gradient and Laplacian do, and a sum's [`Group`] makes the row of it. But the operations that lead to one output are the same
 //! whatever else is wanted, so its bits are too (test `field_bounds::outputs_do_not_change_each_others_bits`).
 //!
 //! # Error
@@ -81,7 +82,7 @@ use crate::memory::{Carve, Measure};
 use crate::real::Real;
 use crate::simd::{BlockJob, Isa, Job, Level, portable};
 use close::{Close, FinishBlock};
-use lanes::{Bounds, Deferred, Group, List, Sums, Total, Want, valid_lanes};
+use lanes::{Bounds, Deferred, GRADIENTS, Group, HESSIANS, List, POTENTIALS, Sums, Total, Want, valid_lanes};
 use left_out::LeftOut;
 use output::{Contribution, Results, Scales, Writer};
 use packed::{Class, Targets};
@@ -145,9 +146,9 @@ pub(in crate::field) trait PairKernel<T: Real, const D: usize>: Sync {
     /// The same numbers in every lane.
     fn lanes<I: Isa<T>>(prepared: &Self::Prepared, isa: I) -> Self::Lanes<I::V>;
 
-    /// Adds what the sources give to the targets; the potential only if `P`. Sources with a lane that is left out are noted; in a list of their own those of which the
+    /// Adds what the sources give to the targets in a pass of kind `P`. Sources with a lane that is left out are noted; in a list of their own those of which the
     /// Laplacian alone is left out.
-    fn add_block<I: Isa<T>, const NB: usize, const P: bool>(
+    fn add_block<I: Isa<T>, const NB: usize, const P: u8>(
         isa: I,
         prepared: (&Self::Prepared, &Self::Lanes<I::V>),
         block: &Block<'_, T, D>,
@@ -157,7 +158,7 @@ pub(in crate::field) trait PairKernel<T: Real, const D: usize>: Sync {
     );
 
     /// The lanes of a noted source, with its core, that were left out, one word a vector; `laplacian`: by the second list.
-    fn left_out<I: Isa<T>, const NB: usize>(
+    fn left_out<I: Isa<T>, const NB: usize, const P: u8>(
         isa: I,
         prepared: (&Self::Prepared, &Self::Lanes<I::V>),
         source: (&[T; D], Option<&T>),
@@ -173,7 +174,7 @@ pub(in crate::field) trait PairKernel<T: Real, const D: usize>: Sync {
     /// Adds what a source gives to the lanes that the outer units leave out and the inner ones don't. `pairs`: differences, source minus target,
     /// and their squares in the outer units; afterwards in the inner ones. Returns the lanes that either leaves out.
     #[inline(always)]
-    fn add_close<I: Isa<T>, const NB: usize, const P: bool>(
+    fn add_close<I: Isa<T>, const NB: usize, const P: u8>(
         _isa: I,
         _outer: &Self::Lanes<I::V>,
         _inner: (&Self::Prepared, &Self::Lanes<I::V>),
@@ -244,6 +245,7 @@ fn sums<T: Real, const D: usize, K: PairKernel<T, D>>(
         outputs.potential.map(|p| Chunks::new(p, TASK)),
         outputs.gradient.map(|g| Chunks::new(g, TASK)),
         outputs.laplacian.map(|l| Chunks::new(l, TASK)),
+        outputs.hessian.map(|h| Chunks::new(h, TASK)),
     );
     let tally = Tally::default();
     let prepared = kernel.prepare(units);
@@ -265,14 +267,14 @@ fn sums<T: Real, const D: usize, K: PairKernel<T, D>>(
         targets.len().div_ceil(TASK),
         pieces,
         (),
-        &|task, (potential, gradient, laplacian), ()| {
+        &|task, (potential, gradient, laplacian, hessian), ()| {
             if should_stop.is_some_and(|stop| stop()) {
                 return Err(Error::Stopped);
             }
             let targets = targets.get(task.saturating_mul(TASK)..).present()?;
             let targets = targets.get(..TASK).unwrap_or(targets);
             let potential = potential.filter(|_| potentials);
-            passes(&shared, targets, Outputs { potential, gradient, laplacian }, None, level);
+            passes(&shared, targets, Outputs { potential, gradient, laplacian, hessian }, None, level);
             Ok(())
         },
     )?;
@@ -292,21 +294,35 @@ fn passes<T: Real, const D: usize, K: PairKernel<T, D>>(
     groups: Option<Groups<'_>>,
     level: Level,
 ) {
-    let Outputs { potential, gradient, laplacian } = outputs;
-    // The constant condition keeps bodies that are never called from being compiled.
+    let Outputs { potential, gradient, laplacian, hessian } = outputs;
+    let first = gradient.is_some() || laplacian.is_some();
+    let mut counted = potential.is_none() && !first;
+    // The constant conditions keep bodies that are never called from being compiled.
+    if const { D > 1 && !matches!(K::PASSES, Passes::None) }
+        && let Some(hessian) = hessian
+    {
+        for row in 0..D - 1 {
+            let outputs = Outputs { hessian: Some(&mut *hessian), ..Outputs::default() };
+            Pass::<T, D, K, HESSIANS> { shared, targets, outputs, row, groups, counted }.run(level);
+            counted = false;
+        }
+        if potential.is_none() && !first {
+            return;
+        }
+    }
+    let hessian = None;
     if const { matches!(K::PASSES, Passes::One) } || K::PASSES == Passes::Together && potential.is_some() {
-        let outputs = Outputs { potential, gradient, laplacian };
-        Pass::<T, D, K, true> { shared, targets, outputs, groups, counted: true }.run(level);
+        let outputs = Outputs { potential, gradient, laplacian, hessian };
+        Pass::<T, D, K, POTENTIALS> { shared, targets, outputs, row: 0, groups, counted: true }.run(level);
         return;
     }
-    let others = Outputs { potential: None, gradient, laplacian };
-    let some = others.gradient.is_some() || others.laplacian.is_some();
-    if some {
-        Pass::<T, D, K, false> { shared, targets, outputs: others, groups, counted: true }.run(level);
+    if first {
+        let outputs = Outputs { potential: None, gradient, laplacian, hessian };
+        Pass::<T, D, K, GRADIENTS> { shared, targets, outputs, row: 0, groups, counted: true }.run(level);
     }
     if const { !matches!(K::PASSES, Passes::None) } && potential.is_some() {
         let outputs = Outputs { potential, ..Outputs::default() };
-        Pass::<T, D, K, true> { shared, targets, outputs, groups, counted: !some }.run(level);
+        Pass::<T, D, K, POTENTIALS> { shared, targets, outputs, row: 0, groups, counted: !first }.run(level);
     }
 }
 
@@ -360,49 +376,58 @@ struct Shared<'a, T: Real, const D: usize, K: PairKernel<T, D>> {
 /// Whether passes are compiled for each level. In the crate's unit tests only for one, as `core/tests/levels` and the package `tests` run all.
 const ALL_LEVELS: bool = cfg!(not(test));
 
-/// One pass of a task over the outputs that are there; no potential unless `P`.
-struct Pass<'a, T: Real, const D: usize, K: PairKernel<T, D>, const P: bool> {
+/// One pass of a task over the outputs that are there, of kind `P`.
+struct Pass<'a, T: Real, const D: usize, K: PairKernel<T, D>, const P: u8> {
     shared: &'a Shared<'a, T, D, K>,
     targets: &'a [[T; D]],
     outputs: Outputs<'a, T, D>,
+    /// Which row of the second derivatives.
+    row: usize,
     /// Which targets meet which sources; `None`: all meet all.
     groups: Option<Groups<'a>>,
     /// Whether its pairs are counted: those of a second pass are the same.
     counted: bool,
 }
 
-impl<T: Real, const D: usize, K: PairKernel<T, D>, const P: bool> Pass<'_, T, D, K, P> {
+impl<T: Real, const D: usize, K: PairKernel<T, D>, const P: u8> Pass<'_, T, D, K, P> {
     fn run(self, level: Level) {
         if K::SCALAR || !ALL_LEVELS { portable(self) } else { level.run(self) }
     }
 }
 
-impl<T: Real, const D: usize, K: PairKernel<T, D>, const P: bool> Job<T> for Pass<'_, T, D, K, P> {
+impl<T: Real, const D: usize, K: PairKernel<T, D>, const P: u8> Job<T> for Pass<'_, T, D, K, P> {
     type Out = ();
 
     #[inline(always)]
     fn run<I: Isa<T>>(self, isa: I) {
-        isa.in_blocks(self);
+        if P == HESSIANS {
+            // A row needs many registers for a vector of targets, and is compiled for one alone.
+            BlockJob::run::<I, 1>(self, isa);
+        } else {
+            isa.in_blocks(self);
+        }
     }
 }
 
-impl<T: Real, const D: usize, K: PairKernel<T, D>, const P: bool> BlockJob<T> for Pass<'_, T, D, K, P> {
+impl<T: Real, const D: usize, K: PairKernel<T, D>, const P: u8> BlockJob<T> for Pass<'_, T, D, K, P> {
     type Out = ();
 
     #[inline(always)]
     fn run<I: Isa<T>, const NB: usize>(self, isa: I) {
-        let Pass { shared, targets, mut outputs, groups, counted } = self;
+        let Pass { shared, targets, mut outputs, row, groups, counted } = self;
         let lanes = K::lanes(shared.prepared, isa);
         let mut counts = Statistics::default();
         let mut results = Results::ZERO;
         let want = Want {
             potential: outputs.potential.is_some(),
-            gradient: outputs.gradient.is_some(),
-            laplacian: outputs.laplacian.is_some(),
+            gradient: outputs.gradient.is_some() || P == HESSIANS,
+            laplacian: outputs.laplacian.is_some() || P == HESSIANS,
+            row: (P == HESSIANS).then_some(row),
         };
         for (range, ranges) in near::each_group(groups, targets.len()) {
             let targets = targets.get(range.clone()).present_or(&[]);
-            let mut writer = Writer::new(near::part(&mut outputs, range), shared.options.combination, groups.is_some());
+            let outputs = near::part(&mut outputs, range);
+            let mut writer = Writer::new(outputs, shared.options.combination, row, groups.is_some());
             for targets in targets.chunks(NB * I::LANES) {
                 results.clear(targets.len());
                 for (number, class) in shared.packed.classes() {
@@ -415,7 +440,7 @@ impl<T: Real, const D: usize, K: PairKernel<T, D>, const P: bool> BlockJob<T> fo
                         (number, &class, ranges),
                         &mut counts,
                     );
-                    let scales = shared.kernel.scales(shared.units, number);
+                    let scales = scales::<T, D, K, P>(shared.kernel, shared.units, number);
                     output::add(isa, (&mut results, targets.len()), &totals, &scales);
                 }
                 writer.write(results.finish(targets.len()));
@@ -427,9 +452,21 @@ impl<T: Real, const D: usize, K: PairKernel<T, D>, const P: bool> BlockJob<T> fo
     }
 }
 
+/// [`PairKernel::scales`] for a pass of kind `P`.
+#[inline(always)]
+fn scales<T: Real, const D: usize, K: PairKernel<T, D>, const P: u8>(
+    kernel: &K,
+    units: Units<T>,
+    class: usize,
+) -> Scales<T> {
+    let scales = kernel.scales(units, class);
+    // Second derivatives are of the Laplacian's size.
+    if P == HESSIANS { Scales { gradient: scales.laplacian, ..scales } } else { scales }
+}
+
 /// The sums over the sources of a class, or those of some ranges, for one register block of targets, in units. What the kernel leaves out goes to `results`.
 #[inline(always)]
-fn class_sums<T: Real, I: Isa<T>, const D: usize, const NB: usize, K: PairKernel<T, D>, const P: bool>(
+fn class_sums<T: Real, I: Isa<T>, const D: usize, const NB: usize, K: PairKernel<T, D>, const P: u8>(
     isa: I,
     shared: &Shared<'_, T, D, K>,
     lanes: &K::Lanes<I::V>,
@@ -439,7 +476,11 @@ fn class_sums<T: Real, I: Isa<T>, const D: usize, const NB: usize, K: PairKernel
     counts: &mut Statistics,
 ) -> [Total<I::V, D>; NB] {
     let zero = isa.splat(T::ZERO);
-    let mut groups = [Group { x: [zero; D], sums: Sums::splat(zero) }; NB];
+    let mut axis = [zero; D];
+    if let Some(axis) = want.row.and_then(|row| axis.get_mut(row)) {
+        *axis = isa.splat(T::ONE);
+    }
+    let mut groups = [Group { x: [zero; D], axis, sums: Sums::splat(zero) }; NB];
     let mut valid = [0; NB];
     let in_units = Targets::new(shared.units, targets, NB * I::LANES);
     for (v, group) in groups.iter_mut().enumerate() {
@@ -493,7 +534,7 @@ fn class_sums<T: Real, I: Isa<T>, const D: usize, const NB: usize, K: PairKernel
         }
     }
     for (level, totals) in close.iter().flat_map(Close::totals).enumerate() {
-        let scales = shared.kernel.scales(close::units_of(shared.units, level + 1), number);
+        let scales = scales::<T, D, K, P>(shared.kernel, close::units_of(shared.units, level + 1), number);
         output::add(isa, (&mut *results, targets.len()), totals, &scales);
     }
     totals

@@ -27,8 +27,9 @@ pub(in crate::field) struct Groups<'a> {
 
 /// A task, as the method sees it.
 pub(in crate::field) trait Task<T> {
-    /// The task's part of the potential, of the gradient's components and of the Laplacian, as far as they are wanted. They hold arbitrary numbers at first.
-    fn outputs(&mut self) -> [Option<&mut [T]>; 3];
+    /// The task's part of the potential, of the gradient's components, of the Laplacian and of the second derivatives, as far as they are wanted. They hold arbitrary numbers
+    /// at first.
+    fn outputs(&mut self) -> [Option<&mut [T]>; 4];
 
     /// Adds what nearby sources give.
     fn add_near(&mut self, groups: Groups<'_>);
@@ -82,7 +83,8 @@ pub(super) fn part<'o, T, const D: usize>(
     Outputs {
         potential: outputs.potential.as_deref_mut().and_then(|p| p.get_mut(range.clone())),
         gradient: outputs.gradient.as_deref_mut().and_then(|g| g.get_mut(range.clone())),
-        laplacian: outputs.laplacian.as_deref_mut().and_then(|l| l.get_mut(range)),
+        laplacian: outputs.laplacian.as_deref_mut().and_then(|l| l.get_mut(range.clone())),
+        hessian: outputs.hessian.as_deref_mut().and_then(|h| h.get_mut(range)),
     }
 }
 
@@ -96,9 +98,14 @@ struct Piece<'a, T: Real, const D: usize, K: PairKernel<T, D>> {
 }
 
 impl<T: Real, const D: usize, K: PairKernel<T, D>> Task<T> for Piece<'_, T, D, K> {
-    fn outputs(&mut self) -> [Option<&mut [T]>; 3] {
-        let Outputs { potential, gradient, laplacian } = &mut self.outputs;
-        [potential.as_deref_mut(), gradient.as_deref_mut().map(<[[T; D]]>::as_flattened_mut), laplacian.as_deref_mut()]
+    fn outputs(&mut self) -> [Option<&mut [T]>; 4] {
+        let Outputs { potential, gradient, laplacian, hessian } = &mut self.outputs;
+        [
+            potential.as_deref_mut(),
+            gradient.as_deref_mut().map(<[[T; D]]>::as_flattened_mut),
+            laplacian.as_deref_mut(),
+            hessian.as_deref_mut().map(|hessian| hessian.as_flattened_mut().as_flattened_mut()),
+        ]
     }
 
     fn add_near(&mut self, groups: Groups<'_>) {
@@ -130,6 +137,7 @@ pub(super) fn sums<T: Real, const D: usize, K: PairKernel<T, D>>(
         outputs.potential.map(|p| Ranges::new(p, starts)).transpose()?,
         outputs.gradient.map(|g| Ranges::new(g, starts)).transpose()?,
         outputs.laplacian.map(|l| Ranges::new(l, starts)).transpose()?,
+        outputs.hessian.map(|h| Ranges::new(h, starts)).transpose()?,
     );
     let (tally, pairs) = (Tally::default(), AtomicUsize::new(0));
     let prepared = kernel.prepare(units);
@@ -151,13 +159,13 @@ pub(super) fn sums<T: Real, const D: usize, K: PairKernel<T, D>>(
         starts.len().saturating_sub(1),
         pieces,
         Chunks::new(scratch, each),
-        &|task, (potential, gradient, laplacian), scratch: &mut [u8]| {
+        &|task, (potential, gradient, laplacian, hessian), scratch: &mut [u8]| {
             if should_stop.is_some_and(|stop| stop()) {
                 return Err(Error::Stopped);
             }
             let range = starts.get(task).zip(starts.get(task + 1)).map(|(&from, &to)| from as usize..to as usize);
             let targets = range.and_then(|range| targets.get(range)).present()?;
-            let outputs = Outputs { potential: potential.filter(|_| potentials), gradient, laplacian };
+            let outputs = Outputs { potential: potential.filter(|_| potentials), gradient, laplacian, hessian };
             let mut piece = Piece { shared: &shared, targets, outputs, level, pairs: 0 };
             method.run(task, level, scratch, &mut piece)?;
             pairs.fetch_add(piece.pairs as usize, Ordering::Relaxed);

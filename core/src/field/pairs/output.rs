@@ -147,18 +147,23 @@ pub(super) struct Writer<'a, T, const D: usize> {
     potential: Option<core::slice::IterMut<'a, T>>,
     gradient: Option<core::slice::IterMut<'a, [T; D]>>,
     laplacian: Option<core::slice::IterMut<'a, T>>,
+    hessian: Option<core::slice::IterMut<'a, [[T; D]; D]>>,
+    /// Which row of the second derivatives.
+    row: usize,
     combination: Option<(T, T)>,
     /// Whether the results are added to what is there.
     added: bool,
 }
 
 impl<'a, T: Real, const D: usize> Writer<'a, T, D> {
-    pub fn new(outputs: Outputs<'a, T, D>, (a, b): (f64, f64), added: bool) -> Self {
+    pub fn new(outputs: Outputs<'a, T, D>, (a, b): (f64, f64), row: usize, added: bool) -> Self {
         Self {
             added,
             potential: outputs.potential.map(|p| p.iter_mut()),
             gradient: outputs.gradient.map(|g| g.iter_mut()),
             laplacian: outputs.laplacian.map(|l| l.iter_mut()),
+            hessian: outputs.hessian.map(|h| h.iter_mut()),
+            row,
             combination: ((a, b) != (1.0, 0.0)).then(|| (T::from_f64(a), T::from_f64(b))),
         }
     }
@@ -178,6 +183,9 @@ impl<'a, T: Real, const D: usize> Writer<'a, T, D> {
                 .zip(to)
                 .for_each(|(result, to)| *to = if added { *to + result.laplacian } else { result.laplacian });
         }
+        if let Some(to) = &mut self.hessian {
+            results.iter().zip(to).for_each(|(result, to)| add_row(to, self.row, result, added));
+        }
         if let Some(to) = &mut self.gradient {
             for (result, to) in results.iter().zip(to) {
                 if added {
@@ -191,6 +199,27 @@ impl<'a, T: Real, const D: usize> Writer<'a, T, D> {
                     (*x, *y) = (times(a, *x) - times(b, *y), times(a, *y) + times(b, *x));
                 }
             }
+        }
+    }
+}
+
+/// Adds a row of second derivatives to a matrix, and what it says of the others: it is symmetric, and its trace is the Laplacian. The rows come in their order, but for the last;
+/// `added`: to what is there, else the first one overwrites.
+fn add_row<T: Real, const D: usize>(to: &mut [[T; D]; D], row: usize, result: &Contribution<T, D>, added: bool) {
+    let share = result.laplacian / T::from_usize(D);
+    let mut put = |i: usize, j: usize, x: T, first: bool| {
+        if let Some(to) = to.get_mut(i).and_then(|to| to.get_mut(j)) {
+            *to = if added || !first { *to + x } else { x };
+        }
+    };
+    for (j, &x) in result.gradient.iter().enumerate().skip(row) {
+        if j == row {
+            put(row, row, x + share, true);
+            // The part without trace has its negative at the end of the diagonal.
+            put(D - 1, D - 1, if row == 0 { share - x } else { T::ZERO - x }, row == 0);
+        } else {
+            put(row, j, x, true);
+            put(j, row, x, true);
         }
     }
 }

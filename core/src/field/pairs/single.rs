@@ -314,6 +314,7 @@ mod tests {
             potential: which[0].then_some(&mut *u),
             gradient: which[1].then_some(&mut *g),
             laplacian: which[2].then_some(&mut *l),
+            hessian: None,
         };
         let kernel = Newtonian { blob, coefficient: -T::from_f64(1.7), largest: blob.delta(), table: None };
         let call = Call { options, sources: Sources::new(points, masses), targets: points, outputs, near: None };

@@ -19,8 +19,8 @@
 
 use core::marker::PhantomData;
 
-use super::lanes::{Deferred, Group, Want, arms, distances};
-use super::newtonian::{newtonian_scales, outside_gradient, outside_potential, passes, wants_potential};
+use super::lanes::{Deferred, Group, POTENTIALS, Want, arms, distances};
+use super::newtonian::{exact_pair, newtonian_scales, outside_gradient, outside_potential, passes, wants_potential};
 use super::output::{Contribution, Scales};
 use super::packed::{Units, least_square_exponent, power_of_two};
 use super::{Block, PairKernel, Passes};
@@ -246,7 +246,7 @@ impl<T: Real, const D: usize, F: Form<T, D>, const VECTOR: bool> PairKernel<T, D
     }
 
     #[inline(always)]
-    fn add_block<I: Isa<T>, const NB: usize, const P: bool>(
+    fn add_block<I: Isa<T>, const NB: usize, const P: u8>(
         isa: I,
         (prepared, &[square, log_exponent]): (&Prepared<T>, &[I::V; 2]),
         block: &Block<'_, T, D>,
@@ -260,7 +260,7 @@ impl<T: Real, const D: usize, F: Form<T, D>, const VECTOR: bool> PairKernel<T, D
     }
 
     #[inline(always)]
-    fn left_out<I: Isa<T>, const NB: usize>(
+    fn left_out<I: Isa<T>, const NB: usize, const P: u8>(
         isa: I,
         (prepared, _): (&Prepared<T>, &[I::V; 2]),
         (source, core): (&[T; D], Option<&T>),
@@ -275,10 +275,7 @@ impl<T: Real, const D: usize, F: Form<T, D>, const VECTOR: bool> PairKernel<T, D
 
     fn exact(&self, x: &[T; D], mass: T, radius: Option<T>, want: Want) -> Contribution<T, D> {
         let blob = radius.map_or(*self.blob, |radius| self.blob.with_delta(radius));
-        let which = [want.potential, want.gradient, want.laplacian];
-        let mut sums = Contribution::ZERO;
-        (sums.potential, sums.gradient, sums.laplacian) = blob.field_of([mass, self.coefficient], x, which);
-        sums
+        exact_pair(&blob, [mass, self.coefficient], x, want)
     }
 }
 
@@ -288,8 +285,8 @@ fn limit<T: Real>(square: T) -> T {
     if square < least() { least() } else { T::ZERO }
 }
 
-/// What a block of sources gives to a register block of targets, with the potential if `P`; a function of its own.
-struct Pairs<'a, T, V, F, const D: usize, const NB: usize, const P: bool, const VECTOR: bool> {
+/// What a block of sources gives to a register block of targets, with potentials if the pass sums them; a function of its own.
+struct Pairs<'a, T, V, F, const D: usize, const NB: usize, const P: u8, const VECTOR: bool> {
     form: PhantomData<F>,
     square: V,
     /// [`limit`] of the square.
@@ -300,7 +297,7 @@ struct Pairs<'a, T, V, F, const D: usize, const NB: usize, const P: bool, const 
     groups: &'a mut [Group<V, D>; NB],
 }
 
-impl<T: Real, I: Isa<T>, F: Form<T, D>, const D: usize, const NB: usize, const P: bool, const VECTOR: bool> Part<T, I>
+impl<T: Real, I: Isa<T>, F: Form<T, D>, const D: usize, const NB: usize, const P: u8, const VECTOR: bool> Part<T, I>
     for Pairs<'_, T, I::V, F, D, NB, P, VECTOR>
 {
     type Out = ();
@@ -330,17 +327,19 @@ impl<T: Real, I: Isa<T>, F: Form<T, D>, const D: usize, const NB: usize, const P
                 let values = F::potential::<I, NB>(isa, log_exponent, square, &r2, &sums);
                 local.iter_mut().zip(values).for_each(|(group, k)| group.add_potential(isa, mass, k));
             }
-            if !P || D != 2 {
+            if P != POTENTIALS || D != 2 {
                 let factors = F::gradient::<I, NB>(isa, mass, square, &sums);
                 if VECTOR {
                     d = arms::<T, I, D, NB, true>(isa, &d, &strength);
                 }
                 for ((group, d), g) in local.iter_mut().zip(&d).zip(factors) {
-                    group.add_gradient(isa, g, d);
+                    group.add_gradient::<_, _, P>(isa, g, d);
                 }
                 if laplacian {
                     let values = F::density::<I, NB>(isa, mass, square, &sums);
-                    local.iter_mut().zip(values).for_each(|(group, b)| group.add_laplacian(isa, one, b));
+                    for ((group, b), d) in local.iter_mut().zip(values).zip(&d) {
+                        group.add_laplacian::<_, _, P>(isa, one, b, d);
+                    }
                 }
             }
         }

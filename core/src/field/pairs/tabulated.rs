@@ -24,7 +24,7 @@
 //! Tests: `kernel::table::tests`, `field_bounds::single_pairs_of_random_kernels_are_within_the_bound`.
 
 use super::called::{self, Radial};
-use super::lanes::{Deferred, Group, Want, distances};
+use super::lanes::{Deferred, GRADIENTS, Group, HESSIANS, POTENTIALS, Want, distances};
 use super::output::{Contribution, Scales};
 use super::packed::{Units, farthest, least_square_exponent, power_of_two};
 use super::{Block, PairKernel, Passes};
@@ -198,7 +198,7 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Tabulated<'a, T> {
     }
 
     #[inline(always)]
-    fn add_block<I: Isa<T>, const NB: usize, const P: bool>(
+    fn add_block<I: Isa<T>, const NB: usize, const P: u8>(
         isa: I,
         prepared: (&Prepared<'a, T>, &Lanes<I::V>),
         block: &Block<'_, T, D>,
@@ -212,15 +212,17 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Tabulated<'a, T> {
                 counts.beyond_reach += isa.apart(Beyond { reach: prepared.0.reach, block, groups: &*groups });
             }
         }
-        if P && block.potential {
-            isa.apart(AddSources::<_, _, D, NB, true> { prepared, block, groups, noted });
-        } else {
-            isa.apart(AddSources::<_, _, D, NB, false> { prepared, block, groups, noted });
+        match P {
+            HESSIANS => isa.apart(AddSources::<_, _, D, NB, HESSIANS> { prepared, block, groups, noted }),
+            POTENTIALS if block.potential => {
+                isa.apart(AddSources::<_, _, D, NB, POTENTIALS> { prepared, block, groups, noted });
+            }
+            _ => isa.apart(AddSources::<_, _, D, NB, GRADIENTS> { prepared, block, groups, noted }),
         }
     }
 
     #[inline(always)]
-    fn left_out<I: Isa<T>, const NB: usize>(
+    fn left_out<I: Isa<T>, const NB: usize, const P: u8>(
         isa: I,
         (prepared, numbers): (&Prepared<'a, T>, &Lanes<I::V>),
         (source, _): (&[T; D], Option<&T>),
@@ -249,15 +251,15 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Tabulated<'a, T> {
     }
 }
 
-/// What the sources of a block give to a register block of targets, with potentials if `P`; a function of its own.
-struct AddSources<'a, T: Real, V, const D: usize, const NB: usize, const P: bool> {
+/// What the sources of a block give to a register block of targets, with potentials if the pass sums them; a function of its own.
+struct AddSources<'a, T: Real, V, const D: usize, const NB: usize, const P: u8> {
     prepared: (&'a Prepared<'a, T>, &'a Lanes<V>),
     block: &'a Block<'a, T, D>,
     groups: &'a mut [Group<V, D>; NB],
     noted: &'a mut [Deferred; 2],
 }
 
-impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool> Part<T, I>
+impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: u8> Part<T, I>
     for AddSources<'_, T, I::V, D, NB, P>
 {
     type Out = ();
@@ -289,8 +291,8 @@ impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool> Part<T,
                     left_out |= all & !isa.bits(used);
                     factor = isa.select(used, factor, zero);
                 }
-                group.add_gradient(isa, isa.mul(factor, row.gradient(isa)), d);
-                if P {
+                group.add_gradient::<_, _, P>(isa, isa.mul(factor, row.gradient(isa)), d);
+                if P == POTENTIALS {
                     group.add_potential(isa, factor, row.potential(isa));
                 }
                 if block.laplacian {
@@ -300,7 +302,7 @@ impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool> Part<T,
                         rough |= lanes;
                         laplacian = isa.select(smooth, laplacian, zero);
                     }
-                    group.add_laplacian(isa, factor, laplacian);
+                    group.add_laplacian::<_, _, P>(isa, factor, laplacian, d);
                 }
             }
             if left_out != 0 {
@@ -342,7 +344,7 @@ impl<T: Real, I: Isa<T>, const D: usize, const NB: usize> Part<T, I> for Beyond<
 /// minus target, and their squares; its potential and gradient factor are multiplied by `scales`. A source with a core radius of its own comes with what its squares are multiplied by,
 /// its mass for the gradient and for the potential, and what is added to the potential. Returns one word of lanes a vector.
 #[inline(always)]
-pub(super) fn add_below<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool, const EACH: bool>(
+pub(super) fn add_below<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: u8, const EACH: bool>(
     isa: I,
     edge: I::V,
     (prepared, numbers, [potential, gradient]): (&Prepared<'_, T>, &Lanes<I::V>, [I::V; 2]),
@@ -369,11 +371,11 @@ pub(super) fn add_below<T: Real, I: Isa<T>, const D: usize, const NB: usize, con
                 group.add_potential(isa, isa.select(below, of_potential, zero), offset);
             }
         }
-        if !P || D != 2 {
+        if P != POTENTIALS || D != 2 {
             let factor = isa.select(below, gradient, zero);
-            group.add_gradient(isa, isa.mul(factor, row.gradient(isa)), d);
+            group.add_gradient::<_, _, P>(isa, isa.mul(factor, row.gradient(isa)), d);
             if laplacian {
-                group.add_laplacian(isa, factor, row.laplacian::<D>(isa, isa.sub(u, numbers.shift)));
+                group.add_laplacian::<_, _, P>(isa, factor, row.laplacian::<D>(isa, isa.sub(u, numbers.shift)), d);
             }
         }
     }

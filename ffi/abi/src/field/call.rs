@@ -9,7 +9,7 @@ use mollis_core::memory::{Carve, Measure, Plain, Space};
 use mollis_core::{Error, Real, Result};
 
 use super::options::{mollis_field_counts, mollis_field_options};
-use crate::arrays::{Column, Extents, Points, Way, apart, fetch, gathered, gathered_column, of_structure};
+use crate::arrays::{Column, Extents, Matrices, Points, Way, apart, fetch, gathered, gathered_column, of_structure};
 use crate::buffers::{Input, Output, aligned, with_slack};
 use crate::first_bad::first_bad;
 use crate::kernel::open;
@@ -54,6 +54,8 @@ pub struct OutputsOf<T, const D: usize> {
     pub gradient_stride: usize,
     pub laplacian: *mut T,
     pub laplacian_stride: usize,
+    pub hessian: *mut T,
+    pub hessian_stride: usize,
     pub factor: f64,
     pub add: i32,
     pub reserved: i32,
@@ -100,6 +102,7 @@ struct Arrays<T, const D: usize> {
     potential: Option<Column<T>>,
     gradient: Option<Points<T, D>>,
     laplacian: Option<Column<T>>,
+    hessian: Option<Matrices<T, D>>,
     way: Way,
 }
 
@@ -113,6 +116,7 @@ struct Scratch<'w, T, const D: usize> {
     potential: &'w mut [T],
     gradient: &'w mut [[T; D]],
     laplacian: &'w mut [T],
+    hessian: &'w mut [[[T; D]; D]],
     sum: &'w mut [u8],
 }
 
@@ -155,6 +159,7 @@ where
             potential: Column::optional(outputs.potential, outputs.potential_stride, n_targets)?,
             gradient: Points::optional(outputs.gradient, outputs.gradient_stride, n_targets)?,
             laplacian: Column::optional(outputs.laplacian, outputs.laplacian_stride, n_targets)?,
+            hessian: Matrices::optional(outputs.hessian, outputs.hessian_stride, n_targets)?,
             way: Way { factor, add },
         })
     }
@@ -164,6 +169,7 @@ where
             potential: self.potential.is_some(),
             gradient: self.gradient.is_some(),
             laplacian: self.laplacian.is_some(),
+            hessian: self.hessian.is_some(),
         }
     }
 
@@ -191,6 +197,7 @@ where
             potential: space.try_array(self.potential.as_ref().map_or(0, |column| of(column.copied())))?,
             gradient: space.try_array(self.gradient.as_ref().map_or(0, |gradient| of(gradient.copied())))?,
             laplacian: space.try_array(self.laplacian.as_ref().map_or(0, |column| of(column.copied())))?,
+            hessian: space.try_array(self.hessian.as_ref().map_or(0, |hessian| of(hessian.copied())))?,
             sum: space.try_array(bytes)?,
         })
     }
@@ -206,7 +213,7 @@ where
     fn extents(&self, ask: &Ask<T, D>) -> Result<(Extents, Extents)> {
         let (mut outputs, mut inputs) = (Extents::new(), Extents::new());
         outputs.add(self.potential.map(|c| c.extent())).add(self.laplacian.map(|c| c.extent()));
-        outputs.add(self.gradient.iter().flat_map(Points::extents));
+        outputs.add(self.gradient.iter().flat_map(Points::extents)).add(self.hessian.map(|h| h.extent()));
         inputs.add(self.positions.extents()).add(self.masses.map(|c| c.extent())).add(self.radii.map(|c| c.extent()));
         inputs.add(self.strengths.iter().flat_map(Points::extents));
         inputs.add(self.targets.iter().flat_map(Points::extents));
@@ -319,6 +326,7 @@ where
                     potential: arrays.potential.map(|c| here(plain && c.is_dense(), || c.array_mut(), space.potential)),
                     gradient: arrays.gradient.map(|g| here(plain && g.is_dense(), || g.array_mut(), space.gradient)),
                     laplacian: arrays.laplacian.map(|c| here(plain && c.is_dense(), || c.array_mut(), space.laplacian)),
+                    hessian: arrays.hessian.map(|h| here(plain && h.is_dense(), || h.array_mut(), space.hessian)),
                 }
             };
             let result = host.enter(|run| {
@@ -345,6 +353,9 @@ where
             }
             if let Some(column) = arrays.laplacian.filter(|c| !(plain && c.is_dense())) {
                 column.scatter(space.laplacian.iter().copied().take(n), arrays.way);
+            }
+            if let Some(matrices) = arrays.hessian.filter(|h| !(plain && h.is_dense())) {
+                matrices.scatter(space.hessian, arrays.way);
             }
         }
         if let Some(counts) = counts {

@@ -29,7 +29,7 @@
 pub(super) mod inside;
 
 use super::close::step;
-use super::lanes::{Deferred, Group, List, Want, arms, distances};
+use super::lanes::{Deferred, Group, List, POTENTIALS, Want, arms, distances};
 use super::output::{Contribution, Scales};
 use super::packed::{Units, farthest, least_square_exponent, power_of_two};
 use super::tabulated::{self, Tabulated};
@@ -93,14 +93,14 @@ struct Core<T> {
 }
 
 impl<T: Real> Each<T> {
-    /// Of a core as [`PairKernel::core`] keeps it, with the potential's offset if `P`; `None`: the radius is too small for lanes.
+    /// Of a core as [`PairKernel::core`] keeps it, with the potential's offset if the pass sums potentials; `None`: the radius is too small for lanes.
     #[inline(always)]
-    fn core<const D: usize, const P: bool>(&self, core: T, has_table: bool) -> Option<Core<T>> {
+    fn core<const D: usize, const P: u8>(&self, core: T, has_table: bool) -> Option<Core<T>> {
         if core <= power_of_two::<T>(-least_square_exponent::<T>()) {
             return None;
         }
         let ratio_square = self.square * self.support_square / core;
-        if D == 2 && !P {
+        if D == 2 && P != POTENTIALS {
             return Some(Core { ratio_square, factors: [ratio_square, T::ONE], offset: T::ZERO });
         }
         let square = core / self.support_square;
@@ -131,8 +131,8 @@ pub(super) const fn passes(dimension: usize, vector: bool) -> Passes {
 
 /// Whether a pass computes potentials, known while compiling but on the line.
 #[inline(always)]
-pub(super) fn wants_potential<const D: usize, const P: bool>(wanted: bool) -> bool {
-    P && (D > 1 || wanted)
+pub(super) fn wants_potential<const D: usize, const P: u8>(wanted: bool) -> bool {
+    P == POTENTIALS && (D > 1 || wanted)
 }
 
 /// Terms of the gradient's polynomial that is unrolled: those of M = 4, order 2, the paper's choice.
@@ -301,7 +301,7 @@ impl<'a, T: Real, const D: usize, const EACH: bool, const VECTOR: bool> PairKern
     }
 
     #[inline(always)]
-    fn add_block<I: Isa<T>, const NB: usize, const P: bool>(
+    fn add_block<I: Isa<T>, const NB: usize, const P: u8>(
         isa: I,
         prepared: (&Prepared<'a, T>, &Softened<I::V>),
         block: &Block<'_, T, D>,
@@ -347,7 +347,7 @@ impl<'a, T: Real, const D: usize, const EACH: bool, const VECTOR: bool> PairKern
     }
 
     #[inline(always)]
-    fn left_out<I: Isa<T>, const NB: usize>(
+    fn left_out<I: Isa<T>, const NB: usize, const P: u8>(
         isa: I,
         (_, kernel): (&Prepared<'a, T>, &Softened<I::V>),
         (source, core): (&[T; D], Option<&T>),
@@ -368,7 +368,7 @@ impl<'a, T: Real, const D: usize, const EACH: bool, const VECTOR: bool> PairKern
     }
 
     #[inline(always)]
-    fn add_close<I: Isa<T>, const NB: usize, const P: bool>(
+    fn add_close<I: Isa<T>, const NB: usize, const P: u8>(
         isa: I,
         outer: &Softened<I::V>,
         (prepared, inner): (&Prepared<'a, T>, &Softened<I::V>),
@@ -405,16 +405,16 @@ impl<'a, T: Real, const D: usize, const EACH: bool, const VECTOR: bool> PairKern
                 far.iter_mut().for_each(|d| *d = isa.select(*outside, *d, zero));
             }
             let lanes_mass = isa.splat(mass);
-            if P {
+            if P == POTENTIALS {
                 let values = outside_potential::<T, I, D, NB>(isa, inner.log_exponent, &far, &squares);
                 for ((group, k), &outside) in groups.iter_mut().zip(values).zip(&outside) {
                     group.add_potential(isa, lanes_mass, isa.select(outside, k, zero));
                 }
             }
-            if !P || D != 2 {
+            if P != POTENTIALS || D != 2 {
                 let factors = outside_gradient::<T, I, D, NB>(isa, lanes_mass, &squares);
                 for ((group, d), g) in groups.iter_mut().zip(&far).zip(factors) {
-                    group.add_gradient(isa, g, d);
+                    group.add_gradient::<_, _, P>(isa, g, d);
                 }
             }
         }
@@ -425,7 +425,7 @@ impl<'a, T: Real, const D: usize, const EACH: bool, const VECTOR: bool> PairKern
                     isa,
                     inner.edge,
                     inside,
-                    [P, laplacian],
+                    [P == POTENTIALS, laplacian],
                     pairs,
                     (mass, None),
                     groups,
@@ -437,7 +437,7 @@ impl<'a, T: Real, const D: usize, const EACH: bool, const VECTOR: bool> PairKern
                     isa,
                     inner.edge,
                     sums,
-                    [P, laplacian],
+                    [P == POTENTIALS, laplacian],
                     pairs,
                     (mass, None),
                     groups,
@@ -449,29 +449,34 @@ impl<'a, T: Real, const D: usize, const EACH: bool, const VECTOR: bool> PairKern
     }
 
     fn exact(&self, x: &[T; D], mass: T, radius: Option<T>, want: Want) -> Contribution<T, D> {
-        let mut sums = Contribution::ZERO;
         if self.blob.mollifier() == Mollifier::None && x.iter().all(|&x| x == T::ZERO) {
-            return sums;
+            return Contribution::ZERO;
         }
-        let which = [want.potential, want.gradient, want.laplacian];
-        (sums.potential, sums.gradient, sums.laplacian) = radius
-            .map_or(*self.blob, |radius| self.blob.with_delta(radius))
-            .field_of([mass, self.coefficient], x, which);
-        sums
+        let blob = radius.map_or(*self.blob, |radius| self.blob.with_delta(radius));
+        exact_pair(&blob, [mass, self.coefficient], x, want)
     }
+}
+
+/// A pair of a Newtonian kernel, in true units and at any distance, of a mass that is the product of two numbers.
+pub(super) fn exact_pair<T: Real, const D: usize>(
+    blob: &Blob<T, D>,
+    mass: [T; 2],
+    x: &[T; D],
+    want: Want,
+) -> Contribution<T, D> {
+    let mut sums = Contribution::ZERO;
+    let which = [want.potential, want.gradient && want.row.is_none(), want.laplacian];
+    (sums.potential, sums.gradient, sums.laplacian) = blob.field_of(mass, x, which);
+    // Gradient factor and Laplacian are in it together: [`Want::row`] without the one or the other is not asked for.
+    if let Some(row) = want.row {
+        sums.gradient = blob.row_of(mass, x, row);
+    }
+    sums
 }
 
 /// [`AddNoted`], where the kernel has lanes for close pairs; else the sources stay noted.
 #[inline(always)]
-fn add_noted<
-    T: Real,
-    I: Isa<T>,
-    const D: usize,
-    const NB: usize,
-    const P: bool,
-    const EACH: bool,
-    const VECTOR: bool,
->(
+fn add_noted<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: u8, const EACH: bool, const VECTOR: bool>(
     isa: I,
     prepared: (&Prepared<'_, T>, &Softened<I::V>),
     block: &Block<'_, T, D>,
@@ -511,7 +516,7 @@ struct AddNoted<
     V,
     const D: usize,
     const NB: usize,
-    const P: bool,
+    const P: u8,
     const EACH: bool,
     const VECTOR: bool,
     const TABLE: bool,
@@ -528,7 +533,7 @@ impl<
     I: Isa<T>,
     const D: usize,
     const NB: usize,
-    const P: bool,
+    const P: u8,
     const EACH: bool,
     const VECTOR: bool,
     const TABLE: bool,
@@ -577,7 +582,7 @@ impl<
 }
 
 /// [`far_run`] as a function of its own, from `start` on.
-struct FarRun<'a, T, V, const D: usize, const NB: usize, const P: bool, const EACH: bool, const VECTOR: bool> {
+struct FarRun<'a, T, V, const D: usize, const NB: usize, const P: u8, const EACH: bool, const VECTOR: bool> {
     kernel: &'a Softened<V>,
     block: &'a Block<'a, T, D>,
     start: usize,
@@ -585,8 +590,8 @@ struct FarRun<'a, T, V, const D: usize, const NB: usize, const P: bool, const EA
     groups: &'a mut [Group<V, D>; NB],
 }
 
-impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool, const EACH: bool, const VECTOR: bool>
-    Part<T, I> for FarRun<'_, T, I::V, D, NB, P, EACH, VECTOR>
+impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: u8, const EACH: bool, const VECTOR: bool> Part<T, I>
+    for FarRun<'_, T, I::V, D, NB, P, EACH, VECTOR>
 {
     type Out = usize;
 
@@ -602,7 +607,7 @@ impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool, const E
 }
 
 /// [`near_run`] as a function of its own, from `start` on.
-struct NearRun<'a, T, V, const D: usize, const NB: usize, const P: bool, const TERMS: usize, const TEST: bool> {
+struct NearRun<'a, T, V, const D: usize, const NB: usize, const P: u8, const TERMS: usize, const TEST: bool> {
     kernel: &'a Softened<V>,
     inside: &'a Inside<V>,
     block: &'a Block<'a, T, D>,
@@ -610,8 +615,8 @@ struct NearRun<'a, T, V, const D: usize, const NB: usize, const P: bool, const T
     groups: &'a mut [Group<V, D>; NB],
 }
 
-impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool, const TERMS: usize, const TEST: bool>
-    Part<T, I> for NearRun<'_, T, I::V, D, NB, P, TERMS, TEST>
+impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: u8, const TERMS: usize, const TEST: bool> Part<T, I>
+    for NearRun<'_, T, I::V, D, NB, P, TERMS, TEST>
 {
     type Out = usize;
 
@@ -636,7 +641,7 @@ fn from<T, const D: usize>((positions, masses): List<'_, T, D>, n: usize) -> Lis
 ///
 /// Targets and sums live in registers here: this loop is where a sum without near pairs spends its time.
 #[inline(always)]
-fn far_run<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool, const EACH: bool, const VECTOR: bool>(
+fn far_run<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: u8, const EACH: bool, const VECTOR: bool>(
     isa: I,
     kernel: &Softened<I::V>,
     (sources, cores, strengths): (List<'_, T, D>, &[T], &[[T; D]]),
@@ -667,7 +672,7 @@ fn far_run<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool, c
                 d.iter_mut().for_each(|d| *d = isa.select(*below, zero, *d));
                 *r2 = isa.select(*below, one, *r2);
             }
-            if P && D > 1 {
+            if P == POTENTIALS && D > 1 {
                 let values = outside_potential::<T, I, D, NB>(isa, kernel.log_exponent, &d, &r2);
                 for ((group, k), &below) in local.iter_mut().zip(values).zip(&below) {
                     group.add_potential(isa, mass, isa.select(below, zero, k));
@@ -675,7 +680,7 @@ fn far_run<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool, c
                 if D == 3 {
                     let factors = outside_gradient::<T, I, D, NB>(isa, mass, &r2);
                     for ((group, d), g) in local.iter_mut().zip(&d).zip(factors) {
-                        group.add_gradient(isa, g, d);
+                        group.add_gradient::<_, _, P>(isa, g, d);
                     }
                 }
                 done += 1;
@@ -689,13 +694,13 @@ fn far_run<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool, c
             let values = outside_potential::<T, I, D, NB>(isa, kernel.log_exponent, &d, &r2);
             local.iter_mut().zip(values).for_each(|(group, k)| group.add_potential(isa, mass, k));
         }
-        if !P || D != 2 {
+        if P != POTENTIALS || D != 2 {
             let factors = outside_gradient::<T, I, D, NB>(isa, mass, &r2);
             if VECTOR {
                 d = arms::<T, I, D, NB, true>(isa, &d, strengths.next().present_or(&[T::ZERO; D]));
             }
             for ((group, d), g) in local.iter_mut().zip(&d).zip(factors) {
-                group.add_gradient(isa, g, d);
+                group.add_gradient::<_, _, P>(isa, g, d);
             }
         }
         done += 1;
@@ -712,15 +717,7 @@ fn far_run<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool, c
 /// `TERMS` unrolls the gradient's polynomial where it has just so many; 0 takes any number. Without `TEST` the caller knows that every
 /// lane is inside.
 #[inline(always)]
-fn near_run<
-    T: Real,
-    I: Isa<T>,
-    const D: usize,
-    const NB: usize,
-    const P: bool,
-    const TERMS: usize,
-    const TEST: bool,
->(
+fn near_run<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: u8, const TERMS: usize, const TEST: bool>(
     isa: I,
     kernel: &Softened<I::V>,
     inside: &Inside<I::V>,
@@ -731,7 +728,7 @@ fn near_run<
     let mut done = 0;
     let mut local = *groups;
     let (mut positions, mut masses) = sources;
-    let gradient = !P || D != 2;
+    let gradient = P != POTENTIALS || D != 2;
     if gradient && !(TEST || I::IN_ORDER) {
         // Four sources at a time, stage by stage: the polynomials' long chains of dependent operations then overlap beyond what the
         // processor's window holds of one source after the other. The polynomial is one of r2 - delta^2 here, which the sum of squares
@@ -753,17 +750,23 @@ fn near_run<
             }
             for (factors, x) in factors.iter().zip(xs) {
                 let (d, _) = distances(isa, x, &local);
-                local.iter_mut().zip(&d).zip(factors).for_each(|((group, d), &g)| group.add_gradient(isa, g, d));
+                local
+                    .iter_mut()
+                    .zip(&d)
+                    .zip(factors)
+                    .for_each(|((group, d), &g)| group.add_gradient::<_, _, P>(isa, g, d));
             }
             done += 4;
         }
         if laplacian || potential {
             for (x, &m) in four_x.as_flattened().iter().zip(four_m.as_flattened()) {
-                let (_, r2) = distances(isa, x, &local);
+                let (d, r2) = distances(isa, x, &local);
                 let t = inside.t(isa, &r2);
                 if laplacian {
                     let b = inside.density.at::<T, I, NB, 0>(isa, &t);
-                    local.iter_mut().zip(b).for_each(|(group, b)| group.add_laplacian(isa, isa.splat(m), b));
+                    for ((group, b), d) in local.iter_mut().zip(b).zip(&d) {
+                        group.add_laplacian::<_, _, P>(isa, isa.splat(m), b, d);
+                    }
                 }
                 if potential {
                     let k = inside.potential::<T, I, D, NB>(isa, &t, &r2);
@@ -787,11 +790,13 @@ fn near_run<
         if gradient {
             let g = inside.gradient.at::<T, I, NB, TERMS>(isa, &t);
             for ((group, d), g) in local.iter_mut().zip(&d).zip(g) {
-                group.add_gradient(isa, isa.mul(mass, g), d);
+                group.add_gradient::<_, _, P>(isa, isa.mul(mass, g), d);
             }
             if laplacian {
                 let b = inside.density.at::<T, I, NB, 0>(isa, &t);
-                local.iter_mut().zip(b).for_each(|(group, b)| group.add_laplacian(isa, mass, b));
+                for ((group, b), d) in local.iter_mut().zip(b).zip(&d) {
+                    group.add_laplacian::<_, _, P>(isa, mass, b, d);
+                }
             }
         }
         done += 1;
@@ -803,7 +808,7 @@ fn near_run<
 /// Adds what one source gives to the lanes inside a compact support, and to no other, from the differences, source minus target, and their squares; if `EACH`,
 /// with the numbers of its core radius. Returns one word of lanes a vector.
 #[inline(always)]
-fn inside_pairs<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bool, const EACH: bool>(
+fn inside_pairs<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: u8, const EACH: bool>(
     isa: I,
     edge: I::V,
     inside: &Inside<I::V>,
@@ -845,15 +850,15 @@ fn inside_pairs<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: bo
             group.add_potential(isa, of_potential, isa.select(below, k, zero));
         }
     }
-    if !P || D != 2 {
+    if P != POTENTIALS || D != 2 {
         let g = inside.gradient.at::<T, I, NB, 0>(isa, &t);
         for (((group, d), g), &below) in groups.iter_mut().zip(d).zip(g).zip(&below) {
-            group.add_gradient(isa, isa.select(below, isa.mul(of_gradient, g), zero), d);
+            group.add_gradient::<_, _, P>(isa, isa.select(below, isa.mul(of_gradient, g), zero), d);
         }
         if laplacian {
             let b = inside.density.at::<T, I, NB, 0>(isa, &t);
-            for ((group, b), &below) in groups.iter_mut().zip(b).zip(&below) {
-                group.add_laplacian(isa, of_gradient, isa.select(below, b, zero));
+            for (((group, b), &below), d) in groups.iter_mut().zip(b).zip(&below).zip(d) {
+                group.add_laplacian::<_, _, P>(isa, of_gradient, isa.select(below, b, zero), d);
             }
         }
     }
