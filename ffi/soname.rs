@@ -4,7 +4,7 @@
 
 use std::env::var;
 
-fn main() {
+pub fn main() {
     // The result does not depend on the files of the package.
     println!("cargo:rerun-if-env-changed=CARGO_CFG_TARGET_OS");
     let [os, package, major, minor] =

@@ -1,0 +1,182 @@
+"""Sums over sources."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _library
+from ._library import ffi
+from .kernels import Kernel
+
+_Asked = bool | NDArray[Any] | None
+
+
+class Counts(NamedTuple):
+    """What a sum did; see `mollis_field_counts` in the header."""
+
+    pairs: int
+    near_pairs: int
+    polynomial_blocks: int
+    all_near_blocks: int
+    scaled_pairs: int
+    massless_sources: int
+    beyond_reach: int
+
+
+class Field(NamedTuple):
+    """The results of a sum; None where not asked for."""
+
+    potential: NDArray[Any] | None
+    """u, (n,)."""
+    gradient: NDArray[Any] | None
+    """grad u, (n, D), or what `combination` makes of it."""
+    laplacian: NDArray[Any] | None
+    """The Laplacian of u, (n,)."""
+    counts: Counts
+    """Numbers of pairs."""
+
+
+# A sum of fewer pairs is over before other threads have started, and before anyone presses Ctrl-C.
+_FEW, _MANY = 20_000, 50_000_000
+
+
+def _options(frame: _library.Frame, method: str, accumulation: str, combination: tuple[float, float], tolerance: float) -> Any:
+    if method == "auto" and accumulation == "blocked" and combination == (1.0, 0.0) and tolerance == 0.0:
+        return ffi.NULL
+    options = frame.options("mollis_field_options")
+    options.method, options.accumulation = _library.number("METHOD", method), _library.number("ACCUMULATION", accumulation)
+    options.combination[0], options.combination[1] = combination
+    options.tolerance = tolerance
+    return options
+
+
+def _put_outputs(api: _library.Api, outputs: Any, potential: Any, gradient: Any, laplacian: Any) -> None:
+    _library.put_vector(api, outputs, "potential", "potential_stride", potential)
+    outputs.gradient_stride = _library.put_points(api, outputs.gradient, gradient)
+    _library.put_vector(api, outputs, "laplacian", "laplacian_stride", laplacian)
+
+
+def field(
+    kernel: Kernel, positions: ArrayLike, masses: ArrayLike | None = None, targets: ArrayLike | None = None, *,
+    radii: ArrayLike | None = None, strengths: ArrayLike | None = None,
+    potential: _Asked = False, gradient: _Asked = False, laplacian: _Asked = False,
+    factor: float = 1.0, add: bool = False, combination: tuple[float, float] = (1.0, 0.0),
+    method: str = "auto", accumulation: str = "blocked", tolerance: float = 0.0, threads: int | None = None, level: str = "best",
+) -> Field:  # fmt: skip
+    """Sums over sources: u(x_i) = sum_j m_j K_delta(x_i - x_j) at every target, its gradient and its Laplacian.
+
+        >>> kernel = mollis.Kernel(kernels.newtonian(), mollifiers.compact(2, 4), delta=0.05)
+        >>> attraction = mollis.field(kernel, x, m, gradient=True).gradient     # x (n, 2), m (n,)
+        >>> mollis.field(kernel, x, m, targets, gradient=velocity, factor=-1.0)   # overwrites the array `velocity`
+
+    Inputs, read where they are: `positions` (n, D), `masses` (n,) or one number, `targets` (k, D), by default the sources themselves, `radii` (n,), core radii in
+    place of the kernel's delta (Newtonian kernels with a mollifier), `strengths` (n, 3), vector strengths in place of the masses: the gradient is then the velocity
+    of vortex elements by the law of Biot and Savart. Lists, arrays of another type, and arrays whose strides are negative, zero or no multiples of the item are copied.
+
+    Outputs: `potential`, `gradient`, `laplacian` are True, for a new array, or an array of the kernel's dtype and of any positive stride, which is overwritten; with `add`,
+    results are added to what is there. `factor` multiplies all. An output must overlap nothing else. In the plane the gradient
+    output is a grad u + b (grad u rotated by +90 degrees) for `combination` = (a, b): (0, 1) are velocities of vortices.
+
+    `tolerance` is the error that may be spent for speed, relative in the l2 norm (from 1e-13 on, float32 1e-5: fast multipole method in the plane); 0 asks for rounding alone.
+    `method` is "auto", "direct", "moments", "sorted", "neighbours", "split" or "fmm"; `mollis.plan` tells what runs. `accumulation` is "blocked" or
+    "compensated". `threads` is the number of threads (None: that of `mollis.set_threads`; 1: the calling one); results do not depend on it, bit for bit.
+    `level` "portable" gives the same bits on every machine.
+
+    A mollified kernel counts every pair, a target on a source included; without a mollifier coincident pairs contribute nothing. Ctrl-C ends a long sum; what
+    its outputs hold is then undefined. Raises `mollis.Error`: NOT_FINITE (`first_bad`: sources, then targets), OVERLAP, UNSUPPORTED, DELTA (a core radius).
+    """
+    api = kernel._api
+    dimension = api.dimension
+    x = _library.points(api, positions, "positions")
+    n = len(x)
+    at = x if targets is None else _library.points(api, targets, "targets")
+    k = len(at)
+    shape, flat = (k, dimension), (k,)
+    u = _library.output(api, potential, flat, "potential")
+    g = _library.output(api, gradient, shape, "gradient")
+    v = _library.output(api, laplacian, flat, "laplacian")
+    if u is None and g is None and v is None:
+        raise ValueError("nothing is asked for: potential, gradient or laplacian")
+    if factor == 0.0:
+        raise ValueError("the factor must not be 0")
+    if add and (potential is True or gradient is True or laplacian is True):
+        raise ValueError("add needs the arrays to which results are added")
+    if strengths is None:
+        if masses is None:
+            raise TypeError("masses (or strengths) are missing")
+        m, s = _library.vector(api, masses, n, "masses"), None
+    else:
+        if masses is not None:
+            raise TypeError("masses and strengths exclude each other")
+        m, s = None, _library.points(api, strengths, "strengths", n)
+    radius = None if radii is None else _library.vector(api, radii, n, "radii")
+    few = n * k < _FEW
+    with _library.frame(ffi.NULL if few else _library.executor(threads), level) as frame:
+        sources, outputs = frame.new(api.name("sources#")), frame.new(api.name("outputs#"))
+        sources.n, sources.stride = n, _library.put_points(api, sources.positions, x)
+        _library.put_vector(api, sources, "masses", "mass_stride", m)
+        _library.put_vector(api, sources, "radii", "radius_stride", radius)
+        sources.strength_stride = _library.put_points(api, sources.strengths, s)
+        where = ffi.NULL
+        if targets is not None:
+            where = frame.new(api.name("targets#"))
+            where.n, where.stride = k, _library.put_points(api, where.positions, at)
+        _put_outputs(api, outputs, u, g, v)
+        outputs.factor, outputs.add = factor, add
+        options = _options(frame, method, accumulation, combination, tolerance)
+        counts = frame.new("mollis_field_counts")
+        ffi.memmove(counts, _NO_COUNTS, len(_NO_COUNTS))
+        before = (kernel._pointer, kernel._bytes, sources, where, outputs, options)
+        if n * k < _MANY:
+            status = frame.call(api["field#_eval"], before, (counts,))
+        else:
+            function = api["field#_eval"]
+            status = _library.Callbacks(frame).run(lambda: frame.call(function, before, (counts,)))
+        if status != 0:
+            raise frame.error(status)
+        counted = Counts(
+            counts.pairs, counts.near_pairs, counts.polynomial_blocks, counts.all_near_blocks, counts.scaled_pairs,
+            counts.massless_sources, counts.beyond_reach,
+        )  # fmt: skip
+    return Field(u, g, v, counted)
+
+
+_NO_COUNTS = bytes(ffi.sizeof("mollis_field_counts"))
+
+
+def plan(
+    kernel: Kernel, sources: int, targets: int | None = None, *, potential: bool = False, gradient: bool = False, laplacian: bool = False,
+    radii: bool = False, combination: tuple[float, float] = (1.0, 0.0),
+    method: str = "auto", accumulation: str = "blocked", tolerance: float = 0.0,
+) -> str:  # fmt: skip
+    """A sentence that says which method `field` will use for so many sources and targets, why, and what is skipped.
+
+        >>> print(mollis.plan(kernel, 100_000, gradient=True, tolerance=1e-6))
+
+    Without `targets`: at the sources. The other arguments are those of `field`.
+    """
+    api = kernel._api
+    dimension, k = api.dimension, sources if targets is None else targets
+    x, y = np.empty((sources, dimension), api.dtype), np.empty((k, dimension), api.dtype)
+    flat = np.empty(max(sources, k), api.dtype)
+    with _library.frame(ffi.NULL) as frame:
+        about, outputs = ffi.new(f"{api.name('sources#')} *"), ffi.new(f"{api.name('outputs#')} *")
+        about.n, about.masses = sources, _library.pointer(api, flat[:sources])
+        _library.put_points(api, about.positions, x)
+        if radii:
+            about.radii = about.masses
+        where = ffi.NULL
+        if targets is not None:
+            where = ffi.new(f"{api.name('targets#')} *")
+            where.n = k
+            _library.put_points(api, where.positions, y)
+        first, second = np.empty(k, api.dtype), np.empty(k, api.dtype)
+        grad = np.empty((k, dimension), api.dtype)
+        _put_outputs(api, outputs, first if potential else None, grad if gradient else None, second if laplacian else None)
+        options = _options(frame, method, accumulation, combination, tolerance)
+        text = ffi.new("char[]", 4096)
+        _library.check(api["field#_text"](kernel._pointer, kernel._bytes, about, where, outputs, options, text, len(text), ffi.NULL))
+        return ffi.string(text).decode()
