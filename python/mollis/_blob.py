@@ -32,11 +32,12 @@ class BlobRun(NamedTuple):
 
 
 def _put_particles(api: _library.Api, struct: Any, x: Any, m: Any, density: Any, velocity: Any, divergence: Any) -> None:
-    struct.n, struct.stride = len(x), _library.put_points(api, struct.positions, x)
-    _library.put_vector(api, struct, "masses", "mass_stride", m)
-    _library.put_vector(api, struct, "density", "density_stride", density)
-    struct.velocity_stride = _library.put_points(api, struct.velocity, velocity)
-    _library.put_vector(api, struct, "divergence", "divergence_stride", divergence)
+    struct.n = len(x)
+    _library.put_points(api, struct, "positions", x, "stride")
+    _library.put_vector(api, struct, "masses", m, "mass_stride")
+    _library.put_vector(api, struct, "density", density, "density_stride")
+    _library.put_points(api, struct, "velocity", velocity, "velocity_stride")
+    _library.put_vector(api, struct, "divergence", divergence, "divergence_stride")
 
 
 def _advanced(api: _library.Api, array: Any, name: str) -> NDArray[Any]:
@@ -93,12 +94,11 @@ def blob(
     long = steps * n * (n + k) > 1_000_000 or progress is not None
     stopped: list[bool] = []
     with _library.frame(ffi.NULL if few else _library.executor(threads), level) as frame:
-        # A callback may run another blob method: structures of its own come from another frame.
         particles = frame.new(api.name("particles#"))
         _put_particles(api, particles, x, m, rho, v, div)
         others = ffi.NULL
         if points is not None:
-            others = frame.structs.setdefault("tracers " + api.name(""), ffi.new(f"{api.name('particles#')} *"))
+            others = frame.new(api.name("particles#"), 1)
             _put_particles(api, others, points, None, points_rho, points_v, None)
         options = frame.options("mollis_blob_options")
         options.watch_energy, options.tolerance = watch_energy, tolerance

@@ -35,8 +35,8 @@ class Field(NamedTuple):
     """grad u, (n, D), or what `combination` makes of it."""
     laplacian: NDArray[Any] | None
     """The Laplacian of u, (n,)."""
-    counts: Counts
-    """Numbers of pairs."""
+    counts: Counts | None
+    """What the sum did."""
 
 
 # A sum of fewer pairs is over before other threads have started, and before anyone presses Ctrl-C.
@@ -54,9 +54,9 @@ def _options(frame: _library.Frame, method: str, accumulation: str, combination:
 
 
 def _put_outputs(api: _library.Api, outputs: Any, potential: Any, gradient: Any, laplacian: Any) -> None:
-    _library.put_vector(api, outputs, "potential", "potential_stride", potential)
-    outputs.gradient_stride = _library.put_points(api, outputs.gradient, gradient)
-    _library.put_vector(api, outputs, "laplacian", "laplacian_stride", laplacian)
+    _library.put_vector(api, outputs, "potential", potential, "potential_stride")
+    _library.put_points(api, outputs, "gradient", gradient, "gradient_stride")
+    _library.put_vector(api, outputs, "laplacian", laplacian, "laplacian_stride")
 
 
 def field(
@@ -64,7 +64,7 @@ def field(
     radii: ArrayLike | None = None, strengths: ArrayLike | None = None,
     potential: _Asked = False, gradient: _Asked = False, laplacian: _Asked = False,
     factor: float = 1.0, add: bool = False, combination: tuple[float, float] = (1.0, 0.0),
-    method: str = "auto", accumulation: str = "blocked", tolerance: float = 0.0, threads: int | None = None, level: str = "best",
+    method: str = "auto", accumulation: str = "blocked", tolerance: float = 0.0, threads: int | None = None, level: str = "best", counts: bool = False,
 ) -> Field:  # fmt: skip
     """Sums over sources: u(x_i) = sum_j m_j K_delta(x_i - x_j) at every target, its gradient and its Laplacian.
 
@@ -83,7 +83,7 @@ def field(
     `tolerance` is the error that may be spent for speed, relative in the l2 norm (from 1e-13 on, float32 1e-5: fast multipole method in the plane); 0 asks for rounding alone.
     `method` is "auto", "direct", "moments", "sorted", "neighbours", "split" or "fmm"; `mollis.plan` tells what runs. `accumulation` is "blocked" or
     "compensated". `threads` is the number of threads (None: that of `mollis.set_threads`; 1: the calling one); results do not depend on it, bit for bit.
-    `level` "portable" gives the same bits on every machine.
+    `level` "portable" gives the same bits on every machine. `counts` asks for the numbers of pairs.
 
     A mollified kernel counts every pair, a target on a source included; without a mollifier coincident pairs contribute nothing. Ctrl-C ends a long sum; what
     its outputs hold is then undefined. Raises `mollis.Error`: NOT_FINITE (`first_bad`: sources, then targets), OVERLAP, UNSUPPORTED, DELTA (a core radius).
@@ -115,36 +115,30 @@ def field(
     radius = None if radii is None else _library.vector(api, radii, n, "radii")
     few = n * k < _FEW
     with _library.frame(ffi.NULL if few else _library.executor(threads), level) as frame:
-        sources, outputs = frame.new(api.name("sources#")), frame.new(api.name("outputs#"))
-        sources.n, sources.stride = n, _library.put_points(api, sources.positions, x)
-        _library.put_vector(api, sources, "masses", "mass_stride", m)
-        _library.put_vector(api, sources, "radii", "radius_stride", radius)
-        sources.strength_stride = _library.put_points(api, sources.strengths, s)
+        sources, outputs = frame.new(api.sources), frame.new(api.outputs)
+        sources.n = n
+        _library.put_points(api, sources, "positions", x, "stride")
+        _library.put_vector(api, sources, "masses", m, "mass_stride")
+        _library.put_vector(api, sources, "radii", radius, "radius_stride")
+        _library.put_points(api, sources, "strengths", s, "strength_stride")
         where = ffi.NULL
         if targets is not None:
-            where = frame.new(api.name("targets#"))
-            where.n, where.stride = k, _library.put_points(api, where.positions, at)
+            where = frame.new(api.targets)
+            where.n = k
+            _library.put_points(api, where, "positions", at, "stride")
         _put_outputs(api, outputs, u, g, v)
         outputs.factor, outputs.add = factor, add
         options = _options(frame, method, accumulation, combination, tolerance)
-        counts = frame.new("mollis_field_counts")
-        ffi.memmove(counts, _NO_COUNTS, len(_NO_COUNTS))
-        before = (kernel._pointer, kernel._bytes, sources, where, outputs, options)
+        counters = frame.new("mollis_field_counts") if counts else ffi.NULL
+        function, before = api["field#_eval"], (kernel._pointer, kernel._bytes, sources, where, outputs, options)
         if n * k < _MANY:
-            status = frame.call(api["field#_eval"], before, (counts,))
+            status = frame.call(function, before, (counters,))
         else:
-            function = api["field#_eval"]
-            status = _library.Callbacks(frame).run(lambda: frame.call(function, before, (counts,)))
+            status = _library.Callbacks(frame).run(lambda: frame.call(function, before, (counters,)))
         if status != 0:
             raise frame.error(status)
-        counted = Counts(
-            counts.pairs, counts.near_pairs, counts.polynomial_blocks, counts.all_near_blocks, counts.scaled_pairs,
-            counts.massless_sources, counts.beyond_reach,
-        )  # fmt: skip
+        counted = Counts(*(getattr(counters, name) for name in Counts._fields)) if counts else None
     return Field(u, g, v, counted)
-
-
-_NO_COUNTS = bytes(ffi.sizeof("mollis_field_counts"))
 
 
 def plan(
@@ -163,16 +157,16 @@ def plan(
     x, y = np.empty((sources, dimension), api.dtype), np.empty((k, dimension), api.dtype)
     flat = np.empty(max(sources, k), api.dtype)
     with _library.frame(ffi.NULL) as frame:
-        about, outputs = ffi.new(f"{api.name('sources#')} *"), ffi.new(f"{api.name('outputs#')} *")
+        about, outputs = ffi.new(f"{api.sources} *"), ffi.new(f"{api.outputs} *")
         about.n, about.masses = sources, _library.pointer(api, flat[:sources])
-        _library.put_points(api, about.positions, x)
+        _library.put_points(api, about, "positions", x, "stride")
         if radii:
             about.radii = about.masses
         where = ffi.NULL
         if targets is not None:
-            where = ffi.new(f"{api.name('targets#')} *")
+            where = ffi.new(f"{api.targets} *")
             where.n = k
-            _library.put_points(api, where.positions, y)
+            _library.put_points(api, where, "positions", y, "stride")
         first, second = np.empty(k, api.dtype), np.empty(k, api.dtype)
         grad = np.empty((k, dimension), api.dtype)
         _put_outputs(api, outputs, first if potential else None, grad if gradient else None, second if laplacian else None)

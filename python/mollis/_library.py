@@ -68,6 +68,7 @@ class Api(dict):
         self.real = "float" if self.suffix else "double"
         self.array, self.pointer = f"{self.real}[]", f"{self.real} *"
         self.item = dtype.itemsize
+        self.sources, self.targets, self.outputs = map(self.name, ("sources#", "targets#", "outputs#"))
 
     def name(self, template: str) -> str:
         return f"mollis_{template.replace('#', str(self.dimension))}{self.suffix}"
@@ -112,9 +113,9 @@ def describable(array: np.ndarray, item: int) -> bool:
 def vector(api: Api, values: Any, n: int, name: str) -> np.ndarray:
     """`n` numbers as an array that the library can read; a single number stands for n equal ones."""
     array = np.asarray(values, api.dtype)
-    if array.ndim == 0:
-        array = np.full(n, array)
     if array.shape != (n,):
+        if array.ndim == 0:
+            return np.full(n, array)
         raise ValueError(f"{name} has shape {array.shape}, not ({n},)")
     return array if array.flags.c_contiguous or describable(array, api.item) else array.copy()
 
@@ -159,31 +160,29 @@ def output(api: Api, asked: Any, shape: tuple[int, ...], name: str) -> np.ndarra
     return writable(api, asked, shape, name)
 
 
-def put_vector(api: Api, struct: Any, field: str, stride: str, array: np.ndarray | None) -> None:
-    """Writes pointer and stride of n numbers into a structure."""
+def put_vector(api: Api, struct: Any, field: str, array: np.ndarray | None, stride: str) -> None:
+    """Writes pointer and stride of n numbers into a structure that is zero."""
     if array is None:
-        setattr(struct, field, ffi.NULL)
         return
-    setattr(struct, field, pointer(api, array))
-    setattr(struct, stride, 0 if array.flags.c_contiguous else array.strides[0] // api.item)
-
-
-def put_points(api: Api, pointers: Any, array: np.ndarray | None) -> int:
-    """Writes the pointers to the coordinates of n points, and returns the stride."""
-    if array is None:
-        for k in range(api.dimension):
-            pointers[k] = ffi.NULL
-        return 0
-    first = pointers[0] = pointer(api, array)
-    item, strides = api.item, array.strides
     if array.flags.c_contiguous:
-        for k in range(1, api.dimension):
-            pointers[k] = ffi.NULL
-        return 0
-    start = int(ffi.cast("intptr_t", first))
-    for k in range(1, api.dimension):
-        pointers[k] = ffi.cast(api.pointer, start + k * strides[1])
-    return strides[0] // item if array.shape[0] > 1 else api.dimension
+        setattr(struct, field, ffi.from_buffer(api.array, array))
+    else:
+        setattr(struct, field, pointer(api, array))
+        setattr(struct, stride, array.strides[0] // api.item)
+
+
+def put_points(api: Api, struct: Any, field: str, array: np.ndarray | None, stride: str) -> None:
+    """Writes the pointers to the coordinates of n points and the stride into a structure that is zero."""
+    if array is None:
+        return
+    pointers = getattr(struct, field)
+    if array.flags.c_contiguous:
+        pointers[0] = ffi.from_buffer(api.array, array)
+        return
+    start, (step, width) = address(array), array.strides
+    for k in range(api.dimension):
+        pointers[k] = ffi.cast(api.pointer, start + k * width)
+    setattr(struct, stride, step // api.item if array.shape[0] > 1 else api.dimension)
 
 
 # Threads -----------------------------------------------------------------------------------------------------------------------
@@ -239,6 +238,7 @@ _KEEP = 64 << 20
 _ATOI = ffi.cast("int32_t (*)(void *)", ffi.addressof(ffi.dlopen("msvcrt" if os.name == "nt" else None), "atoi"))
 _TOO_SMALL = lib.MOLLIS_ERR_WORKSPACE_TOO_SMALL
 _NONE_BAD = lib.MOLLIS_NONE_BAD
+memmove = ffi.memmove
 
 
 def aligned(size: int) -> np.ndarray:
@@ -253,12 +253,12 @@ class Frame:
     """The structures of one call and its workspace. A thread keeps them for its next call."""
 
     def __init__(self) -> None:
-        self.structs: dict[str, Any] = {}
+        self.structs: dict[tuple[str, int], Any] = {}
         self.run = ffi.new("mollis_run *")
         check(lib.mollis_run_init(self.run, ffi.sizeof("mollis_run")))
         self.first_bad, self.needed = ffi.new("uint64_t[1]"), ffi.new("size_t[1]")
         self.run.first_bad, self.run.bytes_needed = self.first_bad, self.needed
-        self.level = self.run.level
+        self.level_set = False
         # A number as text, read by C's atoi, which is therefore a should_stop that any thread may call without Python.
         self.stop = ffi.new("char[2]", b"0")
         self.run.stop_context = self.stop
@@ -268,12 +268,16 @@ class Frame:
         self.block = aligned(size)
         self.workspace, self.size = ffi.from_buffer("char[]", self.block), size
 
-    def new(self, kind: str) -> Any:
-        """The structure of this type of this frame."""
-        found = self.structs.get(kind)
+    def new(self, kind: str, which: int = 0) -> Any:
+        """A structure of this type, all zero; `which` tells several apart."""
+        found = self.structs.get((kind, which))
         if found is None:
-            found = self.structs[kind] = ffi.new(f"{kind} *")
-        return found
+            struct = ffi.new(f"{kind} *")
+            size = ffi.sizeof(struct[0])
+            found = self.structs[kind, which] = struct, bytes(size), size
+        struct, zeros, size = found
+        memmove(struct, zeros, size)
+        return struct
 
     def options(self, kind: str) -> Any:
         """The structure of this type of options, with the defaults."""
@@ -306,23 +310,26 @@ _frames = _Frames()
 
 
 class frame:
-    """`with frame(threads) as f`: a frame of this thread that no call is using. A callback that calls again gets another one."""
+    """`with frame(executor) as f`: a frame of this thread that no call is using. A callback that calls again gets another one."""
 
-    __slots__ = ("_frame", "_executor")
+    __slots__ = ("_frame", "_free")
 
     def __init__(self, executor: Any, level: str = "best") -> None:
-        self._executor = executor
-        self._frame = _frames.free.pop() if _frames.free else Frame()
-        self._frame.run.level = self._frame.level if level == "best" else number("LEVEL", level)
+        self._free = free = _frames.free
+        self._frame = one = free.pop() if free else Frame()
+        one.run.executor = executor
+        if level != "best" or one.level_set:
+            one.run.level = number("LEVEL", level)
+            one.level_set = level != "best"
 
     def __enter__(self) -> Frame:
-        self._frame.run.executor = self._executor
         return self._frame
 
     def __exit__(self, *_: object) -> None:
-        if self._frame.size > _KEEP:
-            self._frame.resize(0)
-        _frames.free.append(self._frame)
+        one = self._frame
+        if one.size > _KEEP:
+            one.resize(0)
+        self._free.append(one)
 
 
 def check(status: int, values: np.ndarray | None = None) -> None:

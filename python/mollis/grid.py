@@ -86,14 +86,16 @@ class Mesh:
         total, outside = np.empty(3, api.dtype), ffi.new("uint64_t *")
         mesh, options = self._structs()
         with _library.frame(_library.executor(threads)) as frame:
-            sources, outputs = ffi.new(f"{api.name('sources#')} *"), ffi.new(f"{api.name('grid#_outputs')} *")
-            sources.n, sources.stride = len(x), _library.put_points(api, sources.positions, x)
-            _library.put_vector(api, sources, "masses", "mass_stride", m)
+            sources, outputs = frame.new(api.sources), frame.new(api.name("grid#_outputs"))
+            sources.n = len(x)
+            _library.put_points(api, sources, "positions", x, "stride")
+            _library.put_vector(api, sources, "masses", m, "mass_stride")
             where = ffi.NULL
             if targets is not None:
-                where = ffi.new(f"{api.name('targets#')} *")
-                where.n, where.stride = len(at), _library.put_points(api, where.positions, at)
-            outputs.gradient_stride = _library.put_points(api, outputs.gradient, g)
+                where = frame.new(api.targets)
+                where.n = len(at)
+                _library.put_points(api, where, "positions", at, "stride")
+            _library.put_points(api, outputs, "gradient", g, "gradient_stride")
             for name, array in arrays.items():
                 if array is not None:
                     kind = f"{api.real} (*)[2]" if name == "node_gradient" else api.pointer
