@@ -58,9 +58,13 @@ class BuildPackage(build_py):
     """Puts the library and the declarations beside the modules."""
 
     def run(self):
+        # Nothing is left of an older build.
+        shutil.rmtree(Path(self.build_lib, "mollis"), ignore_errors=True)
         super().run()
         folder = Path("." if self.editable_mode else self.build_lib, "mollis")
-        folder.mkdir(parents=True, exist_ok=True)
+        if not self.editable_mode:
+            for name in ("LICENSE-APACHE", "LICENSE-MIT"):
+                shutil.copy(ROOT / name, folder)
         built = library()
         shutil.copy(built, folder / built.name)
         ffi = FFI()

@@ -91,7 +91,7 @@ def blob(
         if (points_rho is None) != (rho is None):
             raise TypeError("tracer_density is given if and only if density is")
     few = n * (n + k) < 20_000
-    long = steps * n * (n + k) > 1_000_000 or progress is not None
+    long = max(steps, 1) * n * (n + k) > 1_000_000 or progress is not None
     stopped: list[bool] = []
     with _library.frame(ffi.NULL if few else _library.executor(threads), level) as frame:
         particles = frame.new(api.name("particles#"))
@@ -126,7 +126,7 @@ def blob(
         before = (kernel._pointer, kernel._bytes, particles, others, dt, steps, options)
         failure: BaseException | None = None
         try:
-            status = callbacks.run(lambda: frame.call(function, before, (report,)), long)
+            status = callbacks.run(lambda: frame.call(function, before, report), long)
             if status != 0 and not stopped:
                 failure = frame.error(status)
         except BaseException as other:

@@ -8,8 +8,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _library
-from ._library import ffi
+from ._library import ffi, give, put_points, put_vector, take
 from .kernels import Kernel
+
+NULL = ffi.NULL
 
 _Asked = bool | NDArray[Any] | None
 
@@ -45,7 +47,7 @@ _FEW, _MANY = 20_000, 50_000_000
 
 def _options(frame: _library.Frame, method: str, accumulation: str, combination: tuple[float, float], tolerance: float) -> Any:
     if method == "auto" and accumulation == "blocked" and combination == (1.0, 0.0) and tolerance == 0.0:
-        return ffi.NULL
+        return NULL
     options = frame.options("mollis_field_options")
     options.method, options.accumulation = _library.number("METHOD", method), _library.number("ACCUMULATION", accumulation)
     options.combination[0], options.combination[1] = combination
@@ -54,9 +56,12 @@ def _options(frame: _library.Frame, method: str, accumulation: str, combination:
 
 
 def _put_outputs(api: _library.Api, outputs: Any, potential: Any, gradient: Any, laplacian: Any) -> None:
-    _library.put_vector(api, outputs, "potential", potential, "potential_stride")
-    _library.put_points(api, outputs, "gradient", gradient, "gradient_stride")
-    _library.put_vector(api, outputs, "laplacian", laplacian, "laplacian_stride")
+    if potential is not None:
+        put_vector(api, outputs, "potential", potential, "potential_stride")
+    if gradient is not None:
+        put_points(api, outputs, "gradient", gradient, "gradient_stride")
+    if laplacian is not None:
+        put_vector(api, outputs, "laplacian", laplacian, "laplacian_stride")
 
 
 def field(
@@ -95,9 +100,9 @@ def field(
     at = x if targets is None else _library.points(api, targets, "targets")
     k = len(at)
     shape, flat = (k, dimension), (k,)
-    u = _library.output(api, potential, flat, "potential")
-    g = _library.output(api, gradient, shape, "gradient")
-    v = _library.output(api, laplacian, flat, "laplacian")
+    u = None if potential is False else _library.output(api, potential, flat, "potential")
+    g = None if gradient is False else _library.output(api, gradient, shape, "gradient")
+    v = None if laplacian is False else _library.output(api, laplacian, flat, "laplacian")
     if u is None and g is None and v is None:
         raise ValueError("nothing is asked for: potential, gradient or laplacian")
     if factor == 0.0:
@@ -114,30 +119,36 @@ def field(
         m, s = None, _library.points(api, strengths, "strengths", n)
     radius = None if radii is None else _library.vector(api, radii, n, "radii")
     few = n * k < _FEW
-    with _library.frame(ffi.NULL if few else _library.executor(threads), level) as frame:
-        sources, outputs = frame.new(api.sources), frame.new(api.outputs)
+    frame = take(NULL if few else _library.executor(threads), level)
+    try:
+        sources, where, outputs = frame.sums(api)
         sources.n = n
-        _library.put_points(api, sources, "positions", x, "stride")
-        _library.put_vector(api, sources, "masses", m, "mass_stride")
-        _library.put_vector(api, sources, "radii", radius, "radius_stride")
-        _library.put_points(api, sources, "strengths", s, "strength_stride")
-        where = ffi.NULL
-        if targets is not None:
-            where = frame.new(api.targets)
+        put_points(api, sources, "positions", x, "stride")
+        put_vector(api, sources, "masses", m, "mass_stride")
+        if radius is not None:
+            put_vector(api, sources, "radii", radius, "radius_stride")
+        if s is not None:
+            put_points(api, sources, "strengths", s, "strength_stride")
+        if targets is None:
+            where = NULL
+        else:
             where.n = k
-            _library.put_points(api, where, "positions", at, "stride")
+            put_points(api, where, "positions", at, "stride")
         _put_outputs(api, outputs, u, g, v)
-        outputs.factor, outputs.add = factor, add
+        if add or factor != 1.0:
+            outputs.factor, outputs.add = factor, add
         options = _options(frame, method, accumulation, combination, tolerance)
-        counters = frame.new("mollis_field_counts") if counts else ffi.NULL
+        counters = frame.new("mollis_field_counts") if counts else NULL
         function, before = api["field#_eval"], (kernel._pointer, kernel._bytes, sources, where, outputs, options)
         if n * k < _MANY:
-            status = frame.call(function, before, (counters,))
+            status = frame.call(function, before, counters)
         else:
-            status = _library.Callbacks(frame).run(lambda: frame.call(function, before, (counters,)))
+            status = _library.Callbacks(frame).run(lambda: frame.call(function, before, counters))
         if status != 0:
             raise frame.error(status)
         counted = Counts(*(getattr(counters, name) for name in Counts._fields)) if counts else None
+    finally:
+        give(frame)
     return Field(u, g, v, counted)
 
 
@@ -156,21 +167,21 @@ def plan(
     dimension, k = api.dimension, sources if targets is None else targets
     x, y = np.empty((sources, dimension), api.dtype), np.empty((k, dimension), api.dtype)
     flat = np.empty(max(sources, k), api.dtype)
-    with _library.frame(ffi.NULL) as frame:
-        about, outputs = ffi.new(f"{api.sources} *"), ffi.new(f"{api.outputs} *")
+    with _library.frame(NULL) as frame:
+        about, where, outputs = frame.sums(api)
         about.n, about.masses = sources, _library.pointer(api, flat[:sources])
-        _library.put_points(api, about, "positions", x, "stride")
+        put_points(api, about, "positions", x, "stride")
         if radii:
             about.radii = about.masses
-        where = ffi.NULL
-        if targets is not None:
-            where = ffi.new(f"{api.targets} *")
+        if targets is None:
+            where = NULL
+        else:
             where.n = k
-            _library.put_points(api, where, "positions", y, "stride")
+            put_points(api, where, "positions", y, "stride")
         first, second = np.empty(k, api.dtype), np.empty(k, api.dtype)
         grad = np.empty((k, dimension), api.dtype)
         _put_outputs(api, outputs, first if potential else None, grad if gradient else None, second if laplacian else None)
         options = _options(frame, method, accumulation, combination, tolerance)
         text = ffi.new("char[]", 4096)
-        _library.check(api["field#_text"](kernel._pointer, kernel._bytes, about, where, outputs, options, text, len(text), ffi.NULL))
+        _library.check(api["field#_text"](kernel._pointer, kernel._bytes, about, where, outputs, options, text, len(text), NULL))
         return ffi.string(text).decode()

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import enum
 import os
 import sys
 import threading
 from pathlib import Path
 from queue import Empty, SimpleQueue
-from typing import Any, Callable
+from typing import Any, Callable, Iterator
 
 import numpy as np
 
@@ -68,10 +69,11 @@ class Api(dict):
         self.real = "float" if self.suffix else "double"
         self.array, self.pointer = f"{self.real}[]", f"{self.real} *"
         self.item = dtype.itemsize
-        self.sources, self.targets, self.outputs = map(self.name, ("sources#", "targets#", "outputs#"))
 
     def name(self, template: str) -> str:
         return f"mollis_{template.replace('#', str(self.dimension))}{self.suffix}"
+
+    __hash__ = object.__hash__
 
     def __missing__(self, template: str) -> Any:
         function = self[template] = getattr(lib, self.name(template))
@@ -254,6 +256,7 @@ class Frame:
 
     def __init__(self) -> None:
         self.structs: dict[tuple[str, int], Any] = {}
+        self.fields: dict[Api, Any] = {}
         self.run = ffi.new("mollis_run *")
         check(lib.mollis_run_init(self.run, ffi.sizeof("mollis_run")))
         self.first_bad, self.needed = ffi.new("uint64_t[1]"), ffi.new("size_t[1]")
@@ -279,13 +282,28 @@ class Frame:
         memmove(struct, zeros, size)
         return struct
 
+    def sums(self, api: Api) -> tuple[Any, Any, Any]:
+        """The structures for sources, targets and outputs, all zero."""
+        found = self.fields.get(api)
+        if found is None:
+            kinds = [api.name(kind) for kind in ("sources#", "targets#", "outputs#")]
+            starts = [0]
+            for kind in kinds:
+                starts.append(starts[-1] + ffi.sizeof(kind))
+            block = ffi.new("double[]", starts[-1] // 8 + 1)
+            structs = tuple(ffi.cast(f"{kind} *", ffi.cast("char *", block) + start) for kind, start in zip(kinds, starts))
+            found = self.fields[api] = structs, block, bytes(starts[-1]), starts[-1]
+        structs, block, zeros, size = found
+        memmove(block, zeros, size)
+        return structs
+
     def options(self, kind: str) -> Any:
         """The structure of this type of options, with the defaults."""
         found = self.new(kind)
         check(getattr(lib, f"{kind}_init")(found, ffi.sizeof(found[0])))
         return found
 
-    def call(self, function: Any, before: tuple[Any, ...], after: tuple[Any, ...]) -> int:
+    def call(self, function: Any, before: tuple[Any, ...], *after: Any) -> int:
         """Calls with workspace enough; returns the status."""
         self.first_bad[0] = _NONE_BAD
         while True:
@@ -309,27 +327,32 @@ class _Frames(threading.local):
 _frames = _Frames()
 
 
-class frame:
-    """`with frame(executor) as f`: a frame of this thread that no call is using. A callback that calls again gets another one."""
+def take(executor: Any, level: str = "best") -> Frame:
+    """A frame of this thread that no call is using: a callback that calls again gets another one. `give` it back."""
+    free = _frames.free
+    frame = free.pop() if free else Frame()
+    frame.run.executor = executor
+    if level != "best" or frame.level_set:
+        frame.run.level = number("LEVEL", level)
+        frame.level_set = level != "best"
+    return frame
 
-    __slots__ = ("_frame", "_free")
 
-    def __init__(self, executor: Any, level: str = "best") -> None:
-        self._free = free = _frames.free
-        self._frame = one = free.pop() if free else Frame()
-        one.run.executor = executor
-        if level != "best" or one.level_set:
-            one.run.level = number("LEVEL", level)
-            one.level_set = level != "best"
+def give(frame: Frame) -> None:
+    """Keeps a frame for the thread's next call."""
+    if frame.size > _KEEP:
+        frame.resize(0)
+    _frames.free.append(frame)
 
-    def __enter__(self) -> Frame:
-        return self._frame
 
-    def __exit__(self, *_: object) -> None:
-        one = self._frame
-        if one.size > _KEEP:
-            one.resize(0)
-        self._free.append(one)
+@contextlib.contextmanager
+def frame(executor: Any, level: str = "best") -> Iterator[Frame]:
+    """A frame for the block."""
+    one = take(executor, level)
+    try:
+        yield one
+    finally:
+        give(one)
 
 
 def check(status: int, values: np.ndarray | None = None) -> None:

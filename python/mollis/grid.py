@@ -86,13 +86,13 @@ class Mesh:
         total, outside = np.empty(3, api.dtype), ffi.new("uint64_t *")
         mesh, options = self._structs()
         with _library.frame(_library.executor(threads)) as frame:
-            sources, outputs = frame.new(api.sources), frame.new(api.name("grid#_outputs"))
+            (sources, where, _), outputs = frame.sums(api), frame.new(api.name("grid#_outputs"))
             sources.n = len(x)
             _library.put_points(api, sources, "positions", x, "stride")
             _library.put_vector(api, sources, "masses", m, "mass_stride")
-            where = ffi.NULL
-            if targets is not None:
-                where = frame.new(api.targets)
+            if targets is None:
+                where = ffi.NULL
+            else:
                 where.n = len(at)
                 _library.put_points(api, where, "positions", at, "stride")
             _library.put_points(api, outputs, "gradient", g, "gradient_stride")
@@ -103,7 +103,7 @@ class Mesh:
             outputs.total = ffi.cast(f"{api.real} (*)[3]", _library.pointer(api, total))
             outputs.outside = outside
             function, before = api["grid#_eval"], (mesh, sources, where, outputs, options)
-            status = _library.Callbacks(frame).run(lambda: frame.call(function, before, ()), nodes[0] * nodes[1] > 100_000)
+            status = _library.Callbacks(frame).run(lambda: frame.call(function, before), nodes[0] * nodes[1] > 100_000)
             if status != 0:
                 raise frame.error(status)
         return MeshField(g, **arrays, total=total, outside=outside[0])

@@ -229,7 +229,9 @@ class Particles:
                 generator = ffi.new("mollis_generator *", {"fill": fill})
             function = self._api["pks_step"]
             before = (self._particles, self._progress, self._attraction, generator, dt, steps, events, self._options)
-            status = callbacks.run(lambda: frame.call(function, before, (self._report,)), steps * len(self) > 1000)
+            n = len(self)
+            work = steps * n * (n if self._attraction.kind == lib.MOLLIS_PKS_ATTRACTION_SUM else 10)
+            status = callbacks.run(lambda: frame.call(function, before, self._report), work > 1_000_000)
             if status != 0:
                 raise frame.error(status)
 
