@@ -1,8 +1,9 @@
 """Builds the wheel: the shared library by cargo, and cffi's declarations from the C headers.
 
-The wheel holds `libmollis_mt` as a file that the package loads, so it is the same for every version of Python (py3-none-PLATFORM).
-maturin builds with `cargo rustc --crate-type cdylib`, other options than those of `cargo build`, and compiles the library a second time;
-its cffi mode reads no header with `#include` or macros. This file uses the command that `cargo xtask install` uses.
+The wheel holds `libmollis_mt` as a file that the package loads, so it is the same for every version of Python
+(py3-none-PLATFORM). maturin builds with `cargo rustc --crate-type cdylib`, other options than those of `cargo build`,
+and compiles the library a second time; its cffi mode reads no header with `#include` or macros. This file uses the
+command that `cargo xtask install` uses.
 """
 
 import json

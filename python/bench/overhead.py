@@ -1,6 +1,6 @@
 """What a call costs: the time of `mollis.field` for few particles, the C function's share of it, and what Python adds.
 
-    python overhead.py
+python overhead.py
 """
 
 import timeit

@@ -1,6 +1,7 @@
-"""Draws Figure 5 of Craig & Bertozzi (2016): L1 errors at t = 0.5 for the aggregation equation in the plane, K = log|x| / (2 pi).
+"""Draws Figure 5 of Craig & Bertozzi (2016): L1 errors at t = 0.5 for the aggregation equation in the plane,
+K = log|x| / (2 pi).
 
-    python aggregation.py [figure5.png]
+python aggregation.py [figure5.png]
 """
 
 import sys
@@ -33,7 +34,11 @@ def main(file="figure5.png"):
     import matplotlib.pyplot as plt
 
     gaussian, figure = mollifiers.gaussian(4), plt.figure(figsize=(12, 4), layout="constrained")
-    cases = [("regular, m = 4", BUMP, gaussian), ("regular, particle method", BUMP, None), ("disc, m = 4", DISC, gaussian)]
+    cases = [
+        ("regular, m = 4", BUMP, gaussian),
+        ("regular, particle method", BUMP, None),
+        ("disc, m = 4", DISC, gaussian),
+    ]
     widths = np.array([0.1, 0.0707, 0.05, 0.0354, 0.025])
     for i, (title, initial, mollifier) in enumerate(cases):
         axes = figure.add_subplot(1, 3, i + 1, title=title, xlabel="h", ylabel="L1 error at t = 0.5")

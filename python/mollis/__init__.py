@@ -7,8 +7,9 @@
     x, m = np.random.rand(1000, 2), np.full(1000, 1e-3)
     print(mollis.field(kernel, x, m, gradient=True).gradient)
 
-Arrays are (n, D) in C order; float64, or float32 with a kernel of that dtype. They are read and written where they are, also with strides. The sign convention is
-Laplacian(K) = +Dirac for the Newtonian kernel; positive coefficients attract. Calls run on all cores and release Python's lock.
+Arrays are (n, D) in C order; float64, or float32 with a kernel of that dtype. They are read and written where they
+are, also with strides. The sign convention is Laplacian(K) = +Dirac for the Newtonian kernel; positive coefficients
+attract. Calls run on all cores and release Python's lock.
 """
 
 from . import diagnostics, kernels, mollifiers, pks, random

@@ -31,7 +31,9 @@ class BlobRun(NamedTuple):
     """(k, D), at the end."""
 
 
-def _put_particles(api: _library.Api, struct: Any, x: Any, m: Any, density: Any, velocity: Any, divergence: Any) -> None:
+def _put_particles(
+    api: _library.Api, struct: Any, x: Any, m: Any, density: Any, velocity: Any, divergence: Any
+) -> None:
     struct.n = len(x)
     _library.put_points(api, struct, "positions", x, "stride")
     _library.put_vector(api, struct, "masses", m, "mass_stride")
@@ -54,22 +56,26 @@ def blob(
     progress: Callable[[int, NDArray[Any], NDArray[Any] | None], object] | None = None,
     threads: int | None = None, level: str = "best",
 ) -> BlobRun:  # fmt: skip
-    """Advances particles by `steps` steps of length `dt` of the classical Runge-Kutta method: x_i' = -sum_j m_j grad K_delta(x_i - x_j).
+    """Advances particles by `steps` steps of length `dt` of the classical Runge-Kutta method: x_i' = -sum_j m_j grad
+    K_delta(x_i - x_j).
 
         >>> x, m = lattice.copy(), density * h**2
         >>> run = mollis.blob(kernel, x, m, dt=0.025, steps=20, density=density, velocity=True)
 
-    Advanced in place: `positions` (n, D), `density` (n,) along the trajectories, `tracers` (k, D), massless points that follow the flow, and
-    `tracer_density` (k,), given if and only if `density` is. They have the kernel's dtype and any positive stride. `masses` (n,), the density times h^D, of any
-    sign, are only read. `velocity`, `divergence` and `tracer_velocity` are True, for a new array, or an array that is overwritten with the values at the end.
-    `steps` may be 0: the velocities of the state as it is.
+    Advanced in place: `positions` (n, D), `density` (n,) along the trajectories, `tracers` (k, D), massless points
+    that follow the flow, and `tracer_density` (k,), given if and only if `density` is. They have the kernel's dtype
+    and any positive stride. `masses` (n,), the density times h^D, of any sign, are only read. `velocity`,
+    `divergence` and `tracer_velocity` are True, for a new array, or an array that is overwritten with the values at
+    the end. `steps` may be 0: the velocities of the state as it is.
 
-    `progress(steps, positions, density)` is called after each step with views of the state at that step, which are valid until it returns: copy what you keep, write
-    nothing. If it returns True the run ends, without an exception; an exception that it raises ends the run and is raised again. `watch_energy` ends a run
-    whose energy rises beyond rounding (masses must not be negative). `tolerance` and `threads` are those of `field`.
+    `progress(steps, positions, density)` is called after each step with views of the state at that step, which are
+    valid until it returns: copy what you keep, write nothing. If it returns True the run ends, without an exception;
+    an exception that it raises ends the run and is raised again. `watch_energy` ends a run whose energy rises beyond
+    rounding (masses must not be negative). `tolerance` and `threads` are those of `field`.
 
-    However a run ends, the arrays hold the state after the last completed step. Ctrl-C raises KeyboardInterrupt, and errors raise `mollis.Error` (BECAME_NOT_FINITE,
-    ENERGY_ROSE, NOT_FINITE with `first_bad`: particles, then tracers; TIME_STEP, MASS); both have the `BlobRun` as attribute `report`.
+    However a run ends, the arrays hold the state after the last completed step. Ctrl-C raises KeyboardInterrupt, and
+    errors raise `mollis.Error` (BECAME_NOT_FINITE, ENERGY_ROSE, NOT_FINITE with `first_bad`: particles, then tracers;
+    TIME_STEP, MASS); both have the `BlobRun` as attribute `report`.
     """
     api = kernel._api
     dimension = api.dimension
@@ -108,7 +114,7 @@ def blob(
 
             def report_step(completed: int, at: int, at_density: int) -> int:
                 seen = (_view(frame, api, x, at, (n, dimension)), _view(frame, api, rho, at_density, (n,)))
-                if progress(completed, *seen) is True:
+                if progress(completed, *seen) is True:  # type: ignore[arg-type]
                     stopped.append(True)
                     return 1
                 return 0
@@ -135,7 +141,12 @@ def blob(
             options.after_step = ffi.NULL
         ended = failure is None and not stopped
         run = BlobRun(
-            report.steps, report.energy_first, report.energy_last, v if ended else None, div if ended else None, points_v if ended else None
+            report.steps,
+            report.energy_first,
+            report.energy_last,
+            v if ended else None,
+            div if ended else None,
+            points_v if ended else None,
         )
     if failure is not None:
         failure.report = run  # type: ignore[attr-defined]

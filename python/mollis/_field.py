@@ -45,11 +45,16 @@ class Field(NamedTuple):
 _FEW, _MANY = 20_000, 50_000_000
 
 
-def _options(frame: _library.Frame, method: str, accumulation: str, combination: tuple[float, float], tolerance: float) -> Any:
+def _options(
+    frame: _library.Frame, method: str, accumulation: str, combination: tuple[float, float], tolerance: float
+) -> Any:
     if method == "auto" and accumulation == "blocked" and combination == (1.0, 0.0) and tolerance == 0.0:
         return NULL
     options = frame.options("mollis_field_options")
-    options.method, options.accumulation = _library.number("METHOD", method), _library.number("ACCUMULATION", accumulation)
+    options.method, options.accumulation = (
+        _library.number("METHOD", method),
+        _library.number("ACCUMULATION", accumulation),
+    )
     options.combination[0], options.combination[1] = combination
     options.tolerance = tolerance
     return options
@@ -69,7 +74,8 @@ def field(
     radii: ArrayLike | None = None, strengths: ArrayLike | None = None,
     potential: _Asked = False, gradient: _Asked = False, laplacian: _Asked = False,
     factor: float = 1.0, add: bool = False, combination: tuple[float, float] = (1.0, 0.0),
-    method: str = "auto", accumulation: str = "blocked", tolerance: float = 0.0, threads: int | None = None, level: str = "best", counts: bool = False,
+    method: str = "auto", accumulation: str = "blocked", tolerance: float = 0.0,
+    threads: int | None = None, level: str = "best", counts: bool = False,
 ) -> Field:  # fmt: skip
     """Sums over sources: u(x_i) = sum_j m_j K_delta(x_i - x_j) at every target, its gradient and its Laplacian.
 
@@ -77,21 +83,27 @@ def field(
         >>> attraction = mollis.field(kernel, x, m, gradient=True).gradient     # x (n, 2), m (n,)
         >>> mollis.field(kernel, x, m, targets, gradient=velocity, factor=-1.0)   # overwrites the array `velocity`
 
-    Inputs, read where they are: `positions` (n, D), `masses` (n,) or one number, `targets` (k, D), by default the sources themselves, `radii` (n,), core radii in
-    place of the kernel's delta (Newtonian kernels with a mollifier), `strengths` (n, 3), vector strengths in place of the masses: the gradient is then the velocity
-    of vortex elements by the law of Biot and Savart. Lists, arrays of another type, and arrays whose strides are negative, zero or no multiples of the item are copied.
+    Inputs, read where they are: `positions` (n, D), `masses` (n,) or one number, `targets` (k, D), by default the
+    sources themselves, `radii` (n,), core radii in place of the kernel's delta (Newtonian kernels with a mollifier),
+    `strengths` (n, 3), vector strengths in place of the masses: the gradient is then the velocity of vortex elements
+    by the law of Biot and Savart. Lists, arrays of another type, and arrays whose strides are negative, zero or no
+    multiples of the item are copied.
 
-    Outputs: `potential`, `gradient`, `laplacian` are True, for a new array, or an array of the kernel's dtype and of any positive stride, which is overwritten; with `add`,
-    results are added to what is there. `factor` multiplies all. An output must overlap nothing else. In the plane the gradient
-    output is a grad u + b (grad u rotated by +90 degrees) for `combination` = (a, b): (0, 1) are velocities of vortices.
+    Outputs: `potential`, `gradient`, `laplacian` are True, for a new array, or an array of the kernel's dtype and of
+    any positive stride, which is overwritten; with `add`, results are added to what is there. `factor` multiplies
+    all. An output must overlap nothing else. In the plane the gradient output is a grad u + b (grad u rotated by +90
+    degrees) for `combination` = (a, b): (0, 1) are velocities of vortices.
 
-    `tolerance` is the error that may be spent for speed, relative in the l2 norm (from 1e-13 on, float32 1e-5: fast multipole method in the plane); 0 asks for rounding alone.
-    `method` is "auto", "direct", "moments", "sorted", "neighbours", "split" or "fmm"; `mollis.plan` tells what runs. `accumulation` is "blocked" or
-    "compensated". `threads` is the number of threads (None: that of `mollis.set_threads`; 1: the calling one); results do not depend on it, bit for bit.
-    `level` "portable" gives the same bits on every machine. `counts` asks for the numbers of pairs.
+    `tolerance` is the error that may be spent for speed, relative in the l2 norm (from 1e-13 on, float32 1e-5: fast
+    multipole method in the plane); 0 asks for rounding alone. `method` is "auto", "direct", "moments", "sorted",
+    "neighbours", "split" or "fmm"; `mollis.plan` tells what runs. `accumulation` is "blocked" or "compensated".
+    `threads` is the number of threads (None: that of `mollis.set_threads`; 1: the calling one); results do not depend
+    on it, bit for bit. `level` "portable" gives the same bits on every machine. `counts` asks for the numbers of
+    pairs.
 
-    A mollified kernel counts every pair, a target on a source included; without a mollifier coincident pairs contribute nothing. Ctrl-C ends a long sum; what
-    its outputs hold is then undefined. Raises `mollis.Error`: NOT_FINITE (`first_bad`: sources, then targets), OVERLAP, UNSUPPORTED, DELTA (a core radius).
+    A mollified kernel counts every pair, a target on a source included; without a mollifier coincident pairs
+    contribute nothing. Ctrl-C ends a long sum; what its outputs hold is then undefined. Raises `mollis.Error`:
+    NOT_FINITE (`first_bad`: sources, then targets), OVERLAP, UNSUPPORTED, DELTA (a core radius).
     """
     api = kernel._api
     dimension = api.dimension
@@ -153,7 +165,8 @@ def field(
 
 
 def plan(
-    kernel: Kernel, sources: int, targets: int | None = None, *, potential: bool = False, gradient: bool = False, laplacian: bool = False,
+    kernel: Kernel, sources: int, targets: int | None = None, *,
+    potential: bool = False, gradient: bool = False, laplacian: bool = False,
     radii: bool = False, combination: tuple[float, float] = (1.0, 0.0),
     method: str = "auto", accumulation: str = "blocked", tolerance: float = 0.0,
 ) -> str:  # fmt: skip
@@ -180,8 +193,12 @@ def plan(
             put_points(api, where, "positions", y, "stride")
         first, second = np.empty(k, api.dtype), np.empty(k, api.dtype)
         grad = np.empty((k, dimension), api.dtype)
-        _put_outputs(api, outputs, first if potential else None, grad if gradient else None, second if laplacian else None)
+        _put_outputs(
+            api, outputs, first if potential else None, grad if gradient else None, second if laplacian else None
+        )
         options = _options(frame, method, accumulation, combination, tolerance)
         text = ffi.new("char[]", 4096)
-        _library.check(api["field#_text"](kernel._pointer, kernel._bytes, about, where, outputs, options, text, len(text), NULL))
+        _library.check(
+            api["field#_text"](kernel._pointer, kernel._bytes, about, where, outputs, options, text, len(text), NULL)
+        )
         return ffi.string(text).decode()

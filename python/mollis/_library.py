@@ -23,7 +23,7 @@ if lib.mollis_abi_version() != lib.MOLLIS_ABI_VERSION:
 # Numbers of the header, such as MOLLIS_METHOD_FMM.
 _NUMBERS = {name: getattr(lib, name) for name in dir(lib) if name.startswith("MOLLIS_")}
 
-Status = enum.IntEnum(
+Status = enum.IntEnum(  # type: ignore[misc]
     "Status", {"OK": 0} | {k.removeprefix("MOLLIS_ERR_"): v for k, v in _NUMBERS.items() if k.startswith("MOLLIS_ERR_")}
 )
 Status.__doc__ = "The statuses of the C library, without their prefix MOLLIS_ERR_."
@@ -35,8 +35,9 @@ HOST_FAILED = 1000
 class Error(Exception):
     """A call that the library refused or ended.
 
-    `status` is a `Status` (an int if it is none of the library's), `first_bad` the index of the first element that is not finite
-    (particles or sources, then targets or tracers), where that is known, else None. `report` is the report of a run that ended early, else None.
+    `status` is a `Status` (an int if it is none of the library's), `first_bad` the index of the first element that is
+    not finite (particles or sources, then targets or tracers), where that is known, else None. `report` is the report
+    of a run that ended early, else None.
     """
 
     def __init__(self, status: int, first_bad: int | None = None) -> None:
@@ -61,7 +62,9 @@ def number(group: str, name: str) -> int:
 
 
 class Api(dict):
-    """The functions of one dimension and scalar type: `api["field#_eval"]` is mollis_field2_eval, or mollis_field3_eval_f32."""
+    """The functions of one dimension and scalar type: `api["field#_eval"]` is mollis_field2_eval, or
+    mollis_field3_eval_f32.
+    """
 
     def __init__(self, dimension: int, dtype: np.dtype) -> None:
         super().__init__()
@@ -73,7 +76,7 @@ class Api(dict):
     def name(self, template: str) -> str:
         return f"mollis_{template.replace('#', str(self.dimension))}{self.suffix}"
 
-    __hash__ = object.__hash__
+    __hash__ = object.__hash__  # type: ignore[assignment]
 
     def __missing__(self, template: str) -> Any:
         function = self[template] = getattr(lib, self.name(template))
@@ -87,11 +90,13 @@ def api(dimension: int, dtype: Any) -> Api:
     """The functions for this dimension and type."""
     found = _APIS.get((dimension, np.dtype(dtype)))
     if found is None:
-        raise ValueError(f"dimension {dimension} and dtype {np.dtype(dtype)}: they are 1, 2 or 3, and float32 or float64")
+        raise ValueError(
+            f"dimension {dimension} and dtype {np.dtype(dtype)}: they are 1, 2 or 3, and float32 or float64"
+        )
     return found
 
 
-# Arrays ------------------------------------------------------------------------------------------------------------------------
+# Arrays
 
 
 def address(array: np.ndarray) -> int:
@@ -107,7 +112,9 @@ def pointer(api: Api, array: np.ndarray) -> Any:
 
 
 def describable(array: np.ndarray, item: int) -> bool:
-    """Whether the library can read an array where it is: aligned, and from one element to the next a positive number of items."""
+    """Whether the library can read an array where it is: aligned, and from one element to the next a positive number
+    of items.
+    """
     step = array.strides[0]
     return array.flags.aligned and (array.shape[0] < 2 or step > 0 and step % item == 0)
 
@@ -149,7 +156,9 @@ def writable(api: Api, array: Any, shape: tuple[int, ...], name: str) -> np.ndar
     if not array.flags.writeable:
         raise ValueError(f"{name} is read-only")
     if not array.flags.c_contiguous and not describable(array, api.item):
-        raise ValueError(f"{name} is written and has to be aligned, with a positive multiple of {api.item} bytes between elements")
+        raise ValueError(
+            f"{name} is written and has to be aligned, with a positive multiple of {api.item} bytes between elements"
+        )
     return array
 
 
@@ -187,7 +196,7 @@ def put_points(api: Api, struct: Any, field: str, array: np.ndarray | None, stri
     setattr(struct, stride, step // api.item if array.shape[0] > 1 else api.dimension)
 
 
-# Threads -----------------------------------------------------------------------------------------------------------------------
+# Threads
 
 _pools: dict[int, Any] = {}
 _lock = threading.Lock()
@@ -195,7 +204,8 @@ _default = 0
 
 
 def set_threads(threads: int) -> None:
-    """Sets how many threads calls use that do not say so; 0, the default, means as many as the machine has (at most 256).
+    """Sets how many threads calls use that do not say so; 0, the default, means as many as the machine has (at most
+    256).
 
     Results do not depend on it, bit for bit.
     """
@@ -233,7 +243,7 @@ def _forget_pools() -> None:
 if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=_forget_pools)
 
-# Calls -------------------------------------------------------------------------------------------------------------------------
+# Calls
 
 # Larger workspaces are given back after a call.
 _KEEP = 64 << 20
@@ -291,7 +301,9 @@ class Frame:
             for kind in kinds:
                 starts.append(starts[-1] + ffi.sizeof(kind))
             block = ffi.new("double[]", starts[-1] // 8 + 1)
-            structs = tuple(ffi.cast(f"{kind} *", ffi.cast("char *", block) + start) for kind, start in zip(kinds, starts))
+            structs = tuple(
+                ffi.cast(f"{kind} *", ffi.cast("char *", block) + start) for kind, start in zip(kinds, starts)
+            )
             found = self.fields[api] = structs, block, bytes(starts[-1]), starts[-1]
         structs, block, zeros, size = found
         memmove(block, zeros, size)
@@ -368,8 +380,8 @@ def check(status: int, values: np.ndarray | None = None) -> None:
 class Callbacks:
     """Runs a call of the library so that Ctrl-C ends it, and functions of the host in the thread that made it.
 
-    In the main thread the call runs in a second thread, as Python handles signals in the main one alone. Exceptions of the host's functions, and of
-    signal handlers, end the call and are raised after it.
+    In the main thread the call runs in a second thread, as Python handles signals in the main one alone. Exceptions
+    of the host's functions, and of signal handlers, end the call and are raised after it.
     """
 
     def __init__(self, frame: Frame) -> None:
@@ -425,7 +437,7 @@ class Callbacks:
         return status
 
     def _apart(self, call: Callable[[], int]) -> int:
-        self.queue = queue = SimpleQueue()
+        self.queue = queue = SimpleQueue[Any]()
         result: list[int] = []
 
         def work() -> None:

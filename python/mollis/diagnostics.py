@@ -40,7 +40,9 @@ def _points(values: ArrayLike) -> tuple[_library.Api, NDArray[Any], Any]:
     return api, array, ffi.cast(f"const {api.real} (*)[{api.dimension}]", _library.pointer(api, array))
 
 
-def _numbers(values: ArrayLike, shape: tuple[int, ...] | None = None, dtype: Any = None) -> tuple[_library.Api, NDArray[Any], Any]:
+def _numbers(
+    values: ArrayLike, shape: tuple[int, ...] | None = None, dtype: Any = None
+) -> tuple[_library.Api, NDArray[Any], Any]:
     """Numbers without gaps, the functions for their type, and a C pointer."""
     if dtype is None:
         dtype = np.float32 if getattr(values, "dtype", None) == np.float32 else np.float64
@@ -52,7 +54,9 @@ def _numbers(values: ArrayLike, shape: tuple[int, ...] | None = None, dtype: Any
 
 
 def moments(positions: ArrayLike, masses: ArrayLike) -> Moments:
-    """Mass, sum of |m|, centre of mass and second moment about it of n particles in D dimensions, to a few roundings whatever n."""
+    """Mass, sum of |m|, centre of mass and second moment about it of n particles in D dimensions, to a few roundings
+    whatever n.
+    """
     api, x, at = _points(positions)
     _, m, weights = _numbers(masses, (len(x),), api.dtype)
     out, centre = [ffi.new(api.array, 1) for _ in range(3)], np.empty(api.dimension, api.dtype)
@@ -67,11 +71,14 @@ def energy(kernel: Kernel, positions: ArrayLike, masses: ArrayLike, *, threads: 
 
     m = np.asarray(masses, kernel.dtype)
     u = field(kernel, positions, m, potential=True, threads=threads).potential
+    assert u is not None
     return 0.5 * float(np.dot(m.astype(np.float64), u.astype(np.float64)))
 
 
 def overlap(delta: float, masses: ArrayLike, densities: ArrayLike, dimension: int = 2) -> float:
-    """The smallest overlap of blobs: delta over the spacing (m / density)^(1/D). A Gaussian's sampling error is exp(-(pi overlap)^2) of the density."""
+    """The smallest overlap of blobs: delta over the spacing (m / density)^(1/D). A Gaussian's sampling error is
+    exp(-(pi overlap)^2) of the density.
+    """
     _, m, mass = _numbers(masses)
     _, _rho, density = _numbers(densities, m.shape, m.dtype)
     api = _library.api(dimension, m.dtype)
@@ -101,10 +108,12 @@ def distance_norm(a: ArrayLike, b: ArrayLike, cell: float = 1.0, p: float = 1.0)
 
 
 def dual_norm(values: ArrayLike, spacing: float, margin: int) -> float:
-    """The W^{-1,2}_h norm of a function on a box of the lattice h Z^D, in which the density of the blob method converges.
+    """The W^{-1,2}_h norm of a function on a box of the lattice h Z^D, in which the density of the blob method
+    converges.
 
-    `values` has one axis a dimension, x along the last; `spacing` is h, and `margin` points of zeros on each side stand for the rest of the lattice, which cuts off
-    about e^(-2 margin h) of the norm. Raises `mollis.Error`: NOT_FINITE, OUT_OF_DOMAIN, TOO_LARGE.
+    `values` has one axis a dimension, x along the last; `spacing` is h, and `margin` points of zeros on each side
+    stand for the rest of the lattice, which cuts off about e^(-2 margin h) of the norm. Raises `mollis.Error`:
+    NOT_FINITE, OUT_OF_DOMAIN, TOO_LARGE.
     """
     _, v, at = _numbers(values)
     api = _library.api(v.ndim, v.dtype)

@@ -1,7 +1,7 @@
 """Fields of particles on a mesh in the plane.
 
-    >>> mesh = mollis.Mesh((-3, -3), (3, 3), (128, 128))
-    >>> mesh.field(x, m, gradient=True).gradient
+>>> mesh = mollis.Mesh((-3, -3), (3, 3), (128, 128))
+>>> mesh.field(x, m, gradient=True).gradient
 """
 
 from __future__ import annotations
@@ -19,7 +19,9 @@ _Asked = bool | NDArray[Any] | None
 
 
 class MeshField(NamedTuple):
-    """The results of a field on a mesh; None where not asked for. Arrays over the nodes are (ny + 1, nx + 1): x runs along the last axis."""
+    """The results of a field on a mesh; None where not asked for. Arrays over the nodes are (ny + 1, nx + 1): x runs
+    along the last axis.
+    """
 
     gradient: NDArray[Any] | None
     """grad u at the targets, (k, 2)."""
@@ -37,11 +39,13 @@ class MeshField(NamedTuple):
 
 @dataclass(frozen=True)
 class Mesh:
-    """A rectangle cut into equal cells, and the equation that is solved on it: Laplacian(u) - screening^2 u = density.
+    """A rectangle cut into equal cells, and the equation that is solved on it: Laplacian(u) - screening^2 u =
+    density.
 
         >>> mollis.Mesh(lower=(-1, -1), upper=(1, 1), cells=(64, 64), walls="no-flux")
 
-    `walls` is "free", "free-quadrupole" (free space with the second moments of the mass) or "no-flux"; `order` 2 or 4 is how fast the error falls with the mesh width.
+    `walls` is "free", "free-quadrupole" (free space with the second moments of the mass) or "no-flux"; `order` 2 or 4
+    is how fast the error falls with the mesh width.
     """
 
     lower: tuple[float, float]
@@ -55,21 +59,27 @@ class Mesh:
         mesh, options = ffi.new("mollis_mesh2 *"), ffi.new("mollis_grid2_options *")
         mesh.lower, mesh.upper, mesh.cells = tuple(self.lower), tuple(self.upper), tuple(self.cells)
         _library.check(_library.lib.mollis_grid2_options_init(options, ffi.sizeof("mollis_grid2_options")))
-        options.walls, options.screening, options.order = _library.number("WALLS", self.walls), self.screening, self.order
+        options.walls, options.screening, options.order = (
+            _library.number("WALLS", self.walls),
+            self.screening,
+            self.order,
+        )
         return mesh, options
 
     def field(
         self, positions: ArrayLike, masses: ArrayLike, targets: ArrayLike | None = None, *,
-        gradient: _Asked = False, node_mass: _Asked = False, node_potential: _Asked = False, node_gradient: _Asked = False,
-        dtype: Any = np.float64, threads: int | None = None,
+        gradient: _Asked = False, node_mass: _Asked = False, node_potential: _Asked = False,
+        node_gradient: _Asked = False, dtype: Any = np.float64, threads: int | None = None,
     ) -> MeshField:  # fmt: skip
-        """The field of masses: u(x) = sum_j m_j V(x - x_j), V = log r / (2 pi), or -K0(k r) / (2 pi) with screening k, and its gradient at `targets`.
+        """The field of masses: u(x) = sum_j m_j V(x - x_j), V = log r / (2 pi), or -K0(k r) / (2 pi) with screening
+        k, and its gradient at `targets`.
 
             >>> mesh.field(x, m, node_potential=True).node_potential
 
-        Cloud-in-cell deposit, five or nine points solved exactly, bilinear interpolation. `positions` (n, 2), `masses` (n,) and `targets` (k, 2), by default the sources, are read
-        where they are; outputs are True, for a new array, or an array of `dtype` that is overwritten. A mass below 4.4e-16 of the sum of |masses| adds nothing. Raises
-        `mollis.Error`: OUT_OF_DOMAIN, NOT_FINITE (`first_bad`: sources, then targets), UNSUPPORTED.
+        Cloud-in-cell deposit, five or nine points solved exactly, bilinear interpolation. `positions` (n, 2),
+        `masses` (n,) and `targets` (k, 2), by default the sources, are read where they are; outputs are True, for a
+        new array, or an array of `dtype` that is overwritten. A mass below 4.4e-16 of the sum of |masses| adds
+        nothing. Raises `mollis.Error`: OUT_OF_DOMAIN, NOT_FINITE (`first_bad`: sources, then targets), UNSUPPORTED.
         """
         api = _library.api(2, dtype)
         x = _library.points(api, positions, "positions")

@@ -4,8 +4,8 @@
     >>> kernel = kernels.Kernel(kernels.newtonian(), mollifiers.compact(2, 4), delta=0.05)
     >>> kernel.radial([0.0, 0.02, 1.0]).gradient_factor
 
-A term's coefficient multiplies it. Velocities of the blob method are -grad u, so a positive coefficient of a kernel that grows with the
-distance attracts.
+A term's coefficient multiplies it. Velocities of the blob method are -grad u, so a positive coefficient of a kernel
+that grows with the distance attracts.
 """
 
 from __future__ import annotations
@@ -79,15 +79,19 @@ def own(
 ) -> Own:  # fmt: skip
     """A radial function of your own.
 
-        >>> yukawa = kernels.own(lambda r: (-math.exp(-r) / r, math.exp(-r) * (1 + r) / r**3, -math.exp(-r) / r), reach=40.0)
+        >>> def yukawa(r):
+        ...     e = math.exp(-r)
+        ...     return -e / r, e * (1 + r) / r**3, -e / r
+        >>> kernel = mollis.Kernel(kernels.own(yukawa, reach=40.0), dimension=3)
 
-    `function(r)` returns K(r), K'(r)/r and the Laplacian of K for a distance r > 0, a float, or with `vectorized` an array of one. It is called some ten
-    thousand times while the kernel is prepared and never afterwards, and has to be accurate at every r up to the reach: -expm1(-x), not 1 - exp(-x). An
-    exception that it raises is raised again by `Kernel`.
+    `function(r)` returns K(r), K'(r)/r and the Laplacian of K for a distance r > 0, a float, or with `vectorized` an
+    array of one. It is called some ten thousand times while the kernel is prepared and never afterwards, and has to
+    be accurate at every r up to the reach: -expm1(-x), not 1 - exp(-x). An exception that it raises is raised again
+    by `Kernel`.
 
-    `reach` is the largest distance that matters; pairs beyond get nothing. `knots` are radii where the kernel is not smooth, increasing. `tolerance` is the
-    error with which the fit is accepted (0: 1e-10, float32 1e-5; else KERNEL_FIT); `Kernel.fit_errors` tells what was reached. Below `least` K continues as
-    a power of r.
+    `reach` is the largest distance that matters; pairs beyond get nothing. `knots` are radii where the kernel is not
+    smooth, increasing. `tolerance` is the error with which the fit is accepted (0: 1e-10, float32 1e-5; else
+    KERNEL_FIT); `Kernel.fit_errors` tells what was reached. Below `least` K continues as a power of r.
     """
     return Own(function, reach, coefficient, tolerance, least, tuple(knots), vectorized)
 
@@ -98,11 +102,13 @@ class Kernel:
         >>> gravity = Kernel(kernels.newtonian(4 * math.pi), mollifiers.plummer(), delta=0.01, dimension=3)
         >>> morse = Kernel([kernels.exponential(0.5, 2.0), kernels.exponential(1.0, -1.0)])
 
-    `terms` is one term or several, at most one of them `kernels.own`. Without a mollifier the kernel is singular, and coincident pairs contribute nothing. `dtype` is
-    the type in which sums with this kernel compute, float64 or float32: arrays that are only read are converted to it, those that are written have to have it.
+    `terms` is one term or several, at most one of them `kernels.own`. Without a mollifier the kernel is singular, and
+    coincident pairs contribute nothing. `dtype` is the type in which sums with this kernel compute, float64 or
+    float32: arrays that are only read are converted to it, those that are written have to have it.
 
-    Preparing takes microseconds (Newtonian) to tens of milliseconds. A kernel is immutable, may be used by several threads at a time, and can be pickled.
-    Raises `mollis.Error`: DELTA, ORDER, EXPONENT, KERNEL_PARAMETER, KERNEL_TERMS, UNSUPPORTED, KERNEL_FIT and others of the header.
+    Preparing takes microseconds (Newtonian) to tens of milliseconds. A kernel is immutable, may be used by several
+    threads at a time, and can be pickled. Raises `mollis.Error`: DELTA, ORDER, EXPONENT, KERNEL_PARAMETER,
+    KERNEL_TERMS, UNSUPPORTED, KERNEL_FIT and others of the header.
     """
 
     __slots__ = ("dimension", "dtype", "delta", "mollifier", "fit_errors", "_api", "_block", "_pointer", "_bytes")
@@ -115,8 +121,8 @@ class Kernel:
     """Of a kernel of your own: the largest errors of K, K'/r and the Laplacian. Else None."""
 
     def __init__(
-        self, terms: Term | Own | Sequence[Term | Own], mollifier: mollifiers.Mollifier | None = None, delta: float | None = None,
-        dimension: int = 2, dtype: DTypeLike = np.float64,
+        self, terms: Term | Own | Sequence[Term | Own], mollifier: mollifiers.Mollifier | None = None,
+        delta: float | None = None, dimension: int = 2, dtype: DTypeLike = np.float64,
     ) -> None:  # fmt: skip
         all_terms = [terms] if isinstance(terms, (Term, Own)) else list(terms)
         owns = [term for term in all_terms if isinstance(term, Own)]
@@ -166,7 +172,8 @@ class Kernel:
 
             >>> kernel.radial(np.linspace(0, 1, 101)).value
 
-        Values are within some roundings, see `mollis_kernel2_eval` in the header. Without a mollifier all are 0 at r = 0.
+        Values are within some roundings, see `mollis_kernel2_eval` in the header. Without a mollifier all are 0 at r
+        = 0.
         """
         api = self._api
         distances = np.ascontiguousarray(r, api.dtype).reshape(np.shape(r))
@@ -177,7 +184,9 @@ class Kernel:
         return Radial(*results)
 
     def stable_step(self, positions: ArrayLike, masses: ArrayLike) -> float:
-        """A time step with which the blob method is stable at this state; infinity where nothing moves. Cost: n (n - 1) evaluations."""
+        """A time step with which the blob method is stable at this state; infinity where nothing moves. Cost: n (n -
+        1) evaluations.
+        """
         api = self._api
         x = _library.contiguous(api, positions, "positions")
         m = np.ascontiguousarray(_library.vector(api, masses, len(x), "masses"))

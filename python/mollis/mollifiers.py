@@ -5,8 +5,9 @@
     >>> psi.radial([0.0, 0.5, 2.0], delta=1.0, density=True).density
     array([ 2.54647909,  0.3020302 ,  0.        ])
 
-A mollifier has integral 1 and is scaled to psi_delta(x) = delta^-D psi(x / delta) in D dimensions. Its Newtonian field is
-phi = K * psi_delta with Laplacian(phi) = psi_delta. Arrays are float64 unless `dtype` or the arrays given say float32.
+A mollifier has integral 1 and is scaled to psi_delta(x) = delta^-D psi(x / delta) in D dimensions. Its Newtonian
+field is phi = K * psi_delta with Laplacian(phi) = psi_delta. Arrays are float64 unless `dtype` or the arrays given
+say float32.
 """
 
 from __future__ import annotations
@@ -73,23 +74,34 @@ class Mollifier:
     def _struct(self) -> Any:
         return ffi.new("mollis_mollifier *", (_library.number("MOLLIFIER", self.kind), self.order, self.exponent))[0]
 
-    def radial(self, r: ArrayLike, delta: float, dimension: int = 2, *, dtype: DTypeLike | None = None, **wanted: bool) -> Radial:
+    def radial(
+        self, r: ArrayLike, delta: float, dimension: int = 2, *, dtype: DTypeLike | None = None, **wanted: bool
+    ) -> Radial:
         """psi_delta and its Newtonian field as functions of distances.
 
             >>> psi.radial(r, delta=0.1, gradient_factor=True).gradient_factor
 
-        `r` has any shape; signs are not looked at. Each result has that shape. Keywords with the names of `Radial` say what is computed; without one, all
-        is. Values are within 1 ulp. Raises `mollis.Error`: DELTA, ORDER, EXPONENT, NOT_FINITE (`first_bad`).
+        `r` has any shape; signs are not looked at. Each result has that shape. Keywords with the names of `Radial`
+        say what is computed; without one, all is. Values are within 1 ulp. Raises `mollis.Error`: DELTA, ORDER,
+        EXPONENT, NOT_FINITE (`first_bad`).
         """
         return self._functions("mollifier#_eval", r, dimension, dtype, wanted, lambda api: (delta,))
 
     def richardson(
-        self, r: ArrayLike, delta: float, radii: ArrayLike, dimension: int = 2, *, dtype: DTypeLike | None = None, **wanted: bool
+        self,
+        r: ArrayLike,
+        delta: float,
+        radii: ArrayLike,
+        dimension: int = 2,
+        *,
+        dtype: DTypeLike | None = None,
+        **wanted: bool,
     ) -> tuple[NDArray[Any], Radial]:
-        """A Richardson combination (Anderson (8) to (10)): the sum over j of weight[j] times this mollifier of length radii[j] delta.
+        """A Richardson combination (Anderson (8) to (10)): the sum over j of weight[j] times this mollifier of length
+        radii[j] delta.
 
-        `radii` are one to four different numbers in (0, 1]; p + 2 (len(radii) - 1) is the order, for a mollifier of order p. Returns the weights and
-        the functions, as `radial` does.
+        `radii` are one to four different numbers in (0, 1]; p + 2 (len(radii) - 1) is the order, for a mollifier of
+        order p. Returns the weights and the functions, as `radial` does.
         """
         weights: list[NDArray[Any]] = []
 
@@ -101,7 +113,9 @@ class Mollifier:
         functions = self._functions("mollifier#_richardson", r, dimension, dtype, wanted, before)
         return weights[0], functions
 
-    def _functions(self, name: str, r: ArrayLike, dimension: int, dtype: Any, wanted: dict[str, bool], before: Any) -> Radial:
+    def _functions(
+        self, name: str, r: ArrayLike, dimension: int, dtype: Any, wanted: dict[str, bool], before: Any
+    ) -> Radial:
         if unknown := wanted.keys() - set(Radial._fields):
             raise TypeError(f"unknown: {', '.join(unknown)}; there are {', '.join(Radial._fields)}")
         api = _library.api(dimension, _dtype(r, dtype))
@@ -148,12 +162,16 @@ class Mollifier:
         return value[0]
 
     def heaviside(self, x: ArrayLike, delta: float, *, dtype: DTypeLike | None = None) -> NDArray[Any]:
-        """The smooth Heaviside function in one dimension: the integral of psi_delta from -infinity to x, for x of any shape."""
+        """The smooth Heaviside function in one dimension: the integral of psi_delta from -infinity to x, for x of any
+        shape.
+        """
         api = _library.api(1, _dtype(x, dtype))
         places = np.ascontiguousarray(x, api.dtype).reshape(np.shape(x))
         values = np.empty_like(places)
         function = api["mollifier#_heaviside"]
-        status = function(self._struct(), delta, places.size, _library.pointer(api, places), _library.pointer(api, values))
+        status = function(
+            self._struct(), delta, places.size, _library.pointer(api, places), _library.pointer(api, values)
+        )
         _library.check(status, places.ravel())
         return values
 
@@ -164,17 +182,23 @@ def none() -> Mollifier:
 
 
 def compact(order: int = 2, exponent: int = 4) -> Mollifier:
-    """A polynomial of r^2 inside r < delta (Anderson 2014): order 2, 4, 6 or 8, exponent 1 to 9. Outside the field is exactly Newtonian."""
+    """A polynomial of r^2 inside r < delta (Anderson 2014): order 2, 4, 6 or 8, exponent 1 to 9. Outside the field is
+    exactly Newtonian.
+    """
     return Mollifier("compact", order, exponent)
 
 
 def gaussian(order: int = 2) -> Mollifier:
-    """A sum of Gaussians: order 2 is exp(-r^2 / delta^2) (in the plane Lamb and Oseen's vortex); 4 and 6 are Craig and Bertozzi's and alike."""
+    """A sum of Gaussians: order 2 is exp(-r^2 / delta^2) (in the plane Lamb and Oseen's vortex); 4 and 6 are Craig
+    and Bertozzi's and alike.
+    """
     return Mollifier("gaussian", order)
 
 
 def plummer() -> Mollifier:
-    """Plummer's softening, in vortex methods that of Rosenhead and Moore: the Newtonian kernel at the distance (r^2 + delta^2)^(1/2)."""
+    """Plummer's softening, in vortex methods that of Rosenhead and Moore: the Newtonian kernel at the distance (r^2 +
+    delta^2)^(1/2).
+    """
     return Mollifier("plummer")
 
 

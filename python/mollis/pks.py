@@ -1,9 +1,9 @@
 """Coalescing particles for Patlak-Keller-Segel equations in the plane (Zhelezov & Fatkullin 2016).
 
-    >>> kernel = mollis.Kernel(kernels.newtonian(), mollifiers.compact(2, 4), delta=1e-3)
-    >>> run = mollis.pks.Particles(x, m, chi=1.0, noise=0.01, attraction=kernel, random=np.random.default_rng(1))
-    >>> events = run.step(dt=1e-3, steps=100)
-    >>> len(run.masses), run.time, events.table["mass"]
+>>> kernel = mollis.Kernel(kernels.newtonian(), mollifiers.compact(2, 4), delta=1e-3)
+>>> run = mollis.pks.Particles(x, m, chi=1.0, noise=0.01, attraction=kernel, random=np.random.default_rng(1))
+>>> events = run.step(dt=1e-3, steps=100)
+>>> len(run.masses), run.time, events.table["mass"]
 """
 
 from __future__ import annotations
@@ -18,18 +18,24 @@ from ._library import ffi, lib
 from .grid import Mesh
 from .kernels import Kernel
 
+_FIELDS = ffi.typeof("mollis_pks_event").fields
 _EVENT = np.dtype(
-    [("time", "f8"), ("label", "u8"), ("mass", "f8"), ("index", "f8"), ("first", "u8"), ("absorbed", "u8")], align=True
+    {
+        "names": [name for name, _ in _FIELDS],
+        "formats": [{"double": "f8", "uint64_t": "u8"}[field.type.cname] for _, field in _FIELDS],
+        "offsets": [field.offset for _, field in _FIELDS],
+        "itemsize": ffi.sizeof("mollis_pks_event"),
+    }
 )
-assert _EVENT.itemsize == ffi.sizeof("mollis_pks_event")
-assert all(_EVENT.fields[name][1] == ffi.offsetof("mollis_pks_event", name) for name in _EVENT.names)
 
 
 class Events(NamedTuple):
     """The merges of a call, in order."""
 
     table: NDArray[Any]
-    """A structured array: time, label (the lowest, which goes on), mass (of the merged particle), index (nu of the cluster), first and absorbed."""
+    """A structured array: time, label (the lowest, which goes on), mass (of the merged particle), index (nu of the
+    cluster), first and absorbed.
+    """
     labels: NDArray[np.uint64]
     """The absorbed labels: those of an event are labels[first : first + absorbed], ascending."""
 
@@ -52,20 +58,24 @@ class Report(NamedTuple):
 
 
 class Particles:
-    """Coalescing particles: dX_n = -chi grad sum_i m_i V(X_n - X_i) dt + sqrt(2 noise / m_n) dW_n, which merge where they collide.
+    """Coalescing particles: dX_n = -chi grad sum_i m_i V(X_n - X_i) dt + sqrt(2 noise / m_n) dW_n, which merge where
+    they collide.
 
         >>> mesh = mollis.Mesh((-3, -3), (3, 3), (128, 128))
         >>> run = mollis.pks.Particles(x, m, chi=1.0, noise=1.0 / len(x), attraction=mesh, random=7)
 
-    `positions` (n, 2) and `masses` (n,), positive, are copied; with `copy=False` the arrays given, which have to be without gaps and of the dtype, are advanced in place. `labels` (n,) are
-    different integers, by default 0 to n - 1, `species` (n,) integers that travel with the particles. `dtype` is that of `positions`, float64 or float32.
+    `positions` (n, 2) and `masses` (n,), positive, are copied; with `copy=False` the arrays given, which have to be
+    without gaps and of the dtype, are advanced in place. `labels` (n,) are different integers, by default 0 to n - 1,
+    `species` (n,) integers that travel with the particles. `dtype` is that of `positions`, float64 or float32.
 
-    `attraction` is a `Mesh` (solved once a step), a `Kernel` in the plane (its sum over all particles in every sub-step) or None. With a mesh, particles of at least the
-    mass `heavy` act pair by pair by `heavy_kernel`. `random` is the seed of the built-in generator, a stream a label, with which results do not depend on the number of threads; or a
-    numpy.random.Generator, drawn in array order.
+    `attraction` is a `Mesh` (solved once a step), a `Kernel` in the plane (its sum over all particles in every
+    sub-step) or None. With a mesh, particles of at least the mass `heavy` act pair by pair by `heavy_kernel`.
+    `random` is the seed of the built-in generator, a stream a label, with which results do not depend on the number
+    of threads; or a numpy.random.Generator, drawn in array order.
 
-    `law` is "exact" or "printed", `merging` "all", "hard" (for the limit equation below the critical mass) or "never", `scheme` "euler-maruyama" or "strang-rk4"; the other
-    keywords are those of `mollis_pks_options` in the header; `search_cells` is its `mesh`, `search_box` its `domain`.
+    `law` is "exact" or "printed", `merging` "all", "hard" (for the limit equation below the critical mass) or
+    "never", `scheme` "euler-maruyama" or "strang-rk4"; the other keywords are those of `mollis_pks_options` in the
+    header; `search_cells` is its `mesh`, `search_box` its `domain`.
     """
 
     def __init__(
@@ -111,9 +121,9 @@ class Particles:
         options.law, options.merging = _library.number("PKS_LAW", law), _library.number("PKS_MERGE", merging)
         options.scheme = _library.number("PKS_SCHEME", scheme)
         options.chi, options.noise, options.shifted = chi, noise, shifted
-        given = dict(
-            gamma=gamma, separation=separation, probability=probability, width=width, at_least=at_least, at_most=at_most,
-            mesh=search_cells, domain=search_box,
+        given: dict[str, Any] = dict(
+            gamma=gamma, separation=separation, probability=probability, width=width, at_least=at_least,
+            at_most=at_most, mesh=search_cells, domain=search_box,
         )  # fmt: skip
         for name, value in given.items():
             if value is not None:
@@ -124,7 +134,9 @@ class Particles:
         self._attraction = ffi.new("mollis_pks_attraction *")
         self._kept = self._attract(attraction, heavy, heavy_kernel, tolerance)
 
-    def _attract(self, attraction: Mesh | Kernel | None, heavy: float, heavy_kernel: Kernel | None, tolerance: float) -> tuple[Any, ...]:
+    def _attract(
+        self, attraction: Mesh | Kernel | None, heavy: float, heavy_kernel: Kernel | None, tolerance: float
+    ) -> tuple[Any, ...]:
         """Fills the structure; returns what has to live as long."""
         to = self._attraction
         kernel = heavy_kernel
@@ -188,9 +200,10 @@ class Particles:
 
             >>> run.step(dt=1e-3, steps=1000, progress=lambda run: print(run.time, len(run)))
 
-        `progress(run)` is called after each step; the run ends if it returns True. Ctrl-C raises KeyboardInterrupt, and errors raise `mollis.Error` (NOT_FINITE with `first_bad`, MASS,
-        TIME_STEP, OUT_OF_DOMAIN, TOO_MANY_SUBSTEPS, BECAME_NOT_FINITE, UNSUPPORTED) or what the generator raised: the state is then that of the last completed step, and the
-        exception's attribute `report` holds the `Events` up to it.
+        `progress(run)` is called after each step; the run ends if it returns True. Ctrl-C raises KeyboardInterrupt,
+        and errors raise `mollis.Error` (NOT_FINITE with `first_bad`, MASS, TIME_STEP, OUT_OF_DOMAIN,
+        TOO_MANY_SUBSTEPS, BECAME_NOT_FINITE, UNSUPPORTED) or what the generator raised: the state is then that of the
+        last completed step, and the exception's attribute `report` holds the `Events` up to it.
         """
         # As many merges as can happen. Memory that is not touched costs nothing.
         room = max(len(self) - 1, 0)
@@ -253,9 +266,13 @@ class Prediction(NamedTuple):
 
 
 def predict(mass: float, mu: float, chi: float, second_moment: float, heavy: ArrayLike = ()) -> Prediction:
-    """What is known of a mass: `second_moment` is the integral of |x|^2 rho about its centre, `heavy` the masses that have become points."""
+    """What is known of a mass: `second_moment` is the integral of |x|^2 rho about its centre, `heavy` the masses that
+    have become points.
+    """
     points, out = np.ascontiguousarray(heavy, np.float64), ffi.new("mollis_pks_prediction *")
-    _library.check(lib.mollis_pks_predict(mass, mu, chi, second_moment, points.size, ffi.from_buffer("double[]", points), out))
+    _library.check(
+        lib.mollis_pks_predict(mass, mu, chi, second_moment, points.size, ffi.from_buffer("double[]", points), out)
+    )
     return Prediction(out.critical_mass, out.blow_up_bound, out.second_moment_rate)
 
 
@@ -293,6 +310,8 @@ def represent_species(masses: ArrayLike, mus: ArrayLike, chi: float, particles: 
     m, mu = np.broadcast_arrays(np.asarray(masses, np.float64), np.asarray(mus, np.float64))
     species = ffi.new("mollis_pks_species[]", list(zip(m.ravel().tolist(), mu.ravel().tolist())))
     share, noise, rate = np.empty(m.size), ffi.new("double *"), ffi.new("double *")
-    status = lib.mollis_pks_represent_species(m.size, species, chi, particles, ffi.from_buffer("double[]", share), noise, rate)
+    status = lib.mollis_pks_represent_species(
+        m.size, species, chi, particles, ffi.from_buffer("double[]", share), noise, rate
+    )
     _library.check(status)
     return Representation(share, noise[0], rate[0])

@@ -1,6 +1,6 @@
 """The built-in random streams: Philox4x32-10 (Salmon et al. 2011) and normal numbers. They have no state.
 
-    >>> mollis.random.philox_normals(seed=1, labels=np.arange(4, dtype=np.uint64), step=0)
+>>> mollis.random.philox_normals(seed=1, labels=np.arange(4, dtype=np.uint64), step=0)
 """
 
 from __future__ import annotations
@@ -21,7 +21,9 @@ def philox_words(seed: int, label: int, step: int, substep: int = 0, n: int = 2)
     return out
 
 
-def philox_normals(seed: int, labels: ArrayLike, step: int, substep: int = 0, dtype: DTypeLike = np.float64) -> NDArray[Any]:
+def philox_normals(
+    seed: int, labels: ArrayLike, step: int, substep: int = 0, dtype: DTypeLike = np.float64
+) -> NDArray[Any]:
     """Two independent standard normal numbers for each label, (n, 2). The bits are the same on every machine."""
     api = _library.api(2, dtype)
     names = np.ascontiguousarray(labels, np.uint64)

@@ -8,7 +8,9 @@ SPHERE = {1: 2.0, 2: 2 * math.pi, 3: 4 * math.pi}
 
 
 def compact(r, delta, exponent, order, dimension):
-    """psi_delta and g = phi'/r of the compact mollifier, from the series in t = 1 - (r/delta)^2 of docs/theory.md; orders 2 and 4."""
+    """psi_delta and g = phi'/r of the compact mollifier, from the series in t = 1 - (r/delta)^2 of docs/theory.md;
+    orders 2 and 4.
+    """
     n, m, k_max = dimension, exponent, order // 2
     r = np.asarray(r, np.float64)
     t = 1 - (r / delta) ** 2

@@ -37,7 +37,16 @@ def test_density_tracers_and_divergence(particles, soft):
     x, m = particles
     moved, rho, tracers, tracer_rho = x.copy(), np.ones(120), x[:7].copy(), np.ones(7)
     run = mollis.blob(
-        soft, moved, m, 0.05, 4, density=rho, divergence=True, tracers=tracers, tracer_density=tracer_rho, tracer_velocity=True
+        soft,
+        moved,
+        m,
+        0.05,
+        4,
+        density=rho,
+        divergence=True,
+        tracers=tracers,
+        tracer_density=tracer_rho,
+        tracer_velocity=True,
     )
 
     def laplacian(x):
@@ -141,7 +150,9 @@ def test_ctrl_c(rng, soft, threads, with_progress):
     timer = threading.Timer(0.7, os.kill, (os.getpid(), signal.SIGINT))
     timer.start()
     with pytest.raises(KeyboardInterrupt) as caught:
-        mollis.blob(soft, moved, m, 1e-3, forever, threads=threads, progress=(lambda *_: None) if with_progress else None)
+        mollis.blob(
+            soft, moved, m, 1e-3, forever, threads=threads, progress=(lambda *_: None) if with_progress else None
+        )
     timer.join()
     steps = caught.value.report.steps
     assert 0 < steps < forever

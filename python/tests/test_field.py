@@ -24,7 +24,10 @@ def test_compact(rng, dimension, order, exponent):
     kernel = mollis.Kernel(kernels.newtonian(), mollifiers.compact(order, exponent), delta, dimension)
     result = mollis.field(kernel, x, m, gradient=True, laplacian=True)
     assert result.potential is None
-    close(result.gradient, reference.gradient(x, x, m, lambda r: reference.compact(r, delta, exponent, order, dimension)[1]))
+    close(
+        result.gradient,
+        reference.gradient(x, x, m, lambda r: reference.compact(r, delta, exponent, order, dimension)[1]),
+    )
     density = reference.potential(x, x, m, lambda r: reference.compact(r, delta, exponent, order, dimension)[0])
     close(result.laplacian, density, 1e-12)
 
@@ -32,7 +35,11 @@ def test_compact(rng, dimension, order, exponent):
 @pytest.mark.parametrize("dimension", [1, 2, 3])
 @pytest.mark.parametrize("dtype, error", [(np.float64, 1e-13), (np.float32, 1e-5)])
 def test_plummer_at_targets(rng, dimension, dtype, error):
-    x, m, at = rng.random((50, dimension)).astype(dtype), rng.random(50).astype(dtype), rng.random((70, dimension)).astype(dtype)
+    x, m, at = (
+        rng.random((50, dimension)).astype(dtype),
+        rng.random(50).astype(dtype),
+        rng.random((70, dimension)).astype(dtype),
+    )
     kernel = mollis.Kernel(kernels.newtonian(2.0), mollifiers.plummer(), 0.1, dimension, dtype)
     result = mollis.field(kernel, x, m, at, potential=True, gradient=True)
     assert result.potential.dtype == result.gradient.dtype == dtype
@@ -54,7 +61,9 @@ def test_kernels_without_a_mollifier(rng):
         ([kernels.exponential(0.5, 2.0), kernels.exponential(1.0, -1.0)], lambda r: 2 * np.exp(-r / 0.5) - np.exp(-r)),
     ]:
         kernel = mollis.Kernel(terms)
-        close(mollis.field(kernel, x, m, potential=True).potential, reference.potential(x, x, m, singular(value)), 1e-12)
+        close(
+            mollis.field(kernel, x, m, potential=True).potential, reference.potential(x, x, m, singular(value)), 1e-12
+        )
 
 
 def test_screened_in_space(rng):
@@ -70,7 +79,9 @@ def test_vortices_in_the_plane(rng):
     kernel = mollis.Kernel(kernels.newtonian(), mollifiers.gaussian(2), core)
     v = mollis.field(kernel, x, circulation, gradient=True, combination=(0.0, 1.0)).gradient
     with np.errstate(invalid="ignore"):
-        factor = lambda r: np.where(r > 0, -np.expm1(-((r / core) ** 2)) / (2 * np.pi * r**2), 1 / (2 * np.pi * core**2))
+        factor = lambda r: np.where(
+            r > 0, -np.expm1(-((r / core) ** 2)) / (2 * np.pi * r**2), 1 / (2 * np.pi * core**2)
+        )
         g = reference.gradient(x, x, circulation, factor)
     close(v, np.c_[-g[:, 1], g[:, 0]], 1e-12)
 
@@ -98,7 +109,8 @@ def test_radii(rng, soft):
     x, m, radii = rng.random((40, 2)), rng.standard_normal(40), rng.uniform(0.1, 0.5, 40)
     g = mollis.field(soft, x, m, radii=radii, gradient=True).gradient
     expected = sum(
-        reference.gradient(x, x[j : j + 1], m[j : j + 1], lambda r: reference.compact(r, radii[j], 4, 2, 2)[1]) for j in range(40)
+        reference.gradient(x, x[j : j + 1], m[j : j + 1], lambda r: reference.compact(r, radii[j], 4, 2, 2)[1])
+        for j in range(40)
     )
     close(g, expected)
 
@@ -141,7 +153,9 @@ def test_exceptions_of_one_s_own_kernel_are_raised():
 
 
 def layouts(values):
-    """The same numbers in memory of other shapes: columns of a wider array, Fortran order, every second row, a field of a structure."""
+    """The same numbers in memory of other shapes: columns of a wider array, Fortran order, every second row, a field
+    of a structure.
+    """
     n, dimension = values.shape
     wide = np.full((n, dimension + 2), np.nan, values.dtype)
     wide[:, 1 : 1 + dimension] = values
@@ -152,7 +166,8 @@ def layouts(values):
     rows = np.full((dimension + 3, n), np.nan, values.dtype)
     rows[:dimension] = values.T
     return {
-        "columns": wide[:, 1 : 1 + dimension], "fortran": np.asfortranarray(values), "rows": gaps[::2], "field": mixed["x"],
+        "columns": wide[:, 1 : 1 + dimension], "fortran": np.asfortranarray(values), "rows": gaps[::2],
+        "field": mixed["x"],
         "transposed": rows[:dimension].T, "mirrored": np.ascontiguousarray(values[:, ::-1])[:, ::-1],
     }  # fmt: skip
 

@@ -189,8 +189,10 @@ def test_heavy_particles_beside_a_mesh(disc, attraction):
 def test_field_on_a_mesh(rng, order):
     """Far from the sources the field of the mesh is that of the pairs."""
     x, m = 0.2 * rng.standard_normal((500, 2)), rng.random(500)
-    mesh = mollis.Mesh((-2, -2), (2, 2), (64, 48), walls="free-quadrupole", order=order) if order == 2 else (
-        mollis.Mesh((-2, -2), (2, 2), (64, 64), walls="free-quadrupole", order=order)
+    mesh = (
+        mollis.Mesh((-2, -2), (2, 2), (64, 48), walls="free-quadrupole", order=order)
+        if order == 2
+        else (mollis.Mesh((-2, -2), (2, 2), (64, 64), walls="free-quadrupole", order=order))
     )
     at = np.array([[1.1, 0.3], [-0.9, -1.0], [0.4, 1.5]])
     result = mesh.field(x, m, at, gradient=True, node_mass=True, node_potential=True, node_gradient=True)
@@ -224,7 +226,7 @@ def test_screening_and_walls(rng):
 
 
 def test_closed_forms():
-    """nu of pairs: alpha = 2 mu~ (1/m_1 + 1/m_2) 2 ... checked through the critical mass and the rates of the theory."""
+    """The critical mass, rates and shares of docs/pks.md, and the index of a pair."""
     known = pks.predict(mass=16 * np.pi, mu=1.0, chi=1.0, second_moment=3.0)
     assert known.critical_mass == pytest.approx(8 * np.pi)
     # d/dt of the second moment: 4 mu M - chi M^2 / (2 pi), and the bound is the moment over its rate.
