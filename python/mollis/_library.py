@@ -111,12 +111,13 @@ def pointer(api: Api, array: np.ndarray) -> Any:
     return ffi.cast(api.pointer, address(array))
 
 
-def describable(array: np.ndarray, item: int) -> bool:
-    """Whether the library can read an array where it is: aligned, and from one element to the next a positive number
-    of items.
-    """
+def in_place(array: np.ndarray, item: int) -> bool:
+    """Whether the library can read an array where it is: a positive number of items from one element to the next."""
+    flags = array.flags
+    if not flags.aligned:
+        return False
     step = array.strides[0]
-    return array.flags.aligned and (array.shape[0] < 2 or step > 0 and step % item == 0)
+    return flags.c_contiguous or array.shape[0] < 2 or (step > 0 and step % item == 0)
 
 
 def vector(api: Api, values: Any, n: int, name: str) -> np.ndarray:
@@ -126,7 +127,7 @@ def vector(api: Api, values: Any, n: int, name: str) -> np.ndarray:
         if array.ndim == 0:
             return np.full(n, array)
         raise ValueError(f"{name} has shape {array.shape}, not ({n},)")
-    return array if array.flags.c_contiguous or describable(array, api.item) else array.copy()
+    return array if in_place(array, api.item) else array.copy()
 
 
 def points(api: Api, values: Any, name: str, n: int | None = None) -> np.ndarray:
@@ -136,7 +137,7 @@ def points(api: Api, values: Any, name: str, n: int | None = None) -> np.ndarray
         array = array[:, np.newaxis]
     if array.ndim != 2 or array.shape[1] != api.dimension or n is not None and array.shape[0] != n:
         raise ValueError(f"{name} has shape {array.shape}, not ({'n' if n is None else n}, {api.dimension})")
-    return array if array.flags.c_contiguous or describable(array, api.item) else np.ascontiguousarray(array)
+    return array if in_place(array, api.item) else array.copy(order="C")
 
 
 def contiguous(api: Api, values: Any, name: str, n: int | None = None) -> np.ndarray:
@@ -155,7 +156,7 @@ def writable(api: Api, array: Any, shape: tuple[int, ...], name: str) -> np.ndar
         raise ValueError(f"{name} has shape {array.shape}, not {shape}")
     if not array.flags.writeable:
         raise ValueError(f"{name} is read-only")
-    if not array.flags.c_contiguous and not describable(array, api.item):
+    if not in_place(array, api.item):
         raise ValueError(
             f"{name} is written and has to be aligned, with a positive multiple of {api.item} bytes between elements"
         )

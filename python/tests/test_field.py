@@ -9,7 +9,7 @@ import pytest
 import reference
 
 import mollis
-from mollis import kernels, mollifiers
+from mollis import _library, kernels, mollifiers
 
 
 def close(a, b, relative=1e-13):
@@ -182,12 +182,13 @@ def test_layouts_are_read_and_written_where_they_are(rng, dtype, name, dimension
     plain = mollis.field(kernel, x, m, at, potential=True, gradient=True)
     out, flat = layouts(np.zeros_like(at))[name], layouts(np.zeros((170, 2), dtype))[name][:, 0]
     masses = layouts(np.c_[m, m])[name][:, 1]
+    in_place = _library.in_place
     sources, targets = layouts(x)[name], layouts(at)[name]
 
     def copied(*_):
         raise AssertionError("an array was copied")
 
-    monkeypatch.setattr(np, "ascontiguousarray", copied)
+    monkeypatch.setattr("mollis._library.in_place", lambda *_: in_place(*_) or copied())
     given = mollis.field(kernel, sources, masses, targets, potential=flat, gradient=out)
     monkeypatch.undo()
     assert given.potential is flat and given.gradient is out
@@ -200,8 +201,6 @@ def test_layouts_are_read_and_written_where_they_are(rng, dtype, name, dimension
 
 def test_no_copies(rng, soft):
     """The pointers that the library gets are those of the arrays."""
-    from mollis import _library
-
     x, m, g = rng.random((30, 4))[:, :2], rng.random((30, 3))[:, 1], np.zeros((30, 5))[:, 2:4]
     seen = []
     api = soft._api
@@ -239,8 +238,9 @@ def test_what_cannot_be_read_in_place_is_copied(rng, soft):
     plain = mollis.field(soft, x, m, gradient=True).gradient
     packed = np.zeros(50, np.dtype([("tag", "u1"), ("x", "f8", 2)]))
     packed["x"] = x
-    big = x.astype(">f8")
-    for same in (x[::-1][::-1], x.tolist(), packed["x"], big, x.astype(object).astype(float)):
+    askew = np.ndarray((50, 2), buffer=bytearray(1 + x.nbytes), offset=1)
+    askew[:] = x
+    for same in (x[::-1][::-1], x.tolist(), packed["x"], askew, x.astype(">f8"), x.astype(object)):
         np.testing.assert_array_equal(mollis.field(soft, same, m, gradient=True).gradient, plain)
     reverse = mollis.field(soft, x[::-1], m[::-1], x[::-1], gradient=True).gradient
     close(reverse[::-1], plain)
@@ -354,8 +354,10 @@ def test_refusals(cloud, soft):
     frozen.flags.writeable = False
     with pytest.raises(ValueError, match="read-only"):
         mollis.field(soft, x, m, gradient=frozen)
-    with pytest.raises(ValueError, match="multiple"):
-        mollis.field(soft, x, m, gradient=np.zeros((200, 2))[::-1])
+    askew = np.ndarray((200, 2), buffer=bytearray(1 + x.nbytes), offset=1)
+    for bad in (np.zeros((200, 2))[::-1], askew):
+        with pytest.raises(ValueError, match="multiple"):
+            mollis.field(soft, x, m, gradient=bad)
     with pytest.raises(mollis.Error) as caught:
         mollis.field(soft, x, m, gradient=x)
     assert caught.value.status is mollis.Status.OVERLAP
