@@ -70,7 +70,7 @@ class Api(dict):
         super().__init__()
         self.dimension, self.dtype, self.suffix = dimension, dtype, "_f32" if dtype == np.float32 else ""
         self.real = "float" if self.suffix else "double"
-        self.array, self.pointer = f"{self.real}[]", f"{self.real} *"
+        self.array, self.pointer = ffi.typeof(f"{self.real}[]"), ffi.typeof(f"{self.real} *")
         self.item = dtype.itemsize
 
     def name(self, template: str) -> str:
@@ -116,8 +116,7 @@ def in_place(array: np.ndarray, item: int) -> bool:
     flags = array.flags
     if not flags.aligned:
         return False
-    step = array.strides[0]
-    return flags.c_contiguous or array.shape[0] < 2 or (step > 0 and step % item == 0)
+    return flags.c_contiguous or array.shape[0] < 2 or (array.strides[0] > 0 and array.strides[0] % item == 0)
 
 
 def vector(api: Api, values: Any, n: int, name: str) -> np.ndarray:
@@ -135,8 +134,9 @@ def points(api: Api, values: Any, name: str, n: int | None = None) -> np.ndarray
     array = np.asarray(values, api.dtype)
     if array.ndim == 1 and api.dimension == 1:
         array = array[:, np.newaxis]
-    if array.ndim != 2 or array.shape[1] != api.dimension or n is not None and array.shape[0] != n:
-        raise ValueError(f"{name} has shape {array.shape}, not ({'n' if n is None else n}, {api.dimension})")
+    shape = array.shape
+    if len(shape) != 2 or shape[1] != api.dimension or (n is not None and shape[0] != n):
+        raise ValueError(f"{name} has shape {shape}, not ({'n' if n is None else n}, {api.dimension})")
     return array if in_place(array, api.item) else array.copy(order="C")
 
 
