@@ -3,7 +3,6 @@
 import os
 import signal
 import threading
-import time
 
 import numpy as np
 import pytest
@@ -16,6 +15,10 @@ from mollis import kernels, mollifiers
 @pytest.fixture
 def particles(rng):
     return rng.random((120, 2)), rng.random(120) / 120
+
+
+# Steps add 16 sums of 120 terms, of masses that sum to at most 1: errors are some u of the coordinates, which are
+# below 1.
 
 
 def velocity_of(m, delta=0.3):
@@ -163,12 +166,13 @@ def test_ctrl_c(rng, soft, threads, with_progress):
 
 
 def test_ctrl_c_in_a_long_sum(rng, soft):
-    x = rng.random((300_000, 2))
-    threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT)).start()
-    start = time.monotonic()
+    """All pairs of these particles would take hours."""
+    x = rng.random((5_000_000, 2))
+    timer = threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT))
+    timer.start()
     with pytest.raises(KeyboardInterrupt):
-        mollis.field(soft, x, 1.0, potential=True, gradient=True, laplacian=True)
-    assert time.monotonic() - start < 10
+        mollis.field(soft, x, 1.0, potential=True, method="direct")
+    timer.join()
 
 
 def test_in_another_thread_of_the_host(particles, soft):

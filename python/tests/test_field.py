@@ -12,7 +12,12 @@ import mollis
 from mollis import _library, kernels, mollifiers
 
 
-def close(a, b, relative=1e-13):
+def close(a, b, relative=1e-12):
+    """Compares sums of at most 200 terms, relative to the largest result.
+
+    The library's bound is (16 + 256 + n / 256) u of S = sum |m_j| |K_j|: 6e-14 S, in float32 1.6e-5 S. S is below 15
+    times the largest result here, so 1e-12 and 2.5e-4. A kernel of one's own is fitted to 1e-10.
+    """
     np.testing.assert_allclose(a, b, rtol=0, atol=relative * np.abs(b).max())
 
 
@@ -29,11 +34,11 @@ def test_compact(rng, dimension, order, exponent):
         reference.gradient(x, x, m, lambda r: reference.compact(r, delta, exponent, order, dimension)[1]),
     )
     density = reference.potential(x, x, m, lambda r: reference.compact(r, delta, exponent, order, dimension)[0])
-    close(result.laplacian, density, 1e-12)
+    close(result.laplacian, density)
 
 
 @pytest.mark.parametrize("dimension", [1, 2, 3])
-@pytest.mark.parametrize("dtype, error", [(np.float64, 1e-13), (np.float32, 1e-5)])
+@pytest.mark.parametrize("dtype, error", [(np.float64, 1e-13), (np.float32, 2.5e-4)])
 def test_plummer_at_targets(rng, dimension, dtype, error):
     x, m, at = (
         rng.random((50, dimension)).astype(dtype),
@@ -70,7 +75,7 @@ def test_screened_in_space(rng):
     x, m, at, k = rng.random((40, 3)), rng.standard_normal(40), 2 + rng.random((30, 3)), 1.5
     kernel = mollis.Kernel(kernels.screened(k), dimension=3)
     expected = reference.potential(at, x, m, lambda r: -np.exp(-k * r) / (4 * np.pi * r))
-    close(mollis.field(kernel, x, m, at, potential=True).potential, expected, 1e-12)
+    close(mollis.field(kernel, x, m, at, potential=True).potential, expected)
 
 
 def test_vortices_in_the_plane(rng):
@@ -83,7 +88,7 @@ def test_vortices_in_the_plane(rng):
             r > 0, -np.expm1(-((r / core) ** 2)) / (2 * np.pi * r**2), 1 / (2 * np.pi * core**2)
         )
         g = reference.gradient(x, x, circulation, factor)
-    close(v, np.c_[-g[:, 1], g[:, 0]], 1e-12)
+    close(v, np.c_[-g[:, 1], g[:, 0]])
 
 
 def test_vatistas_and_algebraic(rng):
