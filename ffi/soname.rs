@@ -4,6 +4,7 @@
 
 use std::env::var;
 
+/// Prints the linker's option for cargo.
 pub fn main() {
     // The result does not depend on the files of the package.
     println!("cargo:rerun-if-env-changed=CARGO_CFG_TARGET_OS");
