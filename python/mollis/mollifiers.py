@@ -3,7 +3,7 @@
     >>> from mollis import mollifiers
     >>> psi = mollifiers.compact(order=4, exponent=4)
     >>> psi.radial([0.0, 0.5, 2.0], delta=1.0, density=True).density
-    array([ 2.54647909,  0.3020302 ,  0.        ])
+    array([3.81971863, 0.15107286, 0.        ])
 
 A mollifier has integral 1 and is scaled to psi_delta(x) = delta^-D psi(x / delta) in D dimensions. Its Newtonian
 field is phi = K * psi_delta with Laplacian(phi) = psi_delta. Arrays are float64 unless `dtype` or the arrays given

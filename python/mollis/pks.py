@@ -66,7 +66,8 @@ class Particles:
 
     `positions` (n, 2) and `masses` (n,), positive, are copied; with `copy=False` the arrays given, which have to be
     without gaps and of the dtype, are advanced in place. `labels` (n,) are different integers, by default 0 to n - 1,
-    `species` (n,) integers that travel with the particles. `dtype` is that of `positions`, float64 or float32.
+    `species` (n,) integers that travel with the particles. They compute in float32 if `positions` are float32. A run
+    continues bit for bit from its `positions`, `masses`, `labels`, `species`, `time` and `steps` (and the generator).
 
     `attraction` is a `Mesh` (solved once a step), a `Kernel` in the plane (its sum over all particles in every
     sub-step) or None. With a mesh, particles of at least the mass `heavy` act pair by pair by `heavy_kernel`.
@@ -82,6 +83,7 @@ class Particles:
         self, positions: ArrayLike, masses: ArrayLike, *, chi: float = 0.0, noise: float = 0.0,
         attraction: Mesh | Kernel | None = None, random: int | np.random.Generator = 0,
         labels: ArrayLike | None = None, species: ArrayLike | None = None, copy: bool = True,
+        time: float = 0.0, steps: int = 0,
         law: str = "exact", merging: str = "all", scheme: str = "euler-maruyama", gamma: float | None = None,
         separation: float | None = None, probability: float | None = None, width: float | None = None,
         at_least: int | None = None, at_most: int | None = None, search_cells: tuple[int, int] | None = None,
@@ -107,7 +109,7 @@ class Particles:
             if array is not None and array.shape != (n,):
                 raise ValueError(f"{name} has shape {array.shape}, not ({n},)")
         self._threads, self._level = threads, level
-        self._progress = ffi.new("mollis_pks_progress *", {"count": n})
+        self._progress = ffi.new("mollis_pks_progress *", {"count": n, "time": time, "step": steps})
         self._report = ffi.new("mollis_pks_report *")
         self._particles = particles = ffi.new(f"{api.name('pks_particles')} *")
         particles.room = n

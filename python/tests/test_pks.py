@@ -58,6 +58,13 @@ def test_threads_and_pieces_change_no_bit(disc, attraction, mesh):
             other.step(1e-3, steps)
         np.testing.assert_array_equal(one.positions, other.positions)
         np.testing.assert_array_equal(one.labels, other.labels)
+    half = system(disc, how, random=5)
+    half.step(1e-3, 20)
+    state = (half.positions, half.masses)
+    rest = system(state, how, random=5, labels=half.labels, time=half.time, steps=half.steps)
+    rest.step(1e-3, 20)
+    np.testing.assert_array_equal(one.positions, rest.positions)
+    assert (rest.time, rest.steps) == (one.time, one.steps)
     other = system(disc, how, random=6)
     other.step(1e-3, 40)
     assert one.positions[0, 0] != other.positions[0, 0]
