@@ -23,6 +23,7 @@ from .mollifiers import Mollifier
 
 
 __all__ = [
+    "__version__",
     "BlobRun", "Counts", "Error", "Field", "Kernel", "Mesh", "MeshField", "Mollifier", "Status",
     "blob", "diagnostics", "field", "kernels", "mollifiers", "pks", "plan", "random", "set_threads",
 ]  # fmt: skip

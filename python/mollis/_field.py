@@ -8,10 +8,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _library
-from ._library import ffi, give, put_points, put_vector, take
+from ._library import executor, ffi, give, output, points, put_points, put_vector, take, vector
 from .kernels import Kernel
 
 NULL = ffi.NULL
+_GRADIENT = (1.0, 0.0)
 
 _Asked = bool | NDArray[Any] | None
 
@@ -48,7 +49,7 @@ _FEW, _MANY = 20_000, 50_000_000
 def _options(
     frame: _library.Frame, method: str, accumulation: str, combination: tuple[float, float], tolerance: float
 ) -> Any:
-    if method == "auto" and accumulation == "blocked" and combination == (1.0, 0.0) and tolerance == 0.0:
+    if method == "auto" and accumulation == "blocked" and combination is _GRADIENT and tolerance == 0.0:
         return NULL
     options = frame.options("mollis_field_options")
     options.method, options.accumulation = (
@@ -73,7 +74,7 @@ def field(
     kernel: Kernel, positions: ArrayLike, masses: ArrayLike | None = None, targets: ArrayLike | None = None, *,
     radii: ArrayLike | None = None, strengths: ArrayLike | None = None,
     potential: _Asked = False, gradient: _Asked = False, laplacian: _Asked = False,
-    factor: float = 1.0, add: bool = False, combination: tuple[float, float] = (1.0, 0.0),
+    factor: float = 1.0, add: bool = False, combination: tuple[float, float] = _GRADIENT,
     method: str = "auto", accumulation: str = "blocked", tolerance: float = 0.0,
     threads: int | None = None, level: str = "best", counts: bool = False,
 ) -> Field:  # fmt: skip
@@ -107,14 +108,14 @@ def field(
     """
     api = kernel._api
     dimension = api.dimension
-    x = _library.points(api, positions, "positions")
-    n = len(x)
-    at = x if targets is None else _library.points(api, targets, "targets")
-    k = len(at)
+    x = points(api, positions, "positions")
+    n = x.shape[0]
+    at = x if targets is None else points(api, targets, "targets")
+    k = at.shape[0]
     shape, flat = (k, dimension), (k,)
-    u = None if potential is False else _library.output(api, potential, flat, "potential")
-    g = None if gradient is False else _library.output(api, gradient, shape, "gradient")
-    v = None if laplacian is False else _library.output(api, laplacian, flat, "laplacian")
+    u = None if potential is False else output(api, potential, flat, "potential")
+    g = None if gradient is False else output(api, gradient, shape, "gradient")
+    v = None if laplacian is False else output(api, laplacian, flat, "laplacian")
     if u is None and g is None and v is None:
         raise ValueError("nothing is asked for: potential, gradient or laplacian")
     if factor == 0.0:
@@ -124,14 +125,14 @@ def field(
     if strengths is None:
         if masses is None:
             raise TypeError("masses (or strengths) are missing")
-        m, s = _library.vector(api, masses, n, "masses"), None
+        m, s = vector(api, masses, n, "masses"), None
     else:
         if masses is not None:
             raise TypeError("masses and strengths exclude each other")
-        m, s = None, _library.points(api, strengths, "strengths", n)
-    radius = None if radii is None else _library.vector(api, radii, n, "radii")
+        m, s = None, points(api, strengths, "strengths", n)
+    radius = None if radii is None else vector(api, radii, n, "radii")
     few = n * k < _FEW
-    frame = take(NULL if few else _library.executor(threads), level)
+    frame = take(NULL if few else executor(threads), level)
     try:
         sources, where, outputs = frame.sums(api)
         sources.n = n
@@ -167,7 +168,7 @@ def field(
 def plan(
     kernel: Kernel, sources: int, targets: int | None = None, *,
     potential: bool = False, gradient: bool = False, laplacian: bool = False,
-    radii: bool = False, combination: tuple[float, float] = (1.0, 0.0),
+    radii: bool = False, combination: tuple[float, float] = _GRADIENT,
     method: str = "auto", accumulation: str = "blocked", tolerance: float = 0.0,
 ) -> str:  # fmt: skip
     """A sentence that says which method `field` will use for so many sources and targets, why, and what is skipped.

@@ -147,7 +147,7 @@ def contiguous(api: Api, values: Any, name: str, n: int | None = None) -> np.nda
 
 def writable(api: Api, array: Any, shape: tuple[int, ...], name: str) -> np.ndarray:
     """Checks an array that is written: nothing is converted."""
-    if not isinstance(array, np.ndarray) or array.dtype != api.dtype:
+    if not isinstance(array, np.ndarray) or (array.dtype is not api.dtype and array.dtype != api.dtype):
         kind = array.dtype if isinstance(array, np.ndarray) else type(array).__name__
         raise TypeError(f"{name} is written and has to be an array of {api.dtype}, not {kind}")
     if len(shape) == 2 and shape[1] == 1 and array.ndim == 1:
@@ -270,7 +270,7 @@ class Frame:
         self.fields: dict[Api, Any] = {}
         self.run = ffi.new("mollis_run *")
         check(lib.mollis_run_init(self.run, ffi.sizeof("mollis_run")))
-        self.first_bad, self.needed = ffi.new("uint64_t[1]"), ffi.new("size_t[1]")
+        self.first_bad, self.needed = ffi.new("uint64_t[1]", [_NONE_BAD]), ffi.new("size_t[1]")
         self.run.first_bad, self.run.bytes_needed = self.first_bad, self.needed
         self.level_set = False
         # A number as text, read by C's atoi, which is therefore a should_stop that any thread may call without Python.
@@ -279,6 +279,7 @@ class Frame:
         self.resize(0)
 
     def resize(self, size: int) -> None:
+        """Another workspace, of so many bytes."""
         self.block = aligned(size)
         self.workspace, self.size = ffi.from_buffer("char[]", self.block), size
 
@@ -318,17 +319,15 @@ class Frame:
 
     def call(self, function: Any, before: tuple[Any, ...], *after: Any) -> int:
         """Calls with workspace enough; returns the status."""
-        self.first_bad[0] = _NONE_BAD
-        while True:
-            self.needed[0] = 0
-            status = function(*before, self.run, self.workspace, self.size, *after)
-            if status != _TOO_SMALL or self.needed[0] <= self.size:
-                return status
+        status = function(*before, self.run, self.workspace, self.size, *after)
+        while status == _TOO_SMALL and self.needed[0] > self.size:
             self.resize(self.needed[0])
+            status = function(*before, self.run, self.workspace, self.size, *after)
+        return status
 
     def error(self, status: int) -> Error:
         """The exception for a status."""
-        bad = self.first_bad[0]
+        bad, self.first_bad[0], self.needed[0] = self.first_bad[0], _NONE_BAD, 0
         return Error(status, None if bad == _NONE_BAD else bad)
 
 

@@ -33,7 +33,7 @@ class Moments(NamedTuple):
 
 def _points(values: ArrayLike) -> tuple[_library.Api, NDArray[Any], Any]:
     """Points (n, D), the functions for them, and a C pointer."""
-    array = np.require(values, np.float32 if getattr(values, "dtype", None) == np.float32 else np.float64, "CA")
+    array = np.require(values, np.float32 if getattr(values, "dtype", None) == np.float32 else np.float64, ["C", "A"])
     if array.ndim != 2:
         raise ValueError(f"points have shape {array.shape}, not (n, D)")
     api = _library.api(array.shape[1], array.dtype)
@@ -46,7 +46,7 @@ def _numbers(
     """Numbers without gaps, the functions for their type, and a C pointer."""
     if dtype is None:
         dtype = np.float32 if getattr(values, "dtype", None) == np.float32 else np.float64
-    array = np.require(values, dtype, "CA")
+    array = np.require(values, dtype, ["C", "A"])
     if shape is not None and array.shape != shape:
         raise ValueError(f"numbers have shape {array.shape}, not {shape}")
     api = _library.api(1, array.dtype)
