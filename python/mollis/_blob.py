@@ -82,7 +82,7 @@ def blob(
     x = _advanced(api, positions, "positions")
     n = len(x)
     m = _library.vector(api, masses, n, "masses")
-    rho = _library.output(api, density, (n,), "density")
+    rho = None if density is None else _library.writable(api, density, (n,), "density")
     v = _library.output(api, velocity, (n, dimension), "velocity")
     div = _library.output(api, divergence, (n,), "divergence")
     k, points, points_rho, points_v = 0, None, None, None
@@ -92,7 +92,8 @@ def blob(
     else:
         points = _advanced(api, tracers, "tracers")
         k = len(points)
-        points_rho = _library.output(api, tracer_density, (k,), "tracer_density")
+        if tracer_density is not None:
+            points_rho = _library.writable(api, tracer_density, (k,), "tracer_density")
         points_v = _library.output(api, tracer_velocity, (k, dimension), "tracer_velocity")
         if (points_rho is None) != (rho is None):
             raise TypeError("tracer_density is given if and only if density is")
@@ -114,7 +115,7 @@ def blob(
 
             def report_step(completed: int, at: int, at_density: int) -> int:
                 seen = (_view(frame, api, x, at, (n, dimension)), _view(frame, api, rho, at_density, (n,)))
-                if progress(completed, *seen) is True:  # type: ignore[arg-type]
+                if _library.ends(progress(completed, *seen)):  # type: ignore[arg-type]
                     stopped.append(True)
                     return 1
                 return 0

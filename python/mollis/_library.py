@@ -377,6 +377,11 @@ def check(status: int, values: np.ndarray | None = None) -> None:
         raise Error(status, bad)
 
 
+def ends(answer: object) -> bool:
+    """Whether a function of the host ends a run: it returned True, of Python or NumPy, and not just something."""
+    return isinstance(answer, (bool, np.bool_)) and bool(answer)
+
+
 class Callbacks:
     """Runs a call of the library so that Ctrl-C ends it, and functions of the host in the thread that made it.
 

@@ -221,7 +221,7 @@ class Particles:
             else:
                 for _ in range(steps):
                     self._call(dt, 1, events)
-                    if progress(self) is True:
+                    if _library.ends(progress(self)):
                         break
         except BaseException as failure:
             failure.report = _written(table, labels, events)  # type: ignore[attr-defined]

@@ -129,7 +129,9 @@ def test_progress_ends_the_run(particles, soft):
     three = x.copy()
     mollis.blob(soft, three, m, 0.05, 3)
     moved = x.copy()
-    run = mollis.blob(soft, moved, m, 0.05, 9, velocity=True, progress=lambda steps, *_: steps == 3)
+    run = mollis.blob(
+        soft, moved, m, 0.05, 9, velocity=True, progress=lambda steps, *_: np.bool_(steps == 3) or [steps]
+    )
     assert run.steps == 3 and run.velocity is None
     np.testing.assert_array_equal(moved, three)
 
@@ -209,6 +211,8 @@ def test_errors(particles, soft):
         mollis.blob(soft, x.copy(), m, 0.1, 1, tracer_density=np.ones(3))
     with pytest.raises(TypeError, match="density"):
         mollis.blob(soft, x.copy(), m, 0.1, 1, density=np.ones(120), tracers=x[:3].copy())
+    with pytest.raises(TypeError, match="density is written"):
+        mollis.blob(soft, x.copy(), m, 0.1, 1, density=True)
     with pytest.raises(mollis.Error) as caught:
         mollis.blob(soft, x.copy(), np.full(120, 1e300), 1e10, 3)
     assert caught.value.status is mollis.Status.BECAME_NOT_FINITE
