@@ -4,7 +4,8 @@
 
 use std::env::var;
 
-fn main() {
+/// Prints the linker's option for cargo.
+pub fn main() {
     // The result does not depend on the files of the package.
     println!("cargo:rerun-if-env-changed=CARGO_CFG_TARGET_OS");
     let [os, package, major, minor] =

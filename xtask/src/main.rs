@@ -14,6 +14,7 @@ mod header;
 mod install;
 mod layers;
 mod neon;
+mod python;
 mod shell;
 mod suites;
 mod symbols;

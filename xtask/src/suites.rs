@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
 
-use crate::{avx512, coverage, examples, features, firmware, header, install, layers, shell, symbols};
+use crate::{avx512, coverage, examples, features, firmware, header, install, layers, python, shell, symbols};
 
 /// Numbers of passed and failed tests.
 #[derive(Clone, Copy, Default)]
@@ -32,6 +32,7 @@ const SUITES: &[Suite] = &[
     ("features", "each combination of features builds", || checked(features::run())),
     ("symbols", "nothing but memory functions is needed", || checked(symbols::run())),
     ("install", "programs find the libraries where they are installed", || counted(install::check())),
+    ("python", "the wheel builds, installs and passes its tests", || counted(python::check())),
     ("languages", "the header and programs in C, C++ and Fortran", || counted(languages())),
     ("firmware", "bare machines give the host's bits, hold no panic and keep to their flash and stack", || {
         counted(firmware::run())

@@ -127,7 +127,7 @@ impl Library {
 }
 
 /// The entries of this kind, `SONAME` or `NEEDED`, in the dynamic section of an ELF file.
-fn dynamic(file: &Path, kind: &str) -> Result<Vec<String>> {
+pub fn dynamic(file: &Path, kind: &str) -> Result<Vec<String>> {
     let listed = shell::output(shell::program("readelf").args(["--dynamic", "--wide"]).arg(file).env("LC_ALL", "C"))?;
     let names = listed.lines().filter(|line| line.contains(&format!("({kind})")));
     Ok(names.filter_map(|line| Some(line.split_once('[')?.1.split_once(']')?.0.to_owned())).collect())
