@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _library
-from ._library import executor, ffi, give, output, points, put_points, put_vector, take, vector
+from ._library import executor, ffi, give, output, points, put_matrices, put_points, put_vector, take, vector
 from .kernels import Kernel
 
 NULL = ffi.NULL
@@ -38,6 +38,8 @@ class Field(NamedTuple):
     """grad u, (n, D), or what `combination` makes of it."""
     laplacian: NDArray[Any] | None
     """The Laplacian of u, (n,)."""
+    hessian: NDArray[Any] | None
+    """The second derivatives of u, (n, D, D), symmetric; `combination` makes nothing of them."""
     counts: Counts | None
     """What the sum did."""
 
@@ -61,24 +63,26 @@ def _options(
     return options
 
 
-def _put_outputs(api: _library.Api, outputs: Any, potential: Any, gradient: Any, laplacian: Any) -> None:
+def _put_outputs(api: _library.Api, outputs: Any, potential: Any, gradient: Any, laplacian: Any, hessian: Any) -> None:
     if potential is not None:
         put_vector(api, outputs, "potential", potential, "potential_stride")
     if gradient is not None:
         put_points(api, outputs, "gradient", gradient, "gradient_stride")
     if laplacian is not None:
         put_vector(api, outputs, "laplacian", laplacian, "laplacian_stride")
+    if hessian is not None:
+        put_matrices(api, outputs, "hessian", hessian, "hessian_stride")
 
 
 def field(
     kernel: Kernel, positions: ArrayLike, masses: ArrayLike | None = None, targets: ArrayLike | None = None, *,
     radii: ArrayLike | None = None, strengths: ArrayLike | None = None,
-    potential: _Asked = False, gradient: _Asked = False, laplacian: _Asked = False,
+    potential: _Asked = False, gradient: _Asked = False, laplacian: _Asked = False, hessian: _Asked = False,
     factor: float = 1.0, add: bool = False, combination: tuple[float, float] = _GRADIENT,
     method: str = "auto", accumulation: str = "blocked", tolerance: float = 0.0,
     threads: int | None = None, level: str = "best", counts: bool = False,
 ) -> Field:  # fmt: skip
-    """Sums over sources: u(x_i) = sum_j m_j K_delta(x_i - x_j) at every target, its gradient and its Laplacian.
+    """Sums over sources: u(x_i) = sum_j m_j K_delta(x_i - x_j) at every target, its gradient, Laplacian and second derivatives.
 
         >>> kernel = mollis.Kernel(kernels.newtonian(), mollifiers.compact(2, 4), delta=0.05)
         >>> attraction = mollis.field(kernel, x, m, gradient=True).gradient     # x (n, 2), m (n,)
@@ -90,7 +94,7 @@ def field(
     by the law of Biot and Savart. Lists, arrays of another type, and arrays whose strides are negative, zero or no
     multiples of the item are copied.
 
-    Outputs: `potential`, `gradient`, `laplacian` are True, for a new array, or an array of the kernel's dtype and of
+    Outputs: `potential`, `gradient`, `laplacian`, `hessian` are True, for a new array, or an array of the kernel's dtype and of
     any positive stride, which is overwritten; with `add`, results are added to what is there. `factor` multiplies
     all. An output must overlap nothing else. In the plane the gradient output is a grad u + b (grad u rotated by +90
     degrees) for `combination` = (a, b): (0, 1) are velocities of vortices.
@@ -116,11 +120,12 @@ def field(
     u = None if potential is False else output(api, potential, flat, "potential")
     g = None if gradient is False else output(api, gradient, shape, "gradient")
     v = None if laplacian is False else output(api, laplacian, flat, "laplacian")
-    if u is None and g is None and v is None:
-        raise ValueError("nothing is asked for: potential, gradient or laplacian")
+    h = None if hessian is False else output(api, hessian, (k, dimension, dimension), "hessian")
+    if u is None and g is None and v is None and h is None:
+        raise ValueError("nothing is asked for: potential, gradient, laplacian or hessian")
     if factor == 0.0:
         raise ValueError("the factor must not be 0")
-    if add and (potential is True or gradient is True or laplacian is True):
+    if add and True in (asked is True for asked in (potential, gradient, laplacian, hessian)):
         raise ValueError("add needs the arrays to which results are added")
     if strengths is None:
         if masses is None:
@@ -147,7 +152,7 @@ def field(
         else:
             where.n = k
             put_points(api, where, "positions", at, "stride")
-        _put_outputs(api, outputs, u, g, v)
+        _put_outputs(api, outputs, u, g, v, h)
         if add or factor != 1.0:
             outputs.factor, outputs.add = factor, add
         options = _options(frame, method, accumulation, combination, tolerance)
@@ -162,12 +167,12 @@ def field(
         counted = Counts(*(getattr(counters, name) for name in Counts._fields)) if counts else None
     finally:
         give(frame)
-    return Field(u, g, v, counted)
+    return Field(u, g, v, h, counted)
 
 
 def plan(
     kernel: Kernel, sources: int, targets: int | None = None, *,
-    potential: bool = False, gradient: bool = False, laplacian: bool = False,
+    potential: bool = False, gradient: bool = False, laplacian: bool = False, hessian: bool = False,
     radii: bool = False, combination: tuple[float, float] = _GRADIENT,
     method: str = "auto", accumulation: str = "blocked", tolerance: float = 0.0,
 ) -> str:  # fmt: skip
@@ -193,10 +198,9 @@ def plan(
             where.n = k
             put_points(api, where, "positions", y, "stride")
         first, second = np.empty(k, api.dtype), np.empty(k, api.dtype)
-        grad = np.empty((k, dimension), api.dtype)
-        _put_outputs(
-            api, outputs, first if potential else None, grad if gradient else None, second if laplacian else None
-        )
+        grad, matrices = np.empty((k, dimension), api.dtype), np.empty((k, dimension, dimension), api.dtype)
+        kept = zip((potential, gradient, laplacian, hessian), (first, grad, second, matrices))
+        _put_outputs(api, outputs, *(array if asked else None for asked, array in kept))
         options = _options(frame, method, accumulation, combination, tolerance)
         text = ffi.new("char[]", 4096)
         _library.check(

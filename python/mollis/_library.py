@@ -197,6 +197,18 @@ def put_points(api: Api, struct: Any, field: str, array: np.ndarray | None, stri
     setattr(struct, stride, step // api.item if array.shape[0] > 1 else api.dimension)
 
 
+def put_matrices(api: Api, struct: Any, field: str, array: np.ndarray | None, stride: str) -> None:
+    """Writes pointer and stride of n matrices, each without gaps, into a structure that is zero."""
+    if array is None:
+        return
+    item, dimension = api.item, api.dimension
+    if array.strides[1:] != (dimension * item, item):
+        raise ValueError("the matrices of second derivatives must each be without gaps")
+    setattr(struct, field, pointer(api, array))
+    if array.shape[0] > 1:
+        setattr(struct, stride, array.strides[0] // item)
+
+
 # Threads
 
 _pools: dict[int, Any] = {}

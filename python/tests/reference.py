@@ -49,6 +49,15 @@ def gradient(targets, sources, masses, factor):
     return np.einsum("ij,j,ijk->ik", factor(r), np.asarray(masses, np.float64), d)
 
 
+def plummer_hessian(targets, sources, masses, delta):
+    """sum_j m_j (I - D x x^T / q) q^(-D/2) / S_D, x = x_i - x_j, q = |x|^2 + delta^2."""
+    d, r = pairs(targets, sources)
+    n = d.shape[2]
+    q = r**2 + delta**2
+    weight = q ** (-n / 2) / SPHERE[n] * np.asarray(masses, np.float64)
+    return np.einsum("ij,kl->ikl", weight, np.eye(n)) - n * np.einsum("ij,ijk,ijl->ikl", weight / q, d, d)
+
+
 def potential(targets, sources, masses, value):
     """sum_j m_j K(r)."""
     return value(pairs(targets, sources)[1]) @ np.asarray(masses, np.float64)

@@ -53,6 +53,34 @@ def test_plummer_at_targets(rng, dimension, dtype, error):
     close(result.gradient, reference.gradient(at, x, 2 * m, lambda r: reference.plummer(r, 0.1, dimension)[1]), error)
 
 
+@pytest.mark.parametrize("dimension", [1, 2, 3])
+@pytest.mark.parametrize("dtype, error", [(np.float64, 1e-13), (np.float32, 2.5e-4)])
+def test_second_derivatives(rng, dimension, dtype, error):
+    x, m = rng.random((50, dimension)).astype(dtype), rng.random(50).astype(dtype)
+    kernel = mollis.Kernel(kernels.newtonian(2.0), mollifiers.plummer(), 0.3, dimension, dtype)
+    expected = reference.plummer_hessian(x, x, 2 * m, 0.3)
+    result = mollis.field(kernel, x, m, hessian=True)
+    assert result.gradient is None and result.hessian.dtype == dtype
+    close(result.hessian, expected, error)
+    # Fields of a structured array, and added to.
+    table = np.zeros(50, [("name", np.int64), ("tide", dtype, (dimension, dimension)), ("end", dtype, (2,))])
+    mollis.field(kernel, x, m, hessian=table["tide"])
+    np.testing.assert_array_equal(table["tide"], result.hessian)
+    mollis.field(kernel, x, m, hessian=table["tide"], add=True, factor=-1.0)
+    assert not table["tide"].any() and not table["name"].any() and not table["end"].any()
+    with pytest.raises(ValueError):
+        mollis.field(kernel, x, m, hessian=np.empty((50, dimension, 2 * dimension), dtype)[:, :, ::2])
+    assert "second derivatives computed" in mollis.plan(kernel, 50, hessian=True)
+
+
+def test_second_derivatives_by_tolerance(rng):
+    x, m = rng.random((8000, 2)), rng.random(8000)
+    kernel = mollis.Kernel(kernels.newtonian(), mollifiers.compact(2, 4), 1e-3)
+    result = mollis.field(kernel, x, m, hessian=True, method="fmm", tolerance=1e-8)
+    expected = mollis.field(kernel, x, m, x[:80], hessian=True, method="direct").hessian
+    assert np.linalg.norm(result.hessian[:80] - expected) < 1e-8 * np.linalg.norm(expected)
+
+
 def test_kernels_without_a_mollifier(rng):
     x, m = rng.random((40, 2)), rng.standard_normal(40)
 

@@ -74,7 +74,7 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Called<'a> {
         T::ZERO
     }
 
-    fn prepare(&self, units: Units<T>) -> Self::Prepared {
+    fn prepare(&self, units: Units<T>, _potentials: bool) -> Self::Prepared {
         let least = power_of_two(-least_square_exponent::<T>());
         Prepared { kernel: self.0, exponent: -units.position, sizes: self.sizes::<T>(-units.position), least }
     }

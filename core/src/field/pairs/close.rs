@@ -27,11 +27,12 @@ pub(super) fn units_of<T: Real>(units: Units<T>, level: usize) -> Units<T> {
 /// The kernel in the units of each level, as far as it leaves anything out in those of the level before.
 pub(super) fn prepare<T: Real, const D: usize, K: PairKernel<T, D>>(
     kernel: &K,
-    units: Units<T>,
+    (units, potentials): (Units<T>, bool),
     prepared: &K::Prepared,
 ) -> [Option<K::Prepared>; RESCALINGS] {
-    let first = K::has_closer(prepared).then(|| kernel.prepare(units_of(units, 1)));
-    let second = first.as_ref().filter(|first| K::has_closer(first)).map(|_| kernel.prepare(units_of(units, 2)));
+    let first = K::has_closer(prepared).then(|| kernel.prepare(units_of(units, 1), potentials));
+    let second =
+        first.as_ref().filter(|first| K::has_closer(first)).map(|_| kernel.prepare(units_of(units, 2), potentials));
     [first, second]
 }
 

@@ -137,8 +137,8 @@ pub(in crate::field) trait PairKernel<T: Real, const D: usize>: Sync {
         square
     }
 
-    /// The kernel in units.
-    fn prepare(&self, units: Units<T>) -> Self::Prepared;
+    /// The kernel in units, with what potentials need if they are wanted.
+    fn prepare(&self, units: Units<T>, potentials: bool) -> Self::Prepared;
 
     /// The way from sums over sources of a mass class to results.
     fn scales(&self, units: Units<T>, class: usize) -> Scales<T>;
@@ -236,6 +236,7 @@ fn sums<T: Real, const D: usize, K: PairKernel<T, D>>(
         let call = Call { options, sources, targets, outputs, near: None };
         return near::sums(potentials, kernel, call, near, workspace, run);
     }
+    let wanted = outputs.wanted();
     let [coordinate, mass] = sources.largest(1);
     let units = Units::of([coordinate.max(kernel.length()), mass], targets);
     let extras = [sources.radii.is_some(), sources.strengths.is_some()];
@@ -248,8 +249,8 @@ fn sums<T: Real, const D: usize, K: PairKernel<T, D>>(
         outputs.hessian.map(|h| Chunks::new(h, TASK)),
     );
     let tally = Tally::default();
-    let prepared = kernel.prepare(units);
-    let closer = close::prepare(kernel, units, &prepared);
+    let prepared = kernel.prepare(units, wanted.potential);
+    let closer = close::prepare(kernel, (units, wanted.potential), &prepared);
     let shared = Shared {
         kernel,
         prepared: &prepared,

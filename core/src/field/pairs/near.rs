@@ -129,7 +129,7 @@ pub(super) fn sums<T: Real, const D: usize, K: PairKernel<T, D>>(
 ) -> Result<()> {
     let Call { options, sources, targets, outputs, near: _ } = call;
     let NearCall { method, scratch, each } = near;
-    let (units, starts) = (method.units(), method.starts());
+    let (units, starts, wanted) = (method.units(), method.starts(), outputs.wanted());
     let extras = [sources.radii.is_some(), false];
     let packed = Packed::<T, D>::layout(&mut Carve::reopen(workspace)?, sources.positions.len(), extras)?;
     let packed = packed.ordered(units, sources.radii, kernel.length(), method.sources(), &|square| kernel.core(square));
@@ -140,8 +140,8 @@ pub(super) fn sums<T: Real, const D: usize, K: PairKernel<T, D>>(
         outputs.hessian.map(|h| Ranges::new(h, starts)).transpose()?,
     );
     let (tally, pairs) = (Tally::default(), AtomicUsize::new(0));
-    let prepared = kernel.prepare(units);
-    let closer = close::prepare(kernel, units, &prepared);
+    let prepared = kernel.prepare(units, wanted.potential);
+    let closer = close::prepare(kernel, (units, wanted.potential), &prepared);
     let shared = Shared {
         kernel,
         prepared: &prepared,

@@ -226,7 +226,7 @@ impl<T: Real, const D: usize, F: Form<T, D>, const VECTOR: bool> PairKernel<T, D
         self.radii.map_or(self.blob.delta(), |radii| radii.iter().fold(T::ZERO, |most, &r| most.max(r)))
     }
 
-    fn prepare(&self, units: Units<T>) -> Prepared<T> {
+    fn prepare(&self, units: Units<T>, _potentials: bool) -> Prepared<T> {
         let square = |delta: T| {
             let delta = delta.ldexp(units.position);
             delta * delta

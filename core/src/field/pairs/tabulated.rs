@@ -141,7 +141,7 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Tabulated<'a, T> {
         T::ZERO
     }
 
-    fn prepare(&self, units: Units<T>) -> Prepared<'a, T> {
+    fn prepare(&self, units: Units<T>, _potentials: bool) -> Prepared<'a, T> {
         let table = &self.table.head;
         let (unit, exponent) = table.unit.frexp();
         // r / unit = (r in units) 2^-position / unit

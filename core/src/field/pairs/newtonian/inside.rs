@@ -118,10 +118,12 @@ impl<T: Real> Inside<T> {
         density: Descending::NONE,
     };
 
-    pub(super) fn new<const D: usize>(blob: &Blob<T, D>, delta: T) -> Self {
+    /// The polynomials in units of a delta; that of potentials, whose coefficients and logarithm take microseconds, only if it is wanted.
+    pub(super) fn new<const D: usize>(blob: &Blob<T, D>, delta: T, potentials: bool) -> Self {
         let per = T::ONE / delta;
         let scale = per.powi(D as u32);
-        let (potential, offset) = Descending::of_potential(blob, delta);
+        let (potential, offset) =
+            if potentials { Descending::of_potential(blob, delta) } else { (Descending::NONE, T::ZERO) };
         Self {
             per_square: per * per,
             gradient: Descending::of(blob, Polynomial::Gradient, scale),

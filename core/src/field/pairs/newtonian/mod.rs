@@ -205,7 +205,7 @@ impl<'a, T: Real, const D: usize, const EACH: bool, const VECTOR: bool> PairKern
         (square * (support * support)).max(power_of_two::<T>(-least_square_exponent::<T>()))
     }
 
-    fn prepare(&self, units: Units<T>) -> Prepared<'a, T> {
+    fn prepare(&self, units: Units<T>, potentials: bool) -> Prepared<'a, T> {
         let blob = self.blob;
         let least = power_of_two::<T>(-least_square_exponent::<T>());
         // With core radii delta is a unit of its own.
@@ -216,13 +216,13 @@ impl<'a, T: Real, const D: usize, const EACH: bool, const VECTOR: bool> PairKern
         let (mut edge, mut inside, mut table, mut support_square) = (least, Inside::NONE, None, T::ONE);
         if square >= least {
             match blob.mollifier() {
-                Mollifier::Compact { .. } => (edge, inside) = (square, Inside::new(blob, delta)),
+                Mollifier::Compact { .. } => (edge, inside) = (square, Inside::new(blob, delta, potentials)),
                 Mollifier::Gaussian { order } => {
                     let support = gaussian_support::<T>(D, order);
                     support_square = support * support;
                     edge = square * support_square;
                     table = self.table.as_ref().map(|table| {
-                        let prepared = PairKernel::<T, D>::prepare(table, units);
+                        let prepared = PairKernel::<T, D>::prepare(table, units, potentials);
                         let sphere = T::from_f64(sphere(D));
                         let scales = PairKernel::<T, D>::scales(table, units, 0);
                         let of_units = self.scales(units, 0);
@@ -266,7 +266,7 @@ impl<'a, T: Real, const D: usize, const EACH: bool, const VECTOR: bool> PairKern
         let each = Each {
             square,
             support_square,
-            log_delta: if EACH && D == 2 { blob.delta().log() } else { T::ZERO },
+            log_delta: if EACH && D == 2 && potentials { blob.delta().log() } else { T::ZERO },
             position: true_units,
         };
         Prepared { softened, table, has_closer, is_usual, each }
