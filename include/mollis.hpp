@@ -1249,7 +1249,7 @@ T overlap(T delta, const detail::given<column<const T>> &masses, const detail::g
 }
 
 /** The norm (sum |v_i|^p cell)^(1/p), or the largest |v_i| for infinite p (mollis_norm). */
-template <class T> T norm(const detail::given<column<const T>> &values, T cell, double p, errors to = {}) {
+template <class T> T norm(const detail::given<column<const T>> &values, T cell, detail::given<T> p, errors to = {}) {
   detail::call call(to);
   detail::fitting fit(values.size());
   const T *v = fit.packed(values);
@@ -1261,7 +1261,7 @@ template <class T> T norm(const detail::given<column<const T>> &values, T cell, 
 
 /** The norm of the distances |a_i - b_i| (mollis_distance_norm2). */
 template <class T, std::size_t D>
-T distance_norm(const detail::given<points<const T, D>> &a, const detail::given<points<const T, D>> &b, T cell, double p, errors to = {}) {
+T distance_norm(const detail::given<points<const T, D>> &a, const detail::given<points<const T, D>> &b, T cell, detail::given<T> p, errors to = {}) {
   detail::call call(to);
   detail::fitting fit(a.size());
   const auto *first = fit.packed(a), *second = fit.packed(b);
