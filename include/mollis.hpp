@@ -401,10 +401,8 @@ public:
   memory(memory &&other) noexcept : bytes_(std::move(other.bytes_)), size_(std::exchange(other.size_, 0)) {}
   memory(const memory &other) {
     if (other.size_ == 0) return;
-    if (grow(other.size_))
-      std::memcpy(data(), other.data(), size_);
-    else
-      check(status_no_memory);
+    check(make(other.size_));
+    if (size_ > 0) std::memcpy(data(), other.data(), size_);
   }
   memory &operator=(memory other) noexcept {
     std::swap(bytes_, other.bytes_);
@@ -416,11 +414,11 @@ public:
   void *data() const noexcept { return bytes_.get(); }
   std::size_t size() const noexcept { return size_; }
   /* Replaces the bytes. If there is no memory none are left. */
-  bool grow(std::size_t bytes) noexcept {
+  mollis_status make(std::size_t bytes) noexcept {
     bytes_.reset();
     bytes_.reset(static_cast<unsigned char *>(::operator new(bytes, std::align_val_t{MOLLIS_ALIGN}, std::nothrow)));
     size_ = bytes_ ? bytes : 0;
-    return size_ == bytes;
+    return bytes_ ? MOLLIS_OK : status_no_memory;
   }
 
 private:
@@ -450,7 +448,7 @@ public:
   mollis_status reserve(std::size_t bytes) noexcept {
     if (bytes <= size()) return MOLLIS_OK;
     if (fixed_) return MOLLIS_ERR_WORKSPACE_TOO_SMALL;
-    return own_.grow(bytes) ? MOLLIS_OK : status_no_memory;
+    return own_.make(bytes);
   }
 
 private:
@@ -520,11 +518,10 @@ public:
     return result_.status == MOLLIS_OK;
   }
 
-  /* Makes room in a workspace. */
-  bool room(workspace &in, std::size_t bytes) noexcept {
-    const bool enough = good(in.reserve(bytes));
-    if (!enough) result_.bytes_needed = bytes;
-    return enough;
+  /* The same of a request for memory. */
+  bool room(mollis_status status, std::size_t bytes) noexcept {
+    if (!good(status)) result_.bytes_needed = bytes;
+    return result_.status == MOLLIS_OK;
   }
 
   /* For functions that take no run: finds the first of n elements that is not finite. */
@@ -775,7 +772,7 @@ private:
     const mollis_radial_kernel *given = own != nullptr ? &radial : nullptr;
     std::size_t bytes = 0;
     if (call.good(abi::kernel_bytes(sum.data(), sum.size(), given, over, &bytes)) &&
-        call.good(bytes_.grow(bytes) ? MOLLIS_OK : status_no_memory) &&
+        call.room(bytes_.make(bytes), bytes) &&
         !call.good(abi::kernel_prepare(bytes_.data(), bytes, sum.data(), sum.size(), given, over, delta)))
       bytes_ = {};
     call.end();
@@ -885,7 +882,7 @@ void field(const kernel<T, D> &by, const detail::given<sources<T, D>> &from, con
   static_cast<void>(
       call.good(call.status()) &&
       call.good(abi::field_bytes(by.data(), by.size(), &sum.from, sum.targets(), &sum.to, &options, call.run(), &bytes)) &&
-      call.room(in, bytes) &&
+      call.room(in.reserve(bytes), bytes) &&
       call.good(abi::field_eval(by.data(), by.size(), &sum.from, sum.targets(), &sum.to, &options, call.run(), in.data(), in.size(),
                                 options.counts)));
   call.end();
@@ -963,7 +960,7 @@ void grid(const mesh &on, const detail::given<sources<T, 2>> &from, const detail
   std::size_t bytes = 0;
   static_cast<void>(call.good(nodes.status()) &&
                     call.good(abi::grid_bytes(&on, &sum.from, sum.targets(), &grid, &options, call.run(), &bytes)) &&
-                    call.room(in, bytes) &&
+                    call.room(in.reserve(bytes), bytes) &&
                     call.good(abi::grid_eval(&on, &sum.from, sum.targets(), &grid, &options, call.run(), in.data(), in.size())));
   call.end();
 }
@@ -1041,7 +1038,7 @@ mollis_blob_report blob_step(const kernel<T, D> &by, const detail::given<particl
   mollis_blob_report report{};
   std::size_t bytes = 0;
   static_cast<void>(call.good(call.status()) &&
-                    call.good(abi::blob_bytes(by.data(), by.size(), &all[0], other, &blob, call.run(), &bytes)) && call.room(in, bytes) &&
+                    call.good(abi::blob_bytes(by.data(), by.size(), &all[0], other, &blob, call.run(), &bytes)) && call.room(in.reserve(bytes), bytes) &&
                     call.good(abi::blob_step(by.data(), by.size(), &all[0], other, dt, steps, &blob, call.run(), in.data(), in.size(),
                                              &report)));
   call.end();
@@ -1182,7 +1179,7 @@ bool pks_step(const detail::given<pks_particles<T>> &of, mollis_pks_progress &pr
                                 }};
   std::size_t bytes = 0;
   static_cast<void>(call.good(fit.status()) && call.good(abi::pks_bytes(all.room, &attraction, &options, call.run(), &bytes)) &&
-                    call.room(in, bytes) &&
+                    call.room(in.reserve(bytes), bytes) &&
                     call.good(abi::pks_step(&all, &progress, &attraction, options.generator ? &stream : nullptr, dt, steps, &events,
                                             &options, call.run(), in.data(), in.size(), options.report)));
   return call.end_of_step();

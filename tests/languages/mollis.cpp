@@ -1,6 +1,10 @@
 /* Calls every function of include/mollis.hpp, in its forms with and without exceptions. The result is the number of failed checks. */
 #include "mollis.hpp"
 
+#if defined(MOLLIS_HPP_ABI) || defined(MOLLIS_HPP_SCALAR)
+#error "a macro is left"
+#endif
+
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -380,7 +384,7 @@ static void kernels() {
   no_memory = true;
   mollis::result result;
   const mollis::kernel<double, 2> none(mollis::newtonian(), mollis::none(), 0, result);
-  EXPECT(result.status == mollis::status_no_memory && none.size() == 0 && std::string(result.text()) == "out of memory");
+  EXPECT(result.status == mollis::status_no_memory && result.bytes_needed > 0 && none.size() == 0 && std::string(result.text()) == "out of memory");
   mollis::workspace workspace;
   places x(3);
   doubles mass(3, 1.0);
@@ -586,7 +590,10 @@ template <unsigned Bits> struct piecewise {
   static constexpr result_type min() { return 0; }
   static constexpr result_type max() { return static_cast<result_type>((std::uint64_t{1} << Bits) - 1); }
   result_type operator()() {
-    if (left == 0) word = engine(), left = 64 / Bits;
+    if (left == 0) {
+      word = engine();
+      left = 64 / Bits;
+    }
     --left;
     const auto low = static_cast<result_type>(word & max());
     word >>= Bits;
@@ -708,7 +715,12 @@ template <class T> static void coalescence() {
 #endif
 }
 
+/* In second.cpp: the header in two units of one program. */
+int second(mollis::result &result);
+
 int main() {
+  mollis::result result;
+  EXPECT(second(result) == MOLLIS_ERR_MASS && result.status == MOLLIS_ERR_MASS);
   layouts();
   sums<double, 1>();
   sums<double, 2>();
