@@ -105,14 +105,15 @@ bool coalescence(mollis::workspace &workspace) {
   options.run = portable();
   mollis::pks_progress progress(n);
   mollis::pks_events events(merges, absorbed);
-  const bool whole = mollis::pks_step<double>({x, mass, labels}, progress, mollis::pks_attraction<double>(kernel), 1e-3, 20, events,
-                                              workspace, options);
+  const bool whole = mollis::pks_step<double>({x, mass, labels}, progress, mollis::pks_attraction<double>(kernel), 1e-3, 20,
+                                              events, workspace, options);
   double total = 0;
   for (std::size_t k = 0; k < progress.count; ++k) total += mass[k];
   const place &last = x[progress.count - 1];
   std::printf("coalescing: %d particles left after %d merges, mass %12.9f, the last at%24.16E%24.16E\n", int(progress.count),
               int(events.written), total, last[0], last[1]);
-  return whole && progress.count + events.labels_written == n && std::fabs(total - 0.125 * double(n)) < 1e-12 && events.written > 0;
+  return whole && progress.count + events.labels_written == n && std::fabs(total - 0.125 * double(n)) < 1e-12 &&
+         events.written > 0;
 }
 
 } // namespace

@@ -36,6 +36,7 @@
 #include <new>
 #include <stdexcept>
 #include <string>
+#include <tuple>
 #include <type_traits>
 #include <utility>
 
@@ -167,9 +168,7 @@ template <class E, std::size_t N> constexpr E *begin(std::array<E, N> &several) 
 template <class E, std::size_t N> constexpr const E *begin(const std::array<E, N> &several) noexcept { return several.data(); }
 
 /* A type as it is given: arguments of it are converted, and templates are not deduced from them. */
-template <class X> struct as_given {
-  using type = X;
-};
+template <class X> struct as_given { using type = X; };
 template <class X> using given = typename as_given<X>::type;
 
 } // namespace detail
@@ -243,7 +242,8 @@ public:
       : size_(n), stride_(stride_bytes), given_(true) {
     axes_[0] = first;
   }
-  template <class E, std::enable_if_t<detail::numbers<E, T> && detail::coordinates<E>::each == D && std::is_compound_v<E>, int> = 0>
+  template <class E,
+            std::enable_if_t<detail::numbers<E, T> && detail::coordinates<E>::each == D && std::is_compound_v<E>, int> = 0>
   constexpr points(E *first, std::size_t n) noexcept : points(n == 0 ? nullptr : detail::begin(*first), n) {}
   /** An array for each coordinate, all with this stride. */
   constexpr points(const std::array<T *, D> &axes, std::size_t n, std::size_t stride_bytes = sizeof(T)) noexcept
@@ -251,7 +251,8 @@ public:
 
   /** A container or an array, of points or of n D numbers. */
   template <class C, class E = detail::element<C>,
-            std::enable_if_t<detail::numbers<E, T> && (detail::coordinates<E>::each == D || detail::coordinates<E>::each == 1), int> = 0>
+            std::enable_if_t<detail::numbers<E, T> && (detail::coordinates<E>::each == D || detail::coordinates<E>::each == 1),
+                             int> = 0>
   constexpr points(C &&all) noexcept : given_(true) {
     constexpr std::size_t numbers = D / detail::coordinates<E>::each;
     size_ = std::size(all) / numbers;
@@ -300,7 +301,8 @@ template <class R, class... A> class function_ref<R(A...)> {
 public:
   constexpr function_ref() noexcept = default;
   template <class F, std::enable_if_t<std::is_object_v<F> && std::is_invocable_r_v<R, F &, A...> &&
-                                          !std::is_same_v<std::remove_const_t<F>, function_ref>, int> = 0>
+                                          !std::is_same_v<std::remove_const_t<F>, function_ref>,
+                                      int> = 0>
   function_ref(F &function) noexcept
       : object_(const_cast<void *>(static_cast<const void *>(std::addressof(function)))),
         call_([](void *object, A... arguments) -> R { return (*static_cast<F *>(object))(arguments...); }) {}
@@ -344,7 +346,9 @@ private:
 class executor {
 public:
   executor() noexcept = default;
-  executor(std::size_t workers, function_ref<void(std::size_t, const task &)> loop) noexcept : loop_(loop) { ready_.workers = workers; }
+  executor(std::size_t workers, function_ref<void(std::size_t, const task &)> loop) noexcept : loop_(loop) {
+    ready_.workers = workers;
+  }
   executor(const mollis_executor &ready) noexcept : ready_(ready) {}
 
   const mollis_executor &ready() const noexcept { return ready_; }
@@ -381,7 +385,7 @@ public:
   /** Runs tasks on the calling thread where the threads could not be started. */
   operator executor() const noexcept {
     mollis_executor ready{};
-    if (pool_) static_cast<void>(mollis_pool_executor(pool_.get(), &ready));
+    if (pool_) mollis_pool_executor(pool_.get(), &ready);
     return ready;
   }
 
@@ -416,14 +420,14 @@ public:
   /* Replaces the bytes. If there is no memory none are left. */
   mollis_status make(std::size_t bytes) noexcept {
     bytes_.reset();
-    bytes_.reset(static_cast<unsigned char *>(::operator new(bytes, std::align_val_t{MOLLIS_ALIGN}, std::nothrow)));
+    bytes_.reset(static_cast<unsigned char *>(::operator new (bytes, std::align_val_t{MOLLIS_ALIGN}, std::nothrow)));
     size_ = bytes_ ? bytes : 0;
     return bytes_ ? MOLLIS_OK : status_no_memory;
   }
 
 private:
   struct free {
-    void operator()(unsigned char *bytes) const noexcept { ::operator delete(bytes, std::align_val_t{MOLLIS_ALIGN}); }
+    void operator()(unsigned char *bytes) const noexcept { ::operator delete (bytes, std::align_val_t{MOLLIS_ALIGN}); }
   };
   std::unique_ptr<unsigned char, free> bytes_;
   std::size_t size_ = 0;
@@ -465,7 +469,7 @@ class call {
 public:
   explicit call(errors to, const mollis::run *how = nullptr) noexcept : to_(to) {
     if (how == nullptr) return;
-    static_cast<void>(mollis_run_init(&run_, sizeof run_));
+    mollis_run_init(&run_, sizeof run_);
     run_.level = how->level;
     run_.first_bad = &result_.first_bad;
     run_.bytes_needed = &result_.bytes_needed;
@@ -525,20 +529,19 @@ public:
   }
 
   /* For functions that take no run: finds the first of n elements that is not finite. */
-  template <class T> void find_bad(mollis_status (*find)(std::size_t, std::size_t, const T *, std::uint64_t *), std::size_t n,
-                                   std::size_t each, const T *values) noexcept {
+  template <class Find, class T> void find_bad(Find *find, std::size_t n, std::size_t each, const T *values) noexcept {
     if (result_.status == MOLLIS_ERR_NOT_FINITE && result_.first_bad == MOLLIS_NONE_BAD)
-      static_cast<void>(find(n, each, values, &result_.first_bad));
+      find(n, each, values, &result_.first_bad);
   }
 
-  mollis_status status() const noexcept { return result_.status; }
-  /* Tells how the call ended. */
-  void end() const { to_.tell(result_); }
-  /* The same, but EVENTS_FULL is thrown by no function. */
-  bool end_of_step() const {
-    const bool full = result_.status == MOLLIS_ERR_EVENTS_FULL;
-    if (!full || to_.kept()) end();
-    return result_.status == MOLLIS_OK;
+  /* Tells how the call ended, of which every part was good or not. */
+  void end(bool all_good) const {
+    if (!all_good || to_.kept()) to_.tell(result_);
+  }
+  /* The same; EVENTS_FULL is not thrown. */
+  bool end_of_step(bool all_good) const {
+    if (result_.status != MOLLIS_ERR_EVENTS_FULL || to_.kept()) end(all_good);
+    return all_good;
   }
 
 private:
@@ -601,40 +604,40 @@ private:
 template <class T, std::size_t D> struct abi;
 template <class T> struct scalar_abi;
 
-#define MOLLIS_HPP_ABI(T, D, F)                                                                                      \
-  template <> struct abi<T, D> {                                                                                     \
-    using sources = mollis_sources##D##F;                                                                            \
-    using targets = mollis_targets##D##F;                                                                            \
-    using outputs = mollis_outputs##D##F;                                                                            \
-    using particles = mollis_particles##D##F;                                                                        \
-    static constexpr auto kernel_bytes = &mollis_kernel##D##_bytes##F;                                               \
-    static constexpr auto kernel_prepare = &mollis_kernel##D##_prepare##F;                                           \
-    static constexpr auto kernel_eval = &mollis_kernel##D##_eval##F;                                                 \
-    static constexpr auto field_bytes = &mollis_field##D##_workspace_bytes##F;                                       \
-    static constexpr auto field_eval = &mollis_field##D##_eval##F;                                                   \
-    static constexpr auto field_text = &mollis_field##D##_text##F;                                                   \
-    static constexpr auto blob_bytes = &mollis_blob##D##_workspace_bytes##F;                                         \
-    static constexpr auto blob_step = &mollis_blob##D##_step##F;                                                     \
-    static constexpr auto moments = &mollis_moments##D##F;                                                           \
-    static constexpr auto stable_step = &mollis_stable_step##D##F;                                                   \
-    static constexpr auto stable_step_anywhere = &mollis_stable_step##D##_anywhere##F;                               \
-    static constexpr auto overlap = &mollis_overlap##D##F;                                                           \
-    static constexpr auto distance_norm = &mollis_distance_norm##D##F;                                               \
-    static constexpr auto mollifier_eval = &mollis_mollifier##D##_eval##F;                                           \
+#define MOLLIS_HPP_ABI(T, D, F)                                                        \
+  template <> struct abi<T, D> {                                                       \
+    using sources = mollis_sources##D##F;                                              \
+    using targets = mollis_targets##D##F;                                              \
+    using outputs = mollis_outputs##D##F;                                              \
+    using particles = mollis_particles##D##F;                                          \
+    static constexpr auto kernel_bytes = &mollis_kernel##D##_bytes##F;                 \
+    static constexpr auto kernel_prepare = &mollis_kernel##D##_prepare##F;             \
+    static constexpr auto kernel_eval = &mollis_kernel##D##_eval##F;                   \
+    static constexpr auto field_bytes = &mollis_field##D##_workspace_bytes##F;         \
+    static constexpr auto field_eval = &mollis_field##D##_eval##F;                     \
+    static constexpr auto field_text = &mollis_field##D##_text##F;                     \
+    static constexpr auto blob_bytes = &mollis_blob##D##_workspace_bytes##F;           \
+    static constexpr auto blob_step = &mollis_blob##D##_step##F;                       \
+    static constexpr auto moments = &mollis_moments##D##F;                             \
+    static constexpr auto stable_step = &mollis_stable_step##D##F;                     \
+    static constexpr auto stable_step_anywhere = &mollis_stable_step##D##_anywhere##F; \
+    static constexpr auto overlap = &mollis_overlap##D##F;                             \
+    static constexpr auto distance_norm = &mollis_distance_norm##D##F;                 \
+    static constexpr auto mollifier_eval = &mollis_mollifier##D##_eval##F;             \
   }
-#define MOLLIS_HPP_SCALAR(T, F)                                                                                      \
-  MOLLIS_HPP_ABI(T, 1, F);                                                                                           \
-  MOLLIS_HPP_ABI(T, 2, F);                                                                                           \
-  MOLLIS_HPP_ABI(T, 3, F);                                                                                           \
-  template <> struct scalar_abi<T> {                                                                                 \
-    using particles = mollis_pks_particles##F;                                                                       \
-    using grid_outputs = mollis_grid2_outputs##F;                                                                    \
-    static constexpr auto pks_bytes = &mollis_pks_workspace_bytes##F;                                                \
-    static constexpr auto pks_step = &mollis_pks_step##F;                                                            \
-    static constexpr auto grid_bytes = &mollis_grid2_workspace_bytes##F;                                             \
-    static constexpr auto grid_eval = &mollis_grid2_eval##F;                                                         \
-    static constexpr auto norm = &mollis_norm##F;                                                                    \
-    static constexpr auto first_bad = &mollis_first_bad##F;                                                          \
+#define MOLLIS_HPP_SCALAR(T, F)                                          \
+  MOLLIS_HPP_ABI(T, 1, F);                                               \
+  MOLLIS_HPP_ABI(T, 2, F);                                               \
+  MOLLIS_HPP_ABI(T, 3, F);                                               \
+  template <> struct scalar_abi<T> {                                     \
+    using particles = mollis_pks_particles##F;                           \
+    using grid_outputs = mollis_grid2_outputs##F;                        \
+    static constexpr auto pks_bytes = &mollis_pks_workspace_bytes##F;    \
+    static constexpr auto pks_step = &mollis_pks_step##F;                \
+    static constexpr auto grid_bytes = &mollis_grid2_workspace_bytes##F; \
+    static constexpr auto grid_eval = &mollis_grid2_eval##F;             \
+    static constexpr auto norm = &mollis_norm##F;                        \
+    static constexpr auto first_bad = &mollis_first_bad##F;              \
   }
 MOLLIS_HPP_SCALAR(double, );
 MOLLIS_HPP_SCALAR(float, _f32);
@@ -669,7 +672,9 @@ using mollifier = mollis_mollifier;
 /** No mollifier: the singular kernel. */
 constexpr mollifier none() noexcept { return {MOLLIS_MOLLIFIER_NONE, 0, 0}; }
 /** Compact polynomial of order 2, 4, 6 or 8 and exponent 1 to 9; delta is the radius of the support. */
-constexpr mollifier compact(std::int32_t order, std::int32_t exponent) noexcept { return {MOLLIS_MOLLIFIER_COMPACT, order, exponent}; }
+constexpr mollifier compact(std::int32_t order, std::int32_t exponent) noexcept {
+  return {MOLLIS_MOLLIFIER_COMPACT, order, exponent};
+}
 /** Sum of Gaussians of order 2 (Lamb and Oseen's vortex), 4 or 6. */
 constexpr mollifier gaussian(std::int32_t order = 2) noexcept { return {MOLLIS_MOLLIFIER_GAUSSIAN, order, 0}; }
 /** Plummer's softening; Rosenhead and Moore's kernel. Newtonian kernels only, as the next two. */
@@ -771,11 +776,11 @@ private:
     }
     const mollis_radial_kernel *given = own != nullptr ? &radial : nullptr;
     std::size_t bytes = 0;
-    if (call.good(abi::kernel_bytes(sum.data(), sum.size(), given, over, &bytes)) &&
-        call.room(bytes_.make(bytes), bytes) &&
-        !call.good(abi::kernel_prepare(bytes_.data(), bytes, sum.data(), sum.size(), given, over, delta)))
-      bytes_ = {};
-    call.end();
+    const bool good = call.good(abi::kernel_bytes(sum.data(), sum.size(), given, over, &bytes)) &&
+                      call.room(bytes_.make(bytes), bytes) &&
+                      call.good(abi::kernel_prepare(bytes_.data(), bytes, sum.data(), sum.size(), given, over, delta));
+    if (!good) bytes_ = {};
+    call.end(good);
   }
 
   detail::memory bytes_;
@@ -812,7 +817,7 @@ template <class T, std::size_t D> struct outputs {
 
 /** How a sum is computed: the members of mollis_field_options, and these. */
 struct field_options : mollis_field_options {
-  field_options() noexcept : mollis_field_options() { static_cast<void>(mollis_field_options_init(this, sizeof(mollis_field_options))); }
+  field_options() noexcept : mollis_field_options() { mollis_field_options_init(this, sizeof(mollis_field_options)); }
   mollis::run run{};
   /** What a sum did is added here if not null. */
   mollis_field_counts *counts = nullptr;
@@ -835,7 +840,8 @@ template <class T, std::size_t D> mollis_status fit(const points<const T, D> &fr
   return all.status();
 }
 
-template <class T, std::size_t D> mollis_status fit(const outputs<T, D> &from, std::size_t n, typename abi<T, D>::outputs &to) noexcept {
+template <class T, std::size_t D>
+mollis_status fit(const outputs<T, D> &from, std::size_t n, typename abi<T, D>::outputs &to) noexcept {
   fitting all(n);
   all.put(from.potential, to.potential, to.potential_stride);
   all.put(from.gradient, to.gradient, to.gradient_stride);
@@ -850,11 +856,11 @@ template <class T, std::size_t D> struct sum {
   typename abi<T, D>::sources from{};
   typename abi<T, D>::targets at{};
   typename abi<T, D>::outputs to{};
-  bool at_sources;
+  bool at_sources, fits;
 
-  sum(call &call, const sources<T, D> &f, const points<const T, D> &a, const outputs<T, D> &t) noexcept : at_sources(!a.given()) {
-    static_cast<void>(call.good(fit<T, D>(f, from)) && call.good(fit<T, D>(a, at)) && call.good(fit<T, D>(t, at_sources ? from.n : at.n, to)));
-  }
+  sum(call &call, const sources<T, D> &f, const points<const T, D> &a, const outputs<T, D> &t) noexcept
+      : at_sources(!a.given()), fits(call.good(fit<T, D>(f, from)) && call.good(fit<T, D>(a, at)) &&
+                                     call.good(fit<T, D>(t, at_sources ? from.n : at.n, to))) {}
   const typename abi<T, D>::targets *targets() const noexcept { return at_sources ? nullptr : &at; }
 };
 
@@ -879,38 +885,39 @@ void field(const kernel<T, D> &by, const detail::given<sources<T, D>> &from, con
   detail::call call(to, &options.run);
   const detail::sum<T, D> sum(call, from, at, out);
   std::size_t bytes = 0;
-  static_cast<void>(
-      call.good(call.status()) &&
-      call.good(abi::field_bytes(by.data(), by.size(), &sum.from, sum.targets(), &sum.to, &options, call.run(), &bytes)) &&
-      call.room(in.reserve(bytes), bytes) &&
-      call.good(abi::field_eval(by.data(), by.size(), &sum.from, sum.targets(), &sum.to, &options, call.run(), in.data(), in.size(),
-                                options.counts)));
-  call.end();
+  call.end(sum.fits &&
+           call.good(abi::field_bytes(by.data(), by.size(), &sum.from, sum.targets(), &sum.to, &options, call.run(), &bytes)) &&
+           call.room(in.reserve(bytes), bytes) &&
+           call.good(abi::field_eval(by.data(), by.size(), &sum.from, sum.targets(), &sum.to, &options, call.run(), in.data(),
+                                     in.size(), options.counts)));
 }
 
 template <class T, std::size_t D>
-void field(const kernel<T, D> &by, const detail::given<sources<T, D>> &from, const detail::given<outputs<T, D>> &out, workspace &in,
-           const field_options &options = {}, errors to = {}) {
+void field(const kernel<T, D> &by, const detail::given<sources<T, D>> &from, const detail::given<outputs<T, D>> &out,
+           workspace &in, const field_options &options = {}, errors to = {}) {
   field<T, D>(by, from, {}, out, in, options, to);
 }
 
 /** A sentence that says which method a sum will use, and why; empty after an error. */
 template <class T, std::size_t D>
-std::string field_text(const kernel<T, D> &by, const detail::given<sources<T, D>> &from, const detail::given<points<const T, D>> &at,
-                       const detail::given<outputs<T, D>> &out, const field_options &options = {}, errors to = {}) {
+std::string field_text(const kernel<T, D> &by, const detail::given<sources<T, D>> &from,
+                       const detail::given<points<const T, D>> &at, const detail::given<outputs<T, D>> &out,
+                       const field_options &options = {}, errors to = {}) {
   using abi = detail::abi<T, D>;
   detail::call call(to);
   const detail::sum<T, D> sum(call, from, at, out);
   std::size_t length = 0;
   char none = 0;
   std::string text;
-  if (call.good(call.status()) &&
-      call.good(abi::field_text(by.data(), by.size(), &sum.from, sum.targets(), &sum.to, &options, &none, 1, &length))) {
+  bool good = sum.fits &&
+              call.good(abi::field_text(by.data(), by.size(), &sum.from, sum.targets(), &sum.to, &options, &none, 1, &length));
+  if (good) {
     text.resize(length + 1);
-    if (!call.good(abi::field_text(by.data(), by.size(), &sum.from, sum.targets(), &sum.to, &options, &text[0], length + 1, nullptr))) length = 0;
-    text.resize(length);
+    good = call.good(
+        abi::field_text(by.data(), by.size(), &sum.from, sum.targets(), &sum.to, &options, &text[0], length + 1, nullptr));
+    text.resize(good ? length : 0);
   }
-  call.end();
+  call.end(good);
   return text;
 }
 
@@ -919,7 +926,7 @@ using mesh = mollis_mesh2;
 
 /** Which field a mesh is solved for: the members of mollis_grid2_options, and how the call runs. */
 struct grid_options : mollis_grid2_options {
-  grid_options() noexcept : mollis_grid2_options() { static_cast<void>(mollis_grid2_options_init(this, sizeof(mollis_grid2_options))); }
+  grid_options() noexcept : mollis_grid2_options() { mollis_grid2_options_init(this, sizeof(mollis_grid2_options)); }
   mollis::run run{};
 };
 
@@ -958,11 +965,10 @@ void grid(const mesh &on, const detail::given<sources<T, 2>> &from, const detail
   grid.total = reinterpret_cast<T(*)[3]>(out.total);
   grid.outside = out.outside;
   std::size_t bytes = 0;
-  static_cast<void>(call.good(nodes.status()) &&
-                    call.good(abi::grid_bytes(&on, &sum.from, sum.targets(), &grid, &options, call.run(), &bytes)) &&
-                    call.room(in.reserve(bytes), bytes) &&
-                    call.good(abi::grid_eval(&on, &sum.from, sum.targets(), &grid, &options, call.run(), in.data(), in.size())));
-  call.end();
+  call.end(sum.fits && call.good(nodes.status()) &&
+           call.good(abi::grid_bytes(&on, &sum.from, sum.targets(), &grid, &options, call.run(), &bytes)) &&
+           call.room(in.reserve(bytes), bytes) &&
+           call.good(abi::grid_eval(&on, &sum.from, sum.targets(), &grid, &options, call.run(), in.data(), in.size())));
 }
 
 /* ------------------------------------------------------------- the blob method ----------------------------------------------------------- */
@@ -999,13 +1005,14 @@ template <class T, std::size_t D> struct blob_options {
  * with the first bad particle; the state is then that of the last completed step. MOLLIS_ERR_LENGTH_MISMATCH.
  */
 template <class T, std::size_t D>
-mollis_blob_report blob_step(const kernel<T, D> &by, const detail::given<particles<T, D>> &of, const detail::given<particles<T, D>> &tracers,
-                             double dt, std::size_t steps, workspace &in, const detail::given<blob_options<T, D>> &options = {},
-                             errors to = {}) {
+mollis_blob_report blob_step(const kernel<T, D> &by, const detail::given<particles<T, D>> &of,
+                             const detail::given<particles<T, D>> &tracers, double dt, std::size_t steps, workspace &in,
+                             const detail::given<blob_options<T, D>> &options = {}, errors to = {}) {
   using abi = detail::abi<T, D>;
   detail::call call(to, &options.run);
   typename abi::particles all[2] = {};
   const particles<T, D> *const views[2] = {&of, &tracers};
+  bool fits = true;
   for (std::size_t k = 0; k < 2; ++k) {
     detail::fitting fit(all[k].n = views[k]->positions.size());
     fit.put(views[k]->positions, all[k].positions, all[k].stride);
@@ -1013,7 +1020,7 @@ mollis_blob_report blob_step(const kernel<T, D> &by, const detail::given<particl
     fit.put(views[k]->density, all[k].density, all[k].density_stride);
     fit.put(views[k]->velocity, all[k].velocity, all[k].velocity_stride);
     fit.put(views[k]->divergence, all[k].divergence, all[k].divergence_stride);
-    static_cast<void>(call.good(fit.status()));
+    fits = fits && call.good(fit.status());
   }
   struct after {
     detail::call *call;
@@ -1021,7 +1028,7 @@ mollis_blob_report blob_step(const kernel<T, D> &by, const detail::given<particl
     std::size_t n;
   } context{&call, &options, all[0].n};
   mollis_blob_options blob{};
-  static_cast<void>(mollis_blob_options_init(&blob, sizeof blob));
+  mollis_blob_options_init(&blob, sizeof blob);
   blob.watch_energy = options.watch_energy ? 1 : 0;
   blob.tolerance = options.tolerance;
   if (options.after_step) {
@@ -1037,11 +1044,10 @@ mollis_blob_report blob_step(const kernel<T, D> &by, const detail::given<particl
   const auto *other = tracers.positions.given() ? &all[1] : nullptr;
   mollis_blob_report report{};
   std::size_t bytes = 0;
-  static_cast<void>(call.good(call.status()) &&
-                    call.good(abi::blob_bytes(by.data(), by.size(), &all[0], other, &blob, call.run(), &bytes)) && call.room(in.reserve(bytes), bytes) &&
-                    call.good(abi::blob_step(by.data(), by.size(), &all[0], other, dt, steps, &blob, call.run(), in.data(), in.size(),
-                                             &report)));
-  call.end();
+  call.end(fits && call.good(abi::blob_bytes(by.data(), by.size(), &all[0], other, &blob, call.run(), &bytes)) &&
+           call.room(in.reserve(bytes), bytes) &&
+           call.good(abi::blob_step(by.data(), by.size(), &all[0], other, dt, steps, &blob, call.run(), in.data(), in.size(),
+                                    &report)));
   return report;
 }
 
@@ -1088,13 +1094,15 @@ template <class T> struct pks_attraction : mollis_pks_attraction {
     this->tolerance = error;
   }
   /** A mesh, in free space. */
-  explicit pks_attraction(const mollis::mesh &on, const mollis_grid2_options *how = nullptr) noexcept : mollis_pks_attraction() {
+  explicit pks_attraction(const mollis::mesh &on, const mollis_grid2_options *how = nullptr) noexcept
+      : mollis_pks_attraction() {
     this->kind = MOLLIS_PKS_ATTRACTION_MESH;
     this->mesh = &on;
     this->grid = how;
   }
   /** A mesh, and particles of at least this mass act pair by pair by a kernel. */
-  pks_attraction(const mollis::mesh &on, const mollis_grid2_options *how, const mollis::kernel<T, 2> &pairs, double least_mass) noexcept
+  pks_attraction(const mollis::mesh &on, const mollis_grid2_options *how, const mollis::kernel<T, 2> &pairs,
+                 double least_mass) noexcept
       : pks_attraction(on, how) {
     this->kernel = pairs.data();
     this->kernel_bytes = pairs.size();
@@ -1110,14 +1118,17 @@ template <class T> struct pks_attraction : mollis_pks_attraction {
 class generator {
 public:
   generator() noexcept = default;
-  template <class G, class = typename G::result_type> generator(G &engine) noexcept
+  template <class G, class = typename G::result_type>
+  generator(G &engine) noexcept
       : state_(std::addressof(engine)), fill_([](void *state, std::uint64_t *out, std::size_t n) {
           constexpr std::uint64_t range = G::max();
-          static_assert(G::min() == 0 && range > 0 && (range & (range + 1)) == 0, "the generator's range is not that of some bits");
+          static_assert(G::min() == 0 && range > 0 && (range & (range + 1)) == 0,
+                        "the generator's range is not that of some bits");
           constexpr unsigned bits = width(range);
           for (std::size_t i = 0; i < n; ++i) {
             std::uint64_t word = 0;
-            for (unsigned low = 0; low < 64; low += bits) word |= static_cast<std::uint64_t>((*static_cast<G *>(state))()) << low;
+            for (unsigned low = 0; low < 64; low += bits)
+              word |= static_cast<std::uint64_t>((*static_cast<G *>(state))()) << low;
             out[i] = word;
           }
         }) {}
@@ -1133,7 +1144,7 @@ private:
 
 /** What a run is made with: the members of mollis_pks_options (set at least chi and noise), and these. */
 struct pks_options : mollis_pks_options {
-  pks_options() noexcept : mollis_pks_options() { static_cast<void>(mollis_pks_options_init(this, sizeof(mollis_pks_options))); }
+  pks_options() noexcept : mollis_pks_options() { mollis_pks_options_init(this, sizeof(mollis_pks_options)); }
   mollis::generator generator{};
   mollis::run run{};
   /** What steps did is added here if not null. */
@@ -1159,8 +1170,9 @@ struct pks_options : mollis_pks_options {
  * Errors: those of mollis_pks_step, with the first bad particle, and what the generator throws; the state is then that of the last completed step.
  */
 template <class T>
-bool pks_step(const detail::given<pks_particles<T>> &of, mollis_pks_progress &progress, const pks_attraction<T> &attraction, double dt,
-              std::size_t steps, mollis_pks_events &events, workspace &in, const pks_options &options, errors to = {}) {
+bool pks_step(const detail::given<pks_particles<T>> &of, mollis_pks_progress &progress, const pks_attraction<T> &attraction,
+              double dt, std::size_t steps, mollis_pks_events &events, workspace &in, const pks_options &options,
+              errors to = {}) {
   using abi = detail::scalar_abi<T>;
   detail::call call(to, &options.run);
   typename abi::particles all{};
@@ -1178,15 +1190,34 @@ bool pks_step(const detail::given<pks_particles<T>> &of, mollis_pks_progress &pr
                                   return self.call->guard([&] { self.from->fill(out, n); });
                                 }};
   std::size_t bytes = 0;
-  static_cast<void>(call.good(fit.status()) && call.good(abi::pks_bytes(all.room, &attraction, &options, call.run(), &bytes)) &&
-                    call.room(in.reserve(bytes), bytes) &&
-                    call.good(abi::pks_step(&all, &progress, &attraction, options.generator ? &stream : nullptr, dt, steps, &events,
-                                            &options, call.run(), in.data(), in.size(), options.report)));
-  return call.end_of_step();
+  return call.end_of_step(call.good(fit.status()) &&
+                          call.good(abi::pks_bytes(all.room, &attraction, &options, call.run(), &bytes)) &&
+                          call.room(in.reserve(bytes), bytes) &&
+                          call.good(abi::pks_step(&all, &progress, &attraction, options.generator ? &stream : nullptr, dt,
+                                                  steps, &events, &options, call.run(), in.data(), in.size(), options.report)));
 }
 
 /* -------------------------------------------------------------- diagnostics -------------------------------------------------------------- */
 /* These take arrays without gaps (MOLLIS_ERR_UNSUPPORTED), and return 0 or zeros after an error that is written to a `result`. */
+
+namespace detail {
+
+/* Calls a function with the addresses of n elements each. It takes no run: the first bad element of an input is looked for here. */
+template <class T, class F, class... Views> void diagnose(errors to, std::size_t n, F function, const Views &...views) {
+  call call(to);
+  fitting fit(n);
+  const auto addresses = std::make_tuple(fit.packed(views)...);
+  const bool good = call.good(fit.status()) && call.good(std::apply(function, addresses));
+  const auto look = [&call, n](auto *first) {
+    using element = std::remove_pointer_t<decltype(first)>;
+    if constexpr (std::is_const_v<std::remove_all_extents_t<element>>)
+      call.find_bad(scalar_abi<T>::first_bad, n, sizeof(element) / sizeof(T), reinterpret_cast<const T *>(first));
+  };
+  if (!good) std::apply([&look](auto *...first) { (look(first), ...); }, addresses);
+  call.end(good);
+}
+
+} // namespace detail
 
 /** Total mass, sum of |m|, centre of mass and second moment about it. */
 template <class T, std::size_t D> struct moments_of {
@@ -1197,31 +1228,26 @@ template <class T, std::size_t D> struct moments_of {
 
 /** The moments of particles (mollis_moments2): `mollis::moments<double, 2>(x, mass).second`. */
 template <class T, std::size_t D>
-moments_of<T, D> moments(const detail::given<points<const T, D>> &x, const detail::given<column<const T>> &masses, errors to = {}) {
-  detail::call call(to);
-  detail::fitting fit(x.size());
-  const auto *positions = fit.packed(x);
-  const T *m = fit.packed(masses);
+moments_of<T, D> moments(const detail::given<points<const T, D>> &x, const detail::given<column<const T>> &masses,
+                         errors to = {}) {
   moments_of<T, D> out;
-  static_cast<void>(call.good(fit.status()) &&
-                    call.good(detail::abi<T, D>::moments(x.size(), positions, m, &out.mass, &out.absolute_mass,
-                                                         reinterpret_cast<T(*)[D]>(&out.centre), &out.second)));
-  call.end();
+  const auto function = [&](auto *at, auto *m) {
+    auto *centre = reinterpret_cast<T(*)[D]>(&out.centre);
+    return detail::abi<T, D>::moments(x.size(), at, m, &out.mass, &out.absolute_mass, centre, &out.second);
+  };
+  detail::diagnose<T>(to, x.size(), function, x, masses);
   return out;
 }
 
 /** A time step with which RK4 is stable at this state (mollis_stable_step2). */
 template <class T, std::size_t D>
-T stable_step(const kernel<T, D> &by, const detail::given<points<const T, D>> &x, const detail::given<column<const T>> &masses, errors to = {}) {
-  detail::call call(to);
-  detail::fitting fit(x.size());
-  const auto *positions = fit.packed(x);
-  const T *m = fit.packed(masses);
+T stable_step(const kernel<T, D> &by, const detail::given<points<const T, D>> &x, const detail::given<column<const T>> &masses,
+              errors to = {}) {
   T step = 0;
-  static_cast<void>(call.good(fit.status()) && call.good(detail::abi<T, D>::stable_step(by.data(), by.size(), x.size(), positions, m, &step)));
-  call.find_bad(detail::scalar_abi<T>::first_bad, x.size(), D, x.axis(0));
-  call.find_bad(detail::scalar_abi<T>::first_bad, x.size(), 1, m);
-  call.end();
+  const auto function = [&](auto *at, auto *m) {
+    return detail::abi<T, D>::stable_step(by.data(), by.size(), x.size(), at, m, &step);
+  };
+  detail::diagnose<T>(to, x.size(), function, x, masses);
   return step;
 }
 
@@ -1235,55 +1261,41 @@ T stable_step_anywhere(const kernel<T, D> &by, detail::given<T> absolute_mass, d
 
 /** The smallest overlap of blobs, delta over their spacing (mollis_overlap2): `mollis::overlap<double, 2>(delta, mass, density)`. */
 template <class T, std::size_t D>
-T overlap(T delta, const detail::given<column<const T>> &masses, const detail::given<column<const T>> &densities, errors to = {}) {
-  detail::call call(to);
-  detail::fitting fit(masses.size());
-  const T *m = fit.packed(masses), *rho = fit.packed(densities);
+T overlap(T delta, const detail::given<column<const T>> &masses, const detail::given<column<const T>> &densities,
+          errors to = {}) {
   T smallest = 0;
-  static_cast<void>(call.good(fit.status()) && call.good(detail::abi<T, D>::overlap(masses.size(), delta, m, rho, &smallest)));
-  call.end();
+  const auto function = [&](auto *m, auto *rho) { return detail::abi<T, D>::overlap(masses.size(), delta, m, rho, &smallest); };
+  detail::diagnose<T>(to, masses.size(), function, masses, densities);
   return smallest;
 }
 
 /** The norm (sum |v_i|^p cell)^(1/p), or the largest |v_i| for infinite p (mollis_norm). */
 template <class T> T norm(const detail::given<column<const T>> &values, T cell, detail::given<T> p, errors to = {}) {
-  detail::call call(to);
-  detail::fitting fit(values.size());
-  const T *v = fit.packed(values);
   T out = 0;
-  static_cast<void>(call.good(fit.status()) && call.good(detail::scalar_abi<T>::norm(values.size(), v, cell, p, &out)));
-  call.end();
+  const auto function = [&](auto *v) { return detail::scalar_abi<T>::norm(values.size(), v, cell, p, &out); };
+  detail::diagnose<T>(to, values.size(), function, values);
   return out;
 }
 
 /** The norm of the distances |a_i - b_i| (mollis_distance_norm2). */
 template <class T, std::size_t D>
-T distance_norm(const detail::given<points<const T, D>> &a, const detail::given<points<const T, D>> &b, T cell, detail::given<T> p, errors to = {}) {
-  detail::call call(to);
-  detail::fitting fit(a.size());
-  const auto *first = fit.packed(a), *second = fit.packed(b);
+T distance_norm(const detail::given<points<const T, D>> &a, const detail::given<points<const T, D>> &b, T cell,
+                detail::given<T> p, errors to = {}) {
   T out = 0;
-  static_cast<void>(call.good(fit.status()) && call.good(detail::abi<T, D>::distance_norm(a.size(), first, second, cell, p, &out)));
-  call.end();
+  const auto function = [&](auto *x, auto *y) { return detail::abi<T, D>::distance_norm(a.size(), x, y, cell, p, &out); };
+  detail::diagnose<T>(to, a.size(), function, a, b);
   return out;
 }
 
 /** K_delta(r), K_delta'(r)/r and the Laplacian (mollis_kernel2_eval) as columns; those not given are not computed. */
-template <class T> struct kernel_values {
-  column<T> value{}, gradient_factor{}, laplacian{};
-};
+template <class T> struct kernel_values { column<T> value{}, gradient_factor{}, laplacian{}; };
 
 /** A kernel's values at distances r: `mollis::evaluate(kernel, r, {value})`. */
 template <class T, std::size_t D>
-void evaluate(const kernel<T, D> &of, const detail::given<column<const T>> &r, const detail::given<kernel_values<T>> &out, errors to = {}) {
-  detail::call call(to);
-  detail::fitting fit(r.size());
-  const T *at = fit.packed(r);
-  T *value = fit.packed(out.value), *factor = fit.packed(out.gradient_factor), *laplacian = fit.packed(out.laplacian);
-  static_cast<void>(call.good(fit.status()) &&
-                    call.good(detail::abi<T, D>::kernel_eval(of.data(), of.size(), r.size(), at, value, factor, laplacian)));
-  call.find_bad(detail::scalar_abi<T>::first_bad, r.size(), 1, at);
-  call.end();
+void evaluate(const kernel<T, D> &of, const detail::given<column<const T>> &r, const detail::given<kernel_values<T>> &out,
+              errors to = {}) {
+  const auto function = [&](auto *...all) { return detail::abi<T, D>::kernel_eval(of.data(), of.size(), r.size(), all...); };
+  detail::diagnose<T>(to, r.size(), function, r, out.value, out.gradient_factor, out.laplacian);
 }
 
 /** The functions of r of a mollifier (mollis_mollifier2_eval) as columns; those not given are not computed. */
@@ -1293,17 +1305,11 @@ template <class T> struct mollifier_values {
 
 /** A mollifier's values at distances r: `mollis::evaluate<double, 2>(mollis::compact(4, 9), 0.1, r, {density})`. */
 template <class T, std::size_t D>
-void evaluate(const mollifier &of, T delta, const detail::given<column<const T>> &r, const detail::given<mollifier_values<T>> &out,
-              errors to = {}) {
-  detail::call call(to);
-  detail::fitting fit(r.size());
-  const T *at = fit.packed(r);
-  T *density = fit.packed(out.density), *slope = fit.packed(out.density_slope), *potential = fit.packed(out.potential),
-    *gradient = fit.packed(out.gradient_factor), *hessian = fit.packed(out.hessian_factor), *mass = fit.packed(out.enclosed_mass);
-  static_cast<void>(call.good(fit.status()) && call.good(detail::abi<T, D>::mollifier_eval(of, delta, r.size(), at, density, slope, potential,
-                                                                                          gradient, hessian, mass)));
-  call.find_bad(detail::scalar_abi<T>::first_bad, r.size(), 1, at);
-  call.end();
+void evaluate(const mollifier &of, T delta, const detail::given<column<const T>> &r,
+              const detail::given<mollifier_values<T>> &out, errors to = {}) {
+  const auto function = [&](auto *...all) { return detail::abi<T, D>::mollifier_eval(of, delta, r.size(), all...); };
+  detail::diagnose<T>(to, r.size(), function, r, out.density, out.density_slope, out.potential, out.gradient_factor,
+                      out.hessian_factor, out.enclosed_mass);
 }
 
 } // namespace mollis

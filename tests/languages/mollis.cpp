@@ -24,7 +24,7 @@ static void expect(bool good, const char *what) {
   good ? ++passed : ++failed;
   if (!good) std::fprintf(stderr, "failed: %s\n", what);
 }
-#define EXPECT(condition) expect(static_cast<bool>(condition), #condition)
+#define EXPECT(condition) expect((condition) ? true : false, #condition)
 
 /* Memory that is refused on request. */
 static bool no_memory = false;
@@ -98,12 +98,16 @@ static_assert(!std::is_constructible_v<mollis::points<double, 3>, std::vector<do
 static_assert(std::is_constructible_v<mollis::points<const double, 2>, mollis::points<double, 2>>);
 static_assert(!std::is_constructible_v<mollis::points<double, 2>, mollis::points<const double, 2>>);
 static_assert(!std::is_constructible_v<mollis::column<double>, mollis::column<const double>>);
-static_assert(!std::is_convertible_v<std::mt19937, mollis::generator> && std::is_convertible_v<std::mt19937 &, mollis::generator>, "a temporary");
+static_assert(!std::is_convertible_v<std::mt19937, mollis::generator> &&
+                  std::is_convertible_v<std::mt19937 &, mollis::generator>,
+              "a temporary");
 struct caller {
   bool operator()() { return false; }
 };
-static_assert(!std::is_convertible_v<caller, mollis::function_ref<bool()>> && std::is_convertible_v<caller &, mollis::function_ref<bool()>>);
-static_assert(std::is_nothrow_move_constructible_v<mollis::kernel<double, 2>> && std::is_copy_constructible_v<mollis::kernel<double, 2>>);
+static_assert(!std::is_convertible_v<caller, mollis::function_ref<bool()>> &&
+              std::is_convertible_v<caller &, mollis::function_ref<bool()>>);
+static_assert(std::is_nothrow_move_constructible_v<mollis::kernel<double, 2>> &&
+              std::is_copy_constructible_v<mollis::kernel<double, 2>>);
 static_assert(std::is_nothrow_move_assignable_v<mollis::workspace>);
 
 /* --------------------------------------------------------------- layouts ---------------------------------------------------------------- */
@@ -162,7 +166,8 @@ static void layouts() {
     mollis::field(kernel, from, x, {{}, got}, workspace);
     EXPECT(got == want);
   }
-  const mollis::outputs<double, 2> outputs[] = {{{}, {bodies, &body::velocity}}, {{}, {&bodies[0].velocity[0], n, sizeof(body)}}};
+  const mollis::outputs<double, 2> outputs[] = {{{}, {bodies, &body::velocity}},
+                                                {{}, {&bodies[0].velocity[0], n, sizeof(body)}}};
   for (const auto &to : outputs) {
     for (auto &one : bodies) one.velocity = {};
     mollis::field(kernel, {x, mass, core}, to, workspace);
@@ -239,7 +244,8 @@ template <class T, std::size_t D> static void sums() {
       for (std::size_t k = 0; k < D; ++k)
         g[k] += m * static_cast<double>(factor[0]) * (static_cast<double>(x[i][k]) - static_cast<double>(x[j][k]));
     }
-    worst = std::max({worst, std::fabs(u - static_cast<double>(potential[i])), std::fabs(l - static_cast<double>(laplacian[i]))});
+    worst =
+        std::max({worst, std::fabs(u - static_cast<double>(potential[i])), std::fabs(l - static_cast<double>(laplacian[i]))});
     for (std::size_t k = 0; k < D; ++k) worst = std::max(worst, std::fabs(g[k] - static_cast<double>(gradient[i][k])));
   }
   EXPECT(worst <= 10 * tolerance<T>());
@@ -292,8 +298,10 @@ template <class T, std::size_t D> static void sums() {
   }
   for (std::size_t i = 0; i < n; ++i)
     for (std::size_t k = 0; k < D; ++k)
-      about += static_cast<double>(mass[i]) * std::pow(static_cast<double>(x[i][k]) - static_cast<double>(moments.centre[k]), 2);
-  EXPECT(near(static_cast<double>(moments.mass), total, tolerance<T>()) && near(static_cast<double>(moments.absolute_mass), absolute, tolerance<T>()));
+      about +=
+          static_cast<double>(mass[i]) * std::pow(static_cast<double>(x[i][k]) - static_cast<double>(moments.centre[k]), 2);
+  EXPECT(near(static_cast<double>(moments.mass), total, tolerance<T>()) &&
+         near(static_cast<double>(moments.absolute_mass), absolute, tolerance<T>()));
   EXPECT(near(static_cast<double>(moments.centre[0]), centre / total, 20 * tolerance<T>()));
   EXPECT(near(static_cast<double>(moments.second), about, 20 * tolerance<T>()));
   const T here = mollis::stable_step(kernel, x, mass);
@@ -304,7 +312,8 @@ template <class T, std::size_t D> static void sums() {
   EXPECT(near((mollis::norm<T>(ones, T(0.5), 1.0)), T(n) / 2, tolerance<T>()));
   EXPECT((mollis::distance_norm<T, D>(x, x, T(1), 2.0)) == 0);
   std::vector<T> enclosed(1), density_slope(1), hessian(1);
-  mollis::evaluate<T, D>(mollis::compact(2, 4), delta, std::vector<T>(1, T(1)), {value, density_slope, lap, factor, hessian, enclosed});
+  mollis::evaluate<T, D>(mollis::compact(2, 4), delta, std::vector<T>(1, T(1)),
+                         {value, density_slope, lap, factor, hessian, enclosed});
   EXPECT(value[0] == 0 && enclosed[0] == 1);
 
   /* The blob method. */
@@ -323,7 +332,8 @@ template <class T, std::size_t D> static void sums() {
   blob_options.watch_energy = true;
   blob_options.after_step = after;
   const mollis::kernel<T, D> attraction(mollis::newtonian(1.0), mollis::compact(2, 4), delta);
-  const mollis_blob_report report = mollis::blob_step(attraction, blobs, {tracer, {}, tracer_rho}, 0.01, 5, workspace, blob_options);
+  const mollis_blob_report report =
+      mollis::blob_step(attraction, blobs, {tracer, {}, tracer_rho}, 0.01, 5, workspace, blob_options);
   EXPECT(report.steps == 5 && calls == 5 && seen && report.energy_last < report.energy_first && velocity[0][0] != 0);
   for (std::size_t k = 0; k < 3; ++k) EXPECT(near(tracer[k][0], moved[k][0], 10 * tolerance<T>()));
 
@@ -332,20 +342,32 @@ template <class T, std::size_t D> static void sums() {
   std::vector<point> holes = x;
   holes[7][D - 1] = bad;
   using mollis::errors;
-  EXPECT(refused(MOLLIS_ERR_NOT_FINITE, [&](errors e) { mollis::field(kernel, {holes, mass}, {potential}, workspace, {}, e); }).first_bad == 7);
-  EXPECT(refused(MOLLIS_ERR_NOT_FINITE, [&](errors e) { mollis::field(kernel, {x, mass}, holes, {potential}, workspace, {}, e); }).first_bad == n + 7);
+  EXPECT(refused(MOLLIS_ERR_NOT_FINITE, [&](errors e) {
+           mollis::field(kernel, {holes, mass}, {potential}, workspace, {}, e);
+         }).first_bad == 7);
+  EXPECT(refused(MOLLIS_ERR_NOT_FINITE, [&](errors e) {
+           mollis::field(kernel, {x, mass}, holes, {potential}, workspace, {}, e);
+         }).first_bad == n + 7);
   EXPECT(refused(MOLLIS_ERR_NOT_FINITE, [&](errors e) { mollis::stable_step(kernel, holes, mass, e); }).first_bad == 7);
   std::vector<T> bad_mass = mass;
   bad_mass[9] = bad;
   EXPECT(refused(MOLLIS_ERR_NOT_FINITE, [&](errors e) { mollis::stable_step(kernel, x, bad_mass, e); }).first_bad == 9);
   EXPECT(refused(MOLLIS_ERR_NOT_FINITE, [&](errors e) { mollis::evaluate(kernel, bad_mass, {first}, e); }).first_bad == 9);
-  EXPECT(refused(MOLLIS_ERR_NOT_FINITE, [&](errors e) { mollis::evaluate<T, D>(mollis::gaussian(), delta, bad_mass, {first}, e); }).first_bad == 9);
+  EXPECT(refused(MOLLIS_ERR_NOT_FINITE, [&](errors e) {
+           mollis::evaluate<T, D>(mollis::gaussian(), delta, bad_mass, {first}, e);
+         }).first_bad == 9);
   blobs.positions = holes;
-  EXPECT(refused(MOLLIS_ERR_NOT_FINITE, [&](errors e) { mollis::blob_step(kernel, blobs, {}, 0.01, 5, workspace, {}, e); }).first_bad == 7);
+  EXPECT(refused(MOLLIS_ERR_NOT_FINITE, [&](errors e) {
+           mollis::blob_step(kernel, blobs, {}, 0.01, 5, workspace, {}, e);
+         }).first_bad == 7);
   blobs.positions = moved;
-  refused(MOLLIS_ERR_NOT_PREPARED, [&](errors e) { mollis::field(mollis::kernel<T, D>(), {x, mass}, {potential}, workspace, {}, e); });
+  refused(MOLLIS_ERR_NOT_PREPARED, [&](errors e) {
+    mollis::field(mollis::kernel<T, D>(), {x, mass}, {potential}, workspace, {}, e);
+  });
   refused(MOLLIS_ERR_TIME_STEP, [&](errors e) { mollis::blob_step(kernel, blobs, {}, -0.01, 5, workspace, {}, e); });
-  refused(MOLLIS_ERR_LENGTH_MISMATCH, [&](errors e) { mollis::blob_step(kernel, blobs, {tracer, {}, rho}, 0.01, 5, workspace, {}, e); });
+  refused(MOLLIS_ERR_LENGTH_MISMATCH, [&](errors e) {
+    mollis::blob_step(kernel, blobs, {tracer, {}, rho}, 0.01, 5, workspace, {}, e);
+  });
   refused(MOLLIS_ERR_LENGTH_MISMATCH, [&](errors e) { mollis::moments<T, D>(x, enclosed, e); });
   refused(MOLLIS_ERR_LENGTH_MISMATCH, [&](errors e) { mollis::overlap<T, D>(delta, ones, enclosed, e); });
   refused(MOLLIS_ERR_LENGTH_MISMATCH, [&](errors e) { mollis::distance_norm<T, D>(x, tracer, T(1), 1.0, e); });
@@ -354,7 +376,8 @@ template <class T, std::size_t D> static void sums() {
   refused(MOLLIS_ERR_OUT_OF_DOMAIN, [&](errors e) { mollis::stable_step_anywhere(kernel, T(-1), T(1), e); });
   refused(MOLLIS_ERR_DELTA, [&](errors e) { mollis::kernel<T, D>(mollis::newtonian(), mollis::compact(2, 4), T(-1), e); });
   refused(MOLLIS_ERR_ORDER, [&](errors e) { mollis::kernel<T, D>(mollis::newtonian(), mollis::compact(3, 4), delta, e); });
-  refused(MOLLIS_ERR_KERNEL_TERMS, [&](errors e) { mollis::kernel<T, D>(std::vector<mollis::term>(9, mollis::newtonian()), mollis::none(), T(0), e); });
+  refused(MOLLIS_ERR_KERNEL_TERMS,
+          [&](errors e) { mollis::kernel<T, D>(std::vector<mollis::term>(9, mollis::newtonian()), mollis::none(), T(0), e); });
   refused(MOLLIS_ERR_KERNEL_TERMS, [&](errors e) { mollis::kernel<T, D>({}, mollis::none(), T(0), e); });
 }
 
@@ -379,12 +402,14 @@ static void kernels() {
   EXPECT(a != b);
   for (const mollis::mollifier softening : {mollis::none(), mollis::vatistas(), mollis::gaussian(6), mollis::compact(8, 9)})
     mollis::evaluate(mollis::kernel<double, 2>(mollis::newtonian(), softening, 0.1), r, {b});
-  refused(MOLLIS_ERR_DIMENSION, [](mollis::errors e) { mollis::kernel<double, 3>(mollis::newtonian(), mollis::vatistas(), 0.1, e); });
+  refused(MOLLIS_ERR_DIMENSION,
+          [](mollis::errors e) { mollis::kernel<double, 3>(mollis::newtonian(), mollis::vatistas(), 0.1, e); });
 
   no_memory = true;
   mollis::result result;
   const mollis::kernel<double, 2> none(mollis::newtonian(), mollis::none(), 0, result);
-  EXPECT(result.status == mollis::status_no_memory && result.bytes_needed > 0 && none.size() == 0 && std::string(result.text()) == "out of memory");
+  EXPECT(result.status == mollis::status_no_memory && result.bytes_needed > 0 && none.size() == 0 &&
+         std::string(result.text()) == "out of memory");
   mollis::workspace workspace;
   places x(3);
   doubles mass(3, 1.0);
@@ -415,9 +440,12 @@ static void workspaces() {
   const mollis::kernel<double, 2> kernel(mollis::newtonian(), mollis::compact(2, 4), 0.1);
   unsigned char buffer[8192];
   mollis::workspace tiny(buffer, 7), none(nullptr, 0), grows;
-  const mollis::result short_one =
-      refused(MOLLIS_ERR_WORKSPACE_TOO_SMALL, [&](mollis::errors e) { mollis::field(kernel, {x, mass}, {{}, gradient}, tiny, {}, e); });
-  refused(MOLLIS_ERR_WORKSPACE_TOO_SMALL, [&](mollis::errors e) { mollis::field(kernel, {x, mass}, {{}, gradient}, none, {}, e); });
+  const mollis::result short_one = refused(MOLLIS_ERR_WORKSPACE_TOO_SMALL, [&](mollis::errors e) {
+    mollis::field(kernel, {x, mass}, {{}, gradient}, tiny, {}, e);
+  });
+  refused(MOLLIS_ERR_WORKSPACE_TOO_SMALL, [&](mollis::errors e) {
+    mollis::field(kernel, {x, mass}, {{}, gradient}, none, {}, e);
+  });
   EXPECT(short_one.bytes_needed > 7 && short_one.bytes_needed < sizeof buffer && gradient[1][0] == 0);
   mollis::workspace fixed(buffer, short_one.bytes_needed);
   mollis::field(kernel, {x, mass}, {{}, gradient}, fixed);
@@ -436,7 +464,8 @@ static void vortices() {
   mollis::workspace workspace;
   mollis::sources<double, 3> from{x};
   from.strengths = strength;
-  mollis::field(mollis::kernel<double, 3>(mollis::newtonian(), mollis::compact(2, 4), 0.1), from, at, {{}, velocity}, workspace);
+  mollis::field(mollis::kernel<double, 3>(mollis::newtonian(), mollis::compact(2, 4), 0.1), from, at, {{}, velocity},
+                workspace);
   const double pi = std::acos(-1.0);
   EXPECT(velocity[0][0] == 0 && near(std::fabs(velocity[0][1]), 2 / (4 * pi * 0.25), 1e-14) && velocity[0][2] == 0);
   mollis::field_options options;
@@ -445,7 +474,8 @@ static void vortices() {
   const places x2{{0, 0}}, at2{{0.5, 0}};
   places turn(1);
   const doubles circulation{2.0};
-  mollis::field(mollis::kernel<double, 2>(mollis::newtonian(), mollis::compact(2, 4), 0.1), {x2, circulation}, at2, {{}, turn}, workspace, options);
+  mollis::field(mollis::kernel<double, 2>(mollis::newtonian(), mollis::compact(2, 4), 0.1), {x2, circulation}, at2, {{}, turn},
+                workspace, options);
   EXPECT(turn[0][0] == 0 && near(turn[0][1], 2 / (2 * pi * 0.5), 1e-14));
 }
 
@@ -471,7 +501,8 @@ template <class T> static void meshes() {
   options.order = 4;
   mollis::grid<T>(mesh, {x, mass}, {}, out, workspace, options);
   const auto moments = mollis::moments<T, 2>(x, mass);
-  EXPECT(near(total[0], moments.mass, 10 * tolerance<T>()) && near(total[1], moments.centre[0], 10 * tolerance<T>()) && outside == 1);
+  EXPECT(near(total[0], moments.mass, 10 * tolerance<T>()) && near(total[1], moments.centre[0], 10 * tolerance<T>()) &&
+         outside == 1);
   EXPECT(gradient[5][0] != 0 && node_potential[5] != 0 && node_gradient[5][1] != 0);
   double sum = 0;
   for (const T one : node_mass) sum += static_cast<double>(one);
@@ -507,10 +538,14 @@ static void callables() {
   options.run.executor = {3, lazy};
   refused(MOLLIS_ERR_EXECUTOR, [&](mollis::errors e) { mollis::field(kernel, {x, mass}, {{}, again}, workspace, options, e); });
   options.run.executor = {1000, lazy};
-  refused(MOLLIS_ERR_OUT_OF_DOMAIN, [&](mollis::errors e) { mollis::field(kernel, {x, mass}, {{}, again}, workspace, options, e); });
+  refused(MOLLIS_ERR_OUT_OF_DOMAIN, [&](mollis::errors e) {
+    mollis::field(kernel, {x, mass}, {{}, again}, workspace, options, e);
+  });
   options.run.executor = {};
   options.run.level = 77;
-  refused(MOLLIS_ERR_UNKNOWN_VALUE, [&](mollis::errors e) { mollis::field(kernel, {x, mass}, {{}, again}, workspace, options, e); });
+  refused(MOLLIS_ERR_UNKNOWN_VALUE, [&](mollis::errors e) {
+    mollis::field(kernel, {x, mass}, {{}, again}, workspace, options, e);
+  });
   options.run.level = MOLLIS_LEVEL_BEST;
 
   std::size_t asked = 0;
@@ -528,10 +563,12 @@ static void callables() {
   };
   blob.after_step = second;
   mollis::result result;
-  EXPECT(mollis::blob_step(kernel, {x, mass}, {}, 0.01, 5, workspace, blob, result).steps == 2 && result.status == MOLLIS_ERR_STOPPED);
+  EXPECT(mollis::blob_step(kernel, {x, mass}, {}, 0.01, 5, workspace, blob, result).steps == 2 &&
+         result.status == MOLLIS_ERR_STOPPED);
 
   auto well = [](double r) { return std::array<double, 3>{std::exp(-r), r > 0.1 ? 5.0 : -std::exp(-r) / r, 1.0}; };
-  refused(MOLLIS_ERR_KERNEL_FIT, [&](mollis::errors e) { mollis::kernel<double, 2>(mollis::radial(well, 2.0), mollis::none(), 0, e); });
+  refused(MOLLIS_ERR_KERNEL_FIT,
+          [&](mollis::errors e) { mollis::kernel<double, 2>(mollis::radial(well, 2.0), mollis::none(), 0, e); });
 
 #ifdef __cpp_exceptions
   auto throwing_loop = [](std::size_t tasks, const mollis::task &task) {
@@ -545,7 +582,9 @@ static void callables() {
   options.run = {};
   options.run.stop = throwing_stop;
   throws(2, [&](mollis::errors e) { mollis::field(kernel, {x, mass}, {{}, again}, workspace, options, e); });
-  auto throwing_step = [](std::size_t, mollis::points<const double, 2>, mollis::column<const double>) -> bool { throw mine{3}; };
+  auto throwing_step = [](std::size_t, mollis::points<const double, 2>, mollis::column<const double>) -> bool {
+    throw mine{3};
+  };
   blob.after_step = throwing_step;
   throws(3, [&](mollis::errors e) { mollis::blob_step(kernel, {x, mass}, {}, 0.01, 5, workspace, blob, e); });
   auto throwing_kernel = [](double r) -> std::array<double, 3> {
@@ -652,7 +691,8 @@ template <class T> static void coalescence() {
     mollis::pks_events small(one, some);
     options.generator = generator;
     std::size_t times = 0, merges = 0;
-    while (!mollis::pks_step<T>(pieces.all(), pieces.progress, attraction, 1e-3, 20 - pieces.progress.step, small, workspace, options)) {
+    while (!mollis::pks_step<T>(pieces.all(), pieces.progress, attraction, 1e-3, 20 - pieces.progress.step, small, workspace,
+                                options)) {
       merges += small.written;
       small.clear();
       ++times;
@@ -672,8 +712,11 @@ template <class T> static void coalescence() {
   options.seed = 3;
   const mollis::mesh mesh = {{-2, -2}, {2, 2}, {16, 16}};
   const mollis::grid_options grid;
-  const mollis::pks_attraction<T> attractions[] = {mollis::pks_attraction<T>(), mollis::pks_attraction<T>(kernel, 1e-4), mollis::pks_attraction<T>(mesh),
-                                                   mollis::pks_attraction<T>(mesh, &grid), {mesh, &grid, kernel, 0.2}};
+  const mollis::pks_attraction<T> attractions[] = {mollis::pks_attraction<T>(),
+                                                   mollis::pks_attraction<T>(kernel, 1e-4),
+                                                   mollis::pks_attraction<T>(mesh),
+                                                   mollis::pks_attraction<T>(mesh, &grid),
+                                                   {mesh, &grid, kernel, 0.2}};
   for (const auto &by : attractions) {
     crowd<T> others;
     events.clear();
@@ -697,8 +740,8 @@ template <class T> static void coalescence() {
   refused(MOLLIS_ERR_LENGTH_MISMATCH, step(good));
   crowd<T> gaps;
   refused(MOLLIS_ERR_UNSUPPORTED, [&](mollis::errors e) {
-    mollis::pks_step<T>({{gaps.x[0].data(), n / 2, 4 * sizeof(T)}, {gaps.mass.data(), n / 2}, {gaps.labels.data(), n / 2}}, gaps.progress,
-                        attraction, 1e-3, 20, events, workspace, options, e);
+    mollis::pks_step<T>({{gaps.x[0].data(), n / 2, 4 * sizeof(T)}, {gaps.mass.data(), n / 2}, {gaps.labels.data(), n / 2}},
+                        gaps.progress, attraction, 1e-3, 20, events, workspace, options, e);
   });
   mollis::workspace none(nullptr, 0);
   EXPECT(refused(MOLLIS_ERR_WORKSPACE_TOO_SMALL, [&](mollis::errors e) {
