@@ -191,7 +191,7 @@ static void layouts() {
   auto with = [&](const mollis::sources<double, 2> &from, const mollis::outputs<double, 2> &to) {
     return [&kernel, &workspace, from, to](errors e) { mollis::field(kernel, from, to, workspace, {}, e); };
   };
-  doubles short_one(n - 1), odd(2 * n - 1);
+  doubles short_one(n - 1), odd(2 * n + 1);
   got.assign(n, {1.0, 2.0});
   const places before = got;
   refused(MOLLIS_ERR_LENGTH_MISMATCH, with({x, short_one}, {{}, got}));
@@ -383,6 +383,34 @@ template <class T, std::size_t D> static void sums() {
 
 /* ------------------------------------------------------- what is in some dimensions ------------------------------------------------------ */
 
+/* An own kernel of two pieces, with all that may be said about it. */
+static void own_kernels() {
+  auto pieces = [](double r) {
+    return r < 0.5 ? std::array<double, 3>{r * r / 2, 1, 2} : std::array<double, 3>{r / 2 - 0.125, 0.5 / r, 0.5 / r};
+  };
+  const doubles at{0.25, 0.75};
+  doubles value(2);
+  mollis::radial own(pieces, 2.0);
+  const auto prepare = [&own](mollis::errors e) { mollis::kernel<double, 2>(own, mollis::none(), 0, e); };
+  refused(MOLLIS_ERR_KERNEL_FIT, prepare);
+  own.knots = {0.5};
+  own.coefficient = -2;
+  mollis::evaluate(mollis::kernel<double, 2>(own), at, {value});
+  EXPECT(near(value[0], -0.0625, 1e-10) && near(value[1], -0.5, 1e-10));
+  own.knots = {0.5, 0.25};
+  refused(MOLLIS_ERR_KERNEL_KNOTS, prepare);
+  own.knots = doubles(9, 0.5);
+  refused(MOLLIS_ERR_KERNEL_KNOTS, prepare);
+  own.knots = {};
+  own.tolerance = std::numeric_limits<double>::infinity();
+  mollis::evaluate(mollis::kernel<double, 2>(own), at, {value});
+  EXPECT(near(value[0], -0.0625, 0.1));
+  own.least = 3;
+  refused(MOLLIS_ERR_OUT_OF_DOMAIN, prepare);
+  own.reach = 0;
+  refused(MOLLIS_ERR_KERNEL_REACH, prepare);
+}
+
 /* Kernels are values. */
 static void kernels() {
   const doubles r{0.01, 0.3, 2.0};
@@ -405,8 +433,10 @@ static void kernels() {
   refused(MOLLIS_ERR_DIMENSION,
           [](mollis::errors e) { mollis::kernel<double, 3>(mollis::newtonian(), mollis::vatistas(), 0.1, e); });
 
-  no_memory = true;
   mollis::result result;
+  EXPECT((mollis::kernel<double, 2>(mollis::newtonian(), mollis::compact(2, 4), -1, result).size()) == 0);
+
+  no_memory = true;
   const mollis::kernel<double, 2> none(mollis::newtonian(), mollis::none(), 0, result);
   EXPECT(result.status == mollis::status_no_memory && result.bytes_needed > 0 && none.size() == 0 &&
          std::string(result.text()) == "out of memory");
@@ -558,6 +588,11 @@ static void callables() {
   refused(MOLLIS_ERR_STOPPED, [&](mollis::errors e) { mollis::field(kernel, {x, mass}, {{}, again}, workspace, options, e); });
 
   mollis::blob_options<double, 2> blob;
+  blob.tolerance = -1;
+  refused(MOLLIS_ERR_OUT_OF_DOMAIN, [&](mollis::errors e) {
+    mollis::blob_step(kernel, {x, mass}, {}, 0.01, 5, workspace, blob, e);
+  });
+  blob.tolerance = 0;
   auto second = [](std::size_t steps, mollis::points<const double, 2>, mollis::column<const double> density) {
     return steps == 2 && !density.given();
   };
@@ -655,6 +690,7 @@ template <class T> struct crowd {
     for (std::size_t i = 0; i < n; ++i) {
       x[i] = {static_cast<T>(std::sin(1.3 * double(i)) / 2), static_cast<T>(std::cos(2.1 * double(i)) / 2)};
       labels[i] = i;
+      species[i] = static_cast<std::uint32_t>(i);
     }
   }
   mollis::pks_particles<T> all() { return {x, mass, labels, species}; }
@@ -682,6 +718,7 @@ template <class T> static void coalescence() {
   EXPECT(mollis::pks_step<T>(whole.all(), whole.progress, attraction, 1e-3, 20, events, workspace, options));
   EXPECT(whole.progress.step == 20 && whole.progress.count + events.labels_written == n && events.written > 0);
   EXPECT(report.merges == events.written && engine.drawn > 0);
+  for (std::size_t i = 0; i < whole.progress.count; ++i) EXPECT(whole.species[i] == whole.labels[i]);
 
   /* With room for one event the same comes out, in pieces; so it does from pieces of words. */
   piecewise<32> halves;
@@ -717,6 +754,7 @@ template <class T> static void coalescence() {
                                                    mollis::pks_attraction<T>(mesh),
                                                    mollis::pks_attraction<T>(mesh, &grid),
                                                    {mesh, &grid, kernel, 0.2}};
+  EXPECT(attractions[1].tolerance == 1e-4 && attractions[3].grid == &grid && attractions[4].heavy == 0.2);
   for (const auto &by : attractions) {
     crowd<T> others;
     events.clear();
@@ -771,6 +809,7 @@ int main() {
   sums<float, 1>();
   sums<float, 2>();
   sums<float, 3>();
+  own_kernels();
   kernels();
   workspaces();
   vortices();
