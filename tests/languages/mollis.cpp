@@ -386,18 +386,18 @@ template <class T, std::size_t D> static void sums() {
 /* An own kernel of two pieces, with all that may be said about it. */
 static void own_kernels() {
   auto pieces = [](double r) {
-    return r < 0.5 ? std::array<double, 3>{r * r / 2, 1, 2} : std::array<double, 3>{r / 2 - 0.125, 0.5 / r, 0.5 / r};
+    return r < 0.6 ? std::array<double, 3>{r * r / 2, 1, 2} : std::array<double, 3>{0.6 * r - 0.18, 0.6 / r, 0.6 / r};
   };
   const doubles at{0.25, 0.75};
   doubles value(2);
   mollis::radial own(pieces, 2.0);
   const auto prepare = [&own](mollis::errors e) { mollis::kernel<double, 2>(own, mollis::none(), 0, e); };
   refused(MOLLIS_ERR_KERNEL_FIT, prepare);
-  own.knots = {0.5};
+  own.knots = {0.6};
   own.coefficient = -2;
   mollis::evaluate(mollis::kernel<double, 2>(own), at, {value});
-  EXPECT(near(value[0], -0.0625, 1e-10) && near(value[1], -0.5, 1e-10));
-  own.knots = {0.5, 0.25};
+  EXPECT(near(value[0], -0.0625, 1e-10) && near(value[1], -0.54, 1e-10));
+  own.knots = {0.6, 0.25};
   refused(MOLLIS_ERR_KERNEL_KNOTS, prepare);
   own.knots = doubles(9, 0.5);
   refused(MOLLIS_ERR_KERNEL_KNOTS, prepare);
