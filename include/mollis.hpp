@@ -493,7 +493,7 @@ public:
         return status != MOLLIS_OK ? status : each.status();
       };
     }
-    if (executor_.workers > 0) run_.executor = &executor_;
+    if (executor_.parallel_for != nullptr || executor_.workers > 0) run_.executor = &executor_;
   }
   call(const call &) = delete;
   call &operator=(const call &) = delete;

@@ -567,10 +567,12 @@ static void callables() {
   auto lazy = [](std::size_t, const mollis::task &) {};
   options.run.executor = {3, lazy};
   refused(MOLLIS_ERR_EXECUTOR, [&](mollis::errors e) { mollis::field(kernel, {x, mass}, {{}, again}, workspace, options, e); });
-  options.run.executor = {1000, lazy};
-  refused(MOLLIS_ERR_OUT_OF_DOMAIN, [&](mollis::errors e) {
-    mollis::field(kernel, {x, mass}, {{}, again}, workspace, options, e);
-  });
+  for (const std::size_t workers : {std::size_t{0}, std::size_t{1000}}) {
+    options.run.executor = {workers, lazy};
+    refused(MOLLIS_ERR_OUT_OF_DOMAIN, [&](mollis::errors e) {
+      mollis::field(kernel, {x, mass}, {{}, again}, workspace, options, e);
+    });
+  }
   options.run.executor = {};
   options.run.level = 77;
   refused(MOLLIS_ERR_UNKNOWN_VALUE, [&](mollis::errors e) {
