@@ -841,6 +841,8 @@ template <class T, std::size_t D> struct sources {
   column<const T> radii{};
   /** In space: vector strengths in place of masses; the gradient is then the velocity of vortex elements. */
   points<const T, D> strengths{};
+  /** Core radii of targets that are not the sources, where the option `pair_radius` makes a pair's of both. */
+  column<const T> target_radii{};
 };
 
 /** Where results go, of as many elements as there are targets. What is not given is not computed. */
@@ -875,9 +877,11 @@ template <class T, std::size_t D> mollis_status fit(const sources<T, D> &from, t
   return all.status();
 }
 
-template <class T, std::size_t D> mollis_status fit(const points<const T, D> &from, typename abi<T, D>::targets &to) noexcept {
+template <class T, std::size_t D>
+mollis_status fit(const points<const T, D> &from, const column<const T> &radii, typename abi<T, D>::targets &to) noexcept {
   fitting all(to.n = from.size());
   all.put(from, to.positions, to.stride);
+  all.put(radii, to.radii, to.radius_stride);
   return all.status();
 }
 
@@ -901,7 +905,7 @@ template <class T, std::size_t D> struct sum {
   bool at_sources, fits;
 
   sum(call &call, const sources<T, D> &f, const points<const T, D> &a, const outputs<T, D> &t) noexcept
-      : at_sources(!a.given()), fits(call.good(fit<T, D>(f, from)) && call.good(fit<T, D>(a, at)) &&
+      : at_sources(!a.given()), fits(call.good(fit<T, D>(f, from)) && call.good(at_sources ? MOLLIS_OK : fit<T, D>(a, f.target_radii, at)) &&
                                      call.good(fit<T, D>(t, at_sources ? from.n : at.n, to))) {}
   const typename abi<T, D>::targets *targets() const noexcept { return at_sources ? nullptr : &at; }
 };

@@ -281,6 +281,25 @@ template <class T, std::size_t D> static void sums() {
   mollis::field(kernel, {x, mass}, few, workspace, {}, wrong);
   EXPECT(wrong.status == MOLLIS_ERR_LENGTH_MISMATCH);
 
+  /* A core radius for each pair: forces add up to zero. */
+  const mollis::kernel<T, D> soft(mollis::newtonian(1.0), mollis::plummer(), delta);
+  std::vector<T> radii(n), of_targets(at.size(), delta), there_too(at.size());
+  for (std::size_t i = 0; i < n; ++i) radii[i] = static_cast<T>(0.2 + 0.02 * static_cast<double>(i));
+  mollis::sources<T, D> each{x, mass, radii};
+  mollis::field_options pairs;
+  pairs.pair_radius = MOLLIS_PAIR_RADIUS_MEAN;
+  mollis::field(soft, each, {{}, gradient}, workspace, pairs);
+  for (std::size_t k = 0; k < D; ++k) {
+    T sum = 0;
+    for (std::size_t i = 0; i < n; ++i) sum += mass[i] * gradient[i][k];
+    EXPECT(near(sum, T(0), 10 * tolerance<T>()));
+  }
+  mollis::field(soft, each, at, {there_too}, workspace, pairs, wrong);
+  EXPECT(wrong.status == MOLLIS_ERR_LENGTH_MISMATCH);
+  each.target_radii = of_targets;
+  mollis::field(soft, each, at, {there_too}, workspace, pairs, wrong);
+  EXPECT(wrong.status == MOLLIS_OK);
+
   /* At targets, multiplied and added. */
   std::vector<T> there(at.size(), 1), once(at.size());
   mollis::field(kernel, {x, mass}, at, {once}, workspace);

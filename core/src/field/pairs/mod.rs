@@ -132,9 +132,9 @@ pub(in crate::field) trait PairKernel<T: Real, const D: usize>: Sync {
         false
     }
 
-    /// What is kept of the square of a source's core radius, in units.
-    fn core(&self, square: T) -> T {
-        square
+    /// What is kept of the square of a core radius, in units, for [`lanes::cores`].
+    fn core(&self, rule: PairRadius, square: T) -> T {
+        kept(rule, square)
     }
 
     /// The kernel in units, with what potentials need if they are wanted. The rule is that of pairs' core radii, if sources have any.
@@ -242,7 +242,7 @@ fn sums<T: Real, const D: usize, K: PairKernel<T, D>>(
     let extras = [sources.radii.is_some(), sources.strengths.is_some()];
     let mut packed = Packed::<T, D>::layout(&mut Carve::reopen(workspace)?, sources.positions.len(), extras)?;
     let rule = options.pair_radius;
-    packed.fill(units, sources, kernel.length(), &|square| kept(rule, kernel.core(square)));
+    packed.fill(units, sources, kernel.length(), &|square| kernel.core(rule, square));
     let pieces = (
         outputs.potential.map(|p| Chunks::new(p, TASK)),
         outputs.gradient.map(|g| Chunks::new(g, TASK)),
@@ -496,7 +496,7 @@ fn class_sums<T: Real, I: Isa<T>, const D: usize, const NB: usize, K: PairKernel
     }
     if !radii.is_empty() {
         let rule = shared.options.pair_radius;
-        let cores = Targets::<T, D>::cores(shared.units, radii, &|square| kept(rule, shared.kernel.core(square)));
+        let cores = Targets::<T, D>::cores(shared.units, radii, &|square| shared.kernel.core(rule, square));
         for (v, group) in groups.iter_mut().enumerate() {
             if let Some(lanes) = cores.get(v * I::LANES..).and_then(|lanes| lanes.first_chunk()) {
                 group.core = isa.load(lanes);

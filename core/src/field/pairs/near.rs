@@ -6,7 +6,6 @@
 use core::ops::Range;
 use core::sync::atomic::{AtomicUsize, Ordering};
 
-use super::lanes::kept;
 use super::packed::{Packed, Units};
 use super::{Call, PairKernel, Shared, Tally, close, passes};
 use crate::checked::Present;
@@ -136,7 +135,7 @@ pub(super) fn sums<T: Real, const D: usize, K: PairKernel<T, D>>(
     let extras = [sources.radii.is_some(), false];
     let packed = Packed::<T, D>::layout(&mut Carve::reopen(workspace)?, sources.positions.len(), extras)?;
     let rule = options.pair_radius;
-    let core = |square: T| kept(rule, kernel.core(square));
+    let core = |square: T| kernel.core(rule, square);
     let packed = packed.ordered(units, sources.radii, kernel.length(), method.sources(), &core);
     let pieces = (
         outputs.potential.map(|p| Ranges::new(p, starts)).transpose()?,

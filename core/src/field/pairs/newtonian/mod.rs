@@ -29,7 +29,7 @@
 pub(super) mod inside;
 
 use super::close::step;
-use super::lanes::{Core, Deferred, Group, List, POTENTIALS, Want, arms, cores, distances, margins};
+use super::lanes::{Core, Deferred, Group, List, POTENTIALS, Want, arms, cores, distances, kept, margins};
 use super::output::{Contribution, Scales};
 use super::packed::{Units, farthest, least_square_exponent, power_of_two};
 use super::tabulated::{self, Tabulated};
@@ -226,13 +226,17 @@ impl<'a, T: Real, const D: usize, const EACH: bool, const VECTOR: bool> PairKern
         self.blob.mollifier() == Mollifier::None
     }
 
-    /// The square below which lanes are not plainly Newtonian.
-    fn core(&self, square: T) -> T {
+    /// The square below which lanes are not plainly Newtonian: that of the support, and for single sources at least that of the least distance that lanes serve ([`edges`]).
+    fn core(&self, rule: PairRadius, square: T) -> T {
         let support = match self.blob.mollifier() {
             Mollifier::Gaussian { order } => gaussian_support::<T>(D, order),
             _ => T::ONE,
         };
-        (square * (support * support)).max(power_of_two::<T>(-least_square_exponent::<T>()))
+        let core = square * (support * support);
+        match rule {
+            PairRadius::Source => core.max(power_of_two::<T>(-least_square_exponent::<T>())),
+            _ => kept(rule, core),
+        }
     }
 
     fn prepare(&self, units: Units<T>, rule: PairRadius, potentials: bool) -> Prepared<'a, T> {
@@ -389,7 +393,7 @@ impl<'a, T: Real, const D: usize, const EACH: bool, const VECTOR: bool> PairKern
         let mut left_out = [0; NB];
         let mut edges = [kernel.edge; NB];
         if EACH {
-            edges = cores(isa, prepared.each.rule, core.copied().present_or(T::ZERO), groups);
+            edges = self::edges(isa, prepared.each.rule, core.copied().present_or(T::ZERO), groups);
         }
         for ((lanes, &r2), &edge) in left_out.iter_mut().zip(&r2).zip(&edges) {
             *lanes = isa.bits(isa.lt(r2, edge));
@@ -491,6 +495,22 @@ impl<'a, T: Real, const D: usize, const EACH: bool, const VECTOR: bool> PairKern
     }
 }
 
+/// The squares below which a source's pairs with each vector of targets are not plainly Newtonian.
+#[inline(always)]
+fn edges<T: Real, I: Isa<T>, const D: usize, const NB: usize>(
+    isa: I,
+    rule: PairRadius,
+    core: T,
+    groups: &[Group<I::V, D>; NB],
+) -> [I::V; NB] {
+    let mut edges = cores(isa, rule, core, groups);
+    if rule != PairRadius::Source {
+        let least = isa.splat(power_of_two::<T>(-least_square_exponent::<T>()));
+        edges.iter_mut().for_each(|edge| *edge = isa.select(isa.lt(*edge, least), least, *edge));
+    }
+    edges
+}
+
 /// A pair of a Newtonian kernel, in true units and at any distance, of a mass that is the product of two numbers.
 pub(super) fn exact_pair<T: Real, const D: usize>(
     blob: &Blob<T, D>,
@@ -587,7 +607,7 @@ impl<
             let (mut edges, mut core) = ([kernel.edge; NB], None);
             if EACH {
                 let square = of_sources.get(at).copied().present_or(T::ZERO);
-                edges = cores(isa, prepared.each.rule, square, groups);
+                edges = self::edges(isa, prepared.each.rule, square, groups);
                 core = prepared.each.cores::<I, D, NB, P>(isa, square, &edges, TABLE);
                 if core.is_none() {
                     noted.keep(kept, at);
@@ -694,7 +714,7 @@ fn far_run<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: u8, con
         let mass = isa.splat(m);
         let mut edges = [kernel.edge; NB];
         if EACH {
-            edges = cores(isa, rule, of_sources.next().copied().present_or(T::ZERO), &local);
+            edges = self::edges(isa, rule, of_sources.next().copied().present_or(T::ZERO), &local);
         }
         let mut stop = false;
         let any = if EACH { isa.any_below(&margins(isa, &r2, &edges), zero) } else { isa.any_below(&r2, kernel.edge) };
