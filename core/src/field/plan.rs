@@ -26,7 +26,7 @@ pub struct Plan {
 
 /// Whether sums of the kernel take core radii, those of a pair, and vector strengths, if these are asked for.
 pub(super) fn serves<T: Real, const D: usize>(kernel: &dyn Interaction<T, D>, options: &Options) -> bool {
-    if !options.radii && options.pair_radius != PairRadius::Source {
+    if (!options.radii || options.strengths) && options.pair_radius != PairRadius::Source {
         return false;
     }
     if !options.radii && !options.strengths {
@@ -42,7 +42,7 @@ pub(super) fn serves<T: Real, const D: usize>(kernel: &dyn Interaction<T, D>, op
 ///
 /// # Errors
 /// [`crate::Error::Unsupported`]: the forced method cannot do this, or core radii with a kernel that is not Newtonian or has no mollifier, or a pair's
-/// radius without radii, or
+/// radius without radii or with vector strengths, or
 /// vector strengths but for the gradient of a Newtonian kernel in space. [`crate::Error::TooLarge`]: the workspace's size overflows.
 pub fn plan<T: Real, const D: usize>(
     kernel: &dyn Interaction<T, D>,

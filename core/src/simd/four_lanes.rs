@@ -5,8 +5,6 @@ pub const MAX_LANES: usize = 16;
 
 /// Numbers in a vector: two SSE2 registers in f64, so that the loops stay in registers.
 pub const LANES: usize = 4;
-/// Vectors in a block.
-pub const BLOCK: usize = 2;
 
 #[inline(always)]
 pub fn first<T: Copy>(from: &[T; MAX_LANES]) -> [T; LANES] {

@@ -30,8 +30,8 @@ pub trait Isa<T: Scalar>: Copy + Send + Sync {
     /// depend on the number of lanes.
     const IN_ORDER: bool = false;
 
-    /// Runs the algorithm on as many vectors of targets at a time as the registers can hold: two with 16 registers
-    /// (or none), four with 32.
+    /// Runs the algorithm on as many vectors of targets at a time as the registers can hold: two with 16 registers, four with 32; one
+    /// in portable code.
     fn in_blocks<J: BlockJob<T>>(self, job: J) -> J::Out;
 
     /// Runs a part of an algorithm as a function of its own with these instructions, so that a loop that needs all registers has them.

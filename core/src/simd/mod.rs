@@ -41,6 +41,9 @@ pub trait Dispatch: Scalar {
     /// Runs `job` at `level`, or at [`Level::Portable`] if this machine lacks it.
     fn dispatch<J: Job<Self>>(level: Level, job: J) -> J::Out;
 
+    /// Runs `job` at `level`, or in AVX2's lanes at those with wider ones.
+    fn narrow<J: Job<Self>>(level: Level, job: J) -> J::Out;
+
     /// Runs `job` at [`Level::Portable`].
     fn portable<J: Job<Self>>(job: J) -> J::Out;
 }
@@ -58,6 +61,20 @@ macro_rules! dispatch {
                     },
                     #[cfg(target_arch = "x86_64")]
                     Level::Avx2 => match avx2::Avx2::new() {
+                        Some(machine) => avx2::run::<$t, J>(machine, job),
+                        None => job.run(portable::Portable),
+                    },
+                    #[cfg(target_arch = "aarch64")]
+                    Level::Neon => job.run(neon::Neon),
+                    _ => job.run(portable::Portable),
+                }
+            }
+
+            #[inline]
+            fn narrow<J: Job<Self>>(level: Level, job: J) -> J::Out {
+                match level {
+                    #[cfg(target_arch = "x86_64")]
+                    Level::Avx512 | Level::Avx2 => match avx2::Avx2::new() {
                         Some(machine) => avx2::run::<$t, J>(machine, job),
                         None => job.run(portable::Portable),
                     },
@@ -88,5 +105,11 @@ impl Level {
     #[inline]
     pub fn run<T: Dispatch, J: Job<T>>(self, job: J) -> J::Out {
         T::dispatch(self, job)
+    }
+
+    /// Runs `job` with this level's instructions, but in lanes of at most 256 bits: for jobs that few programs run, as each level more takes time to compile.
+    #[inline]
+    pub(crate) fn run_narrow<T: Dispatch, J: Job<T>>(self, job: J) -> J::Out {
+        T::narrow(self, job)
     }
 }

@@ -3,7 +3,6 @@
 /// There is no other instruction set.
 pub const MAX_LANES: usize = 1;
 pub const LANES: usize = 1;
-pub const BLOCK: usize = 1;
 
 #[inline(always)]
 pub fn first<T: Copy>(from: &[T; 1]) -> [T; 1] {

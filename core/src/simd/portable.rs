@@ -3,7 +3,7 @@
 
 use super::lanes::Isa;
 use super::rows::{PANEL_BITS, ROW, ROWS, Rows};
-use super::vectors::{BLOCK, LANES, MAX_LANES, both, each, first};
+use super::vectors::{LANES, MAX_LANES, both, each, first};
 use crate::scalar::Scalar;
 
 /// Uses no operation except + - * / and sqrt.
@@ -94,7 +94,7 @@ macro_rules! portable {
             const IN_ORDER: bool = true;
             #[inline(always)]
             fn in_blocks<J: super::lanes::BlockJob<$t>>(self, job: J) -> J::Out {
-                job.run::<Self, BLOCK>(self)
+                job.run::<Self, 1>(self)
             }
 
             #[inline(always)]

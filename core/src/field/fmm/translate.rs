@@ -35,8 +35,7 @@ impl<T: Real> Job<T> for Translate<'_, '_, T> {
     #[inline(always)]
     fn run<I: Isa<T>>(self, isa: I) {
         match self.order.terms {
-            0..=16 => self.with_room::<I, 16>(isa),
-            17..=28 => self.with_room::<I, 28>(isa),
+            0..=20 => self.with_room::<I, 20>(isa),
             _ => self.with_room::<I, MAX_TERMS>(isa),
         }
     }

@@ -172,6 +172,8 @@ pub(in crate::field) fn valid_lanes(targets: usize) -> u32 {
     if targets == 0 { 0 } else { u32::MAX >> (32 - targets.min(32) as u32) }
 }
 
+const RULES: [PairRadius; 4] = [PairRadius::Source, PairRadius::Maximum, PairRadius::Mean, PairRadius::RootMeanSquare];
+
 /// What is kept of a core, which is a square, for [`cores`].
 pub(in crate::field) fn kept<T: Real>(rule: PairRadius, core: T) -> T {
     match rule {
@@ -181,7 +183,7 @@ pub(in crate::field) fn kept<T: Real>(rule: PairRadius, core: T) -> T {
     }
 }
 
-/// The cores of a source's pairs with each vector of targets.
+/// The cores of a source's pairs with each vector of targets. With more than one vector they are the source's: other rules are for passes of one ([`super::Pass`]).
 #[inline(always)]
 pub(in crate::field) fn cores<T: Real, I: Isa<T>, const D: usize, const NB: usize>(
     isa: I,
@@ -191,13 +193,18 @@ pub(in crate::field) fn cores<T: Real, I: Isa<T>, const D: usize, const NB: usiz
 ) -> [I::V; NB] {
     let core = isa.splat(core);
     let mut cores = [core; NB];
-    if rule != PairRadius::Source {
+    if NB == 1 {
+        // Weights instead of branches, of which the compiler would make a loop each.
+        let mut weights = [isa.splat(T::ZERO); 4];
+        for (weight, of) in weights.iter_mut().zip(RULES) {
+            *weight = isa.splat(if of == rule { T::ONE } else { T::ZERO });
+        }
+        let [source, maximum, mean, square] = weights;
         for (to, group) in cores.iter_mut().zip(groups) {
-            *to = match rule {
-                PairRadius::Maximum => isa.select(isa.lt(core, group.core), group.core, core),
-                PairRadius::Mean => isa.mul(isa.add(core, group.core), isa.add(core, group.core)),
-                _ => isa.add(core, group.core),
-            };
+            let sum = isa.add(core, group.core);
+            let most = isa.select(isa.lt(core, group.core), group.core, core);
+            let plain = isa.mul_add(source, core, isa.mul(maximum, most));
+            *to = isa.mul_add(mean, isa.mul(sum, sum), isa.mul_add(square, sum, plain));
         }
     }
     cores

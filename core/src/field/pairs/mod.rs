@@ -121,6 +121,8 @@ pub(in crate::field) trait PairKernel<T: Real, const D: usize>: Sync {
 
     /// How the outputs share passes.
     const PASSES: Passes;
+    /// Whether sources may have core radii from which those of pairs are made.
+    const RADII: bool = false;
     /// Whether the kernel is a scalar function called for each pair, so that vectors bring nothing.
     const SCALAR: bool = false;
 
@@ -396,7 +398,18 @@ struct Pass<'a, T: Real, const D: usize, K: PairKernel<T, D>, const P: u8> {
 
 impl<T: Real, const D: usize, K: PairKernel<T, D>, const P: u8> Pass<'_, T, D, K, P> {
     fn run(self, level: Level) {
-        if K::SCALAR || !ALL_LEVELS { portable(self) } else { level.run(self) }
+        // A row of second derivatives needs many registers for a vector of targets, and core radii of pairs some. (Conditions that are known while it is compiled keep the
+        // other branch from being compiled.)
+        let narrow = self.shared.options.pair_radius != PairRadius::Source;
+        if K::SCALAR || !ALL_LEVELS {
+            portable(Narrow(self));
+        } else if P == HESSIANS {
+            level.run_narrow(Narrow(self));
+        } else if const { K::RADII } && narrow {
+            level.run_narrow(Narrow(self));
+        } else {
+            level.run(self);
+        }
     }
 }
 
@@ -405,12 +418,19 @@ impl<T: Real, const D: usize, K: PairKernel<T, D>, const P: u8> Job<T> for Pass<
 
     #[inline(always)]
     fn run<I: Isa<T>>(self, isa: I) {
-        if P == HESSIANS {
-            // A row needs many registers for a vector of targets, and is compiled for one alone.
-            BlockJob::run::<I, 1>(self, isa);
-        } else {
-            isa.in_blocks(self);
-        }
+        isa.in_blocks(self);
+    }
+}
+
+/// A pass with one vector of targets at a time.
+struct Narrow<J>(J);
+
+impl<T: Real, J: BlockJob<T>> Job<T> for Narrow<J> {
+    type Out = J::Out;
+
+    #[inline(always)]
+    fn run<I: Isa<T>>(self, isa: I) -> J::Out {
+        self.0.run::<I, 1>(isa)
     }
 }
 

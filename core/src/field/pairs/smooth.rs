@@ -226,6 +226,7 @@ impl<T: Real, const D: usize, F: Form<T, D>, const VECTOR: bool> PairKernel<T, D
     type Lanes<V: Copy> = [V; 2];
 
     const PASSES: Passes = passes(D, VECTOR);
+    const RADII: bool = !VECTOR;
 
     fn length(&self) -> T {
         self.largest
@@ -275,11 +276,7 @@ impl<T: Real, const D: usize, F: Form<T, D>, const VECTOR: bool> PairKernel<T, D
         // Those of a whole source, as the loop has no registers to spare for the choice of lanes.
         let (_, r2) = distances(isa, source, groups);
         let (square, rule) = (core.copied().unwrap_or(prepared.square), prepared.rule);
-        let limits = if rule == PairRadius::Source {
-            [isa.splat(limit(square)); NB]
-        } else {
-            limits(isa, &cores(isa, rule, square, groups))
-        };
+        let limits = limits(isa, &cores(isa, rule, square, groups));
         if isa.any_below(&margins(isa, &r2, &limits), isa.splat(T::ZERO)) { [u32::MAX; NB] } else { [0; NB] }
     }
 
@@ -333,15 +330,19 @@ impl<T: Real, I: Isa<T>, F: Form<T, D>, const D: usize, const NB: usize, const P
         for (at, (x, &m)) in positions.iter().zip(masses).enumerate() {
             let (mut d, r2) = distances(isa, x, &local);
             let core = if each { of_sources.next().copied().present_or(T::ZERO) } else { T::ZERO };
-            let mut squares = [if each { isa.splat(core) } else { square }; NB];
-            let mut bounds = [if each { isa.splat(limit(core)) } else { of_all }; NB];
-            if rule != PairRadius::Source {
+            let (mut squares, mut bound) = ([square; NB], of_all);
+            if each {
+                (squares, bound) = ([isa.splat(core); NB], isa.splat(limit(core)));
+            }
+            let mut margins = r2;
+            if NB == 1 && each {
                 squares = cores(isa, rule, core, &local);
-                bounds = limits(isa, &squares);
+                margins = self::margins(isa, &r2, &limits(isa, &squares));
+                bound = isa.splat(T::ZERO);
             }
             let mass = isa.splat(m);
             let strength = if VECTOR { strengths.next().copied().present_or([T::ZERO; D]) } else { [T::ZERO; D] };
-            if isa.any_below(&margins(isa, &r2, &bounds), isa.splat(T::ZERO)) {
+            if isa.any_below(&margins, bound) {
                 noted.push(at);
                 continue;
             }

@@ -119,7 +119,7 @@ impl<T: Real> Each<T> {
         edges: &[I::V; NB],
         has_table: bool,
     ) -> Option<[Core<I::V>; NB]> {
-        if self.rule == PairRadius::Source {
+        if NB > 1 {
             return self.core::<D, P>(of_source, has_table).map(|core| core.splat(isa));
         }
         let least = power_of_two::<T>(1 - least_square_exponent::<T>());
@@ -217,6 +217,7 @@ impl<'a, T: Real, const D: usize, const EACH: bool, const VECTOR: bool> PairKern
     type Lanes<V: Copy> = Softened<V>;
 
     const PASSES: Passes = passes(D, VECTOR);
+    const RADII: bool = EACH && !VECTOR;
 
     fn length(&self) -> T {
         self.largest
@@ -504,7 +505,7 @@ fn edges<T: Real, I: Isa<T>, const D: usize, const NB: usize>(
     groups: &[Group<I::V, D>; NB],
 ) -> [I::V; NB] {
     let mut edges = cores(isa, rule, core, groups);
-    if rule != PairRadius::Source {
+    if NB == 1 {
         let least = isa.splat(power_of_two::<T>(-least_square_exponent::<T>()));
         edges.iter_mut().for_each(|edge| *edge = isa.select(isa.lt(*edge, least), least, *edge));
     }
@@ -717,7 +718,11 @@ fn far_run<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: u8, con
             edges = self::edges(isa, rule, of_sources.next().copied().present_or(T::ZERO), &local);
         }
         let mut stop = false;
-        let any = if EACH { isa.any_below(&margins(isa, &r2, &edges), zero) } else { isa.any_below(&r2, kernel.edge) };
+        let any = if NB == 1 {
+            isa.any_below(&margins(isa, &r2, &edges), zero)
+        } else {
+            isa.any_below(&r2, edges.first().copied().present_or(kernel.edge))
+        };
         if any {
             if !EACH && kernel.inside().is_some() && isa.all_below(&r2, kernel.edge) {
                 break;
