@@ -335,14 +335,17 @@ fn place_targets<T: Real>(
     Ok(())
 }
 
-/// Results in the order of the boxes, or where they go.
+/// Results in the order of the boxes.
+type Sorted<'a, T> = (&'a [T], &'a [[T; 2]], &'a [T], &'a [[[T; 2]; 2]]);
+
+/// Where they go.
 type Results<'a, T> =
     (Option<&'a mut [T]>, Option<&'a mut [[T; 2]]>, Option<&'a mut [T]>, Option<&'a mut [[[T; 2]; 2]]>);
 
 /// Brings results to the caller's order, and combines the gradient's components.
 fn bring_back<T: Real>(
     ranks: &[u32],
-    (potential, gradient, laplacian, hessian): (&[T], &[[T; 2]], &[T], &[[[T; 2]; 2]]),
+    (potential, gradient, laplacian, hessian): Sorted<'_, T>,
     to: Results<'_, T>,
     (a, b): (f64, f64),
     run: &Run<'_>,

@@ -403,9 +403,7 @@ impl<T: Real, const D: usize, K: PairKernel<T, D>, const P: u8> Pass<'_, T, D, K
         let narrow = self.shared.options.pair_radius != PairRadius::Source;
         if K::SCALAR || !ALL_LEVELS {
             portable(Narrow(self));
-        } else if P == HESSIANS {
-            level.run_narrow(Narrow(self));
-        } else if const { K::RADII } && narrow {
+        } else if const { P == HESSIANS } || const { K::RADII } && narrow {
             level.run_narrow(Narrow(self));
         } else {
             level.run(self);
