@@ -1,5 +1,6 @@
 //! Compiles the programs of `examples_c/` and the header itself with strict warnings, and runs the programs.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
@@ -8,8 +9,31 @@ use crate::{shell, symbols, tools};
 
 /// Compiler flags for C programs.
 const C: &[&str] = &["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-O2", "-g"];
-/// Compiler flags for C++ programs.
+/// Compiler flags for C++ programs that use the C header.
 const CPP: &[&str] = &["-std=c++11", "-pedantic", "-Wall", "-Wextra", "-Werror", "-O2", "-g"];
+/// Compiler flags, besides the standard, for C++ programs that use mollis.hpp.
+const HPP: &[&str] = &["-Wall", "-Wextra", "-Wpedantic", "-Wshadow", "-Wconversion", "-Werror", "-O1", "-g"];
+/// The same for clang: all warnings but those about C++98, padding, a virtual function in a header, and comparisons of floating-point numbers.
+const HPP_CLANG: &[&str] = &[
+    "-Weverything",
+    "-Wno-c++98-compat",
+    "-Wno-c++98-compat-pedantic",
+    "-Wno-padded",
+    "-Wno-weak-vtables",
+    "-Wno-float-equal",
+    "-Werror",
+    "-O1",
+];
+/// Compilers and flags with which the test of mollis.hpp must compile without warnings and pass.
+const HPP_FORMS: &[(&str, &[&str], &[&str])] = &[
+    ("g++", HPP, &["-std=c++17"]),
+    ("g++", HPP, &["-std=c++20"]),
+    ("g++", HPP, &["-std=c++23"]),
+    ("g++", HPP, &["-std=c++17", "-fno-exceptions", "-fno-rtti"]),
+    ("g++", HPP, &["-std=c++17", "-fsanitize=address,undefined", "-fno-sanitize-recover"]),
+    ("clang++", HPP_CLANG, &["-std=c++17"]),
+    ("clang++", HPP_CLANG, &["-std=c++17", "-fno-exceptions", "-fno-rtti"]),
+];
 /// Compiler flags for Fortran programs.
 const FORTRAN: &[&str] = &["-std=f2018", "-Wall", "-Wextra", "-Werror", "-O2", "-g"];
 
@@ -49,23 +73,79 @@ pub fn header() -> Result<usize> {
         ]);
         shell::run(command.arg(&file))?;
     }
-    readme()?;
-    Ok(HEADER.len() + 1)
+    let folder = symbols::build()?;
+    readme(&folder)?;
+    Ok(HEADER.len() + 1 + templates(&folder)?)
 }
 
-/// Compiles the README's program in C.
-fn readme() -> Result<()> {
-    let text = shell::read(&shell::root().join("README.md"))?;
-    let (_, after) = text.split_once("```c\n").context("README.md holds no program in C")?;
-    let (program, _) = after.split_once("```").context("README.md: a block has no end")?;
-    let file = shell::scratch("examples")?.join("readme.c");
-    std::fs::write(&file, program)?;
+/// The first block of code in this language on a page.
+fn block(page: &str, language: &str) -> Result<String> {
+    let text = shell::read(&shell::root().join(page))?;
+    let (_, after) =
+        text.split_once(&format!("```{language}\n")).with_context(|| format!("{page} holds no {language}"))?;
+    Ok(after.split_once("```").with_context(|| format!("{page}: a block has no end"))?.0.to_owned())
+}
+
+/// Compiles the README's functions in C and C++ and compares their results.
+fn readme(folder: &Path) -> Result<()> {
+    let scratch = shell::scratch("examples")?;
+    let (c, cpp, object, image) =
+        (scratch.join("readme.c"), scratch.join("readme.cpp"), scratch.join("readme.o"), scratch.join("readme"));
+    std::fs::write(&c, block("README.md", "c")?)?;
+    std::fs::write(&cpp, block("README.md", "cpp")? + README_MAIN)?;
     let mut gcc = shell::program("gcc");
-    gcc.args(["-std=c11", "-pedantic", "-Wall", "-Wextra", "-Werror", "-fsyntax-only", "-Iinclude"]);
-    shell::run(gcc.arg(&file))
+    gcc.args(["-std=c11", "-pedantic", "-Wall", "-Wextra", "-Werror", "-Iinclude", "-c", "-o"]).arg(&object);
+    shell::run(gcc.arg(&c))?;
+    let mut gpp = shell::program("g++");
+    gpp.arg("-std=c++17").args(HPP).arg("-Iinclude").arg(&cpp).arg(&object);
+    shell::run(gpp.arg(folder.join("libmollis.a")).args(["-lm", "-o"]).arg(&image))?;
+    shell::run(&mut shell::program(image))
 }
 
-/// Compiles every program and runs it with the arguments in `examples_c/NAME.test`, under valgrind on request.
+/// What the README's functions are called by.
+const README_MAIN: &str = "
+extern \"C\" mollis_status attract(std::size_t n, const double (*x)[2], const double *mass, double (*gradient)[2]);
+
+int main() {
+  const std::vector<std::array<double, 2>> x{{0.0, 0.0}, {0.01, 0.0}, {1.0, 2.0}};
+  const std::vector<double> mass{1.0, 2.0, 3.0};
+  std::vector<std::array<double, 2>> gradient(3);
+  const double y[3][2] = {{0.0, 0.0}, {0.01, 0.0}, {1.0, 2.0}};
+  double same[3][2];
+  attract(x, mass, gradient);
+  if (attract(3, y, mass.data(), same) != MOLLIS_OK || !(gradient[2][0] > 0)) return 1;
+  for (std::size_t i = 0; i < 3; ++i)
+    if (gradient[i][0] != same[i][0] || gradient[i][1] != same[i][1]) return 2;
+  return 0;
+}
+";
+
+/// Compiles the test of mollis.hpp in every form and runs it, and the program of its page.
+fn templates(folder: &Path) -> Result<usize> {
+    tools::need(&[("g++", "g++"), ("clang++", "clang")])?;
+    let scratch = shell::scratch("examples")?;
+    let page = scratch.join("page.cpp");
+    std::fs::write(&page, block("docs/cpp.md", "cpp")?)?;
+    let tests = shell::files("tests/languages", &["cpp"])?;
+    for &(compiler, flags, form) in HPP_FORMS {
+        for (name, files) in [("test", tests.as_slice()), ("page", std::slice::from_ref(&page))] {
+            // The page's program catches an error.
+            if name == "page" && form.contains(&"-fno-exceptions") {
+                continue;
+            }
+            let image = scratch.join(format!("hpp_{name}"));
+            let mut command = shell::program(compiler);
+            command.args(flags).args(form).arg("-Iinclude").args(files).arg(folder.join("libmollis.a"));
+            shell::run(command.args(["-lm", "-o"]).arg(&image))?;
+            println!("mollis.hpp, {name}: {compiler} {}", form.join(" "));
+            shell::run(&mut shell::program(image))?;
+        }
+    }
+    Ok(HPP_FORMS.len() + 1)
+}
+
+/// Compiles every program and runs it with the arguments in `examples_c/NAME.test`, under valgrind on request. Programs of one name in several languages
+/// have to print the same.
 pub fn all(valgrind: bool) -> Result<usize> {
     tools::need(&[("gcc", "gcc")])?;
     if valgrind {
@@ -74,6 +154,7 @@ pub fn all(valgrind: bool) -> Result<usize> {
     let folder = symbols::build()?;
     let files = shell::files("examples_c", if valgrind { &["c"] } else { &["c", "cpp", "f90"] })?;
     ensure!(!files.is_empty(), "examples_c holds no program");
+    let mut printed = BTreeMap::new();
     for file in &files {
         let image = compile(file, &folder)?;
         let mut command = if valgrind {
@@ -94,7 +175,10 @@ pub fn all(valgrind: bool) -> Result<usize> {
             command.args(shell::read(&arguments)?.split_whitespace());
         }
         println!("{}", shell::short(file));
-        shell::run(&mut command)?;
+        let (succeeded, text) = shell::tee(&mut command)?;
+        ensure!(succeeded, "{} failed", shell::short(file));
+        let first = printed.entry(file.with_extension("")).or_insert_with(|| (file, text.clone()));
+        ensure!(first.1 == text, "{} and {} print different lines", shell::short(first.0), shell::short(file));
     }
     Ok(files.len())
 }
@@ -111,8 +195,14 @@ fn compile(file: &Path, folder: &Path) -> Result<PathBuf> {
     let scratch = shell::scratch("examples")?;
     let image = scratch.join(file.file_stem().context("no name")?);
     let mut command = shell::program(compiler);
-    command.args(flags).arg("-Iinclude");
-    if shell::read(file)?.contains("<omp.h>") {
+    command.arg("-Iinclude");
+    let source = shell::read(file)?;
+    if source.contains("mollis.hpp") {
+        command.arg("-std=c++17").args(HPP);
+    } else {
+        command.args(flags);
+    }
+    if source.contains("<omp.h>") {
         command.arg("-fopenmp");
     }
     if compiler == "gfortran" {

@@ -17,6 +17,7 @@ pub fn check() -> Result<usize> {
         ("make", "make"),
         ("cmake", "cmake"),
         ("gcc", "gcc"),
+        ("g++", "g++"),
         ("nm", "binutils"),
         ("readelf", "binutils"),
     ])?;
@@ -57,7 +58,10 @@ fn xtask(command: &str, prefix: &Path, destdir: Option<&Path>) -> Result<()> {
 fn staged(stage: &Path, prefix: &Path) -> Result<usize> {
     let inside = stage.join(prefix.strip_prefix("/")?);
     xtask("install", prefix, Some(stage))?;
-    ensure!(files(&inside)?.contains("include/mollis.h"), "{} holds no header", inside.display());
+    let installed = files(&inside)?;
+    for header in ["mollis.h", "mollis.hpp", "mollis_mt.h", "mollis.f90"] {
+        ensure!(installed.contains(&format!("include/{header}")), "{} holds no {header}", inside.display());
+    }
     xtask("uninstall", prefix, Some(stage))?;
     ensure!(fs::read_dir(&inside)?.next().is_none(), "{} is not empty after uninstall", inside.display());
     xtask("install", prefix, Some(stage))?;
@@ -143,24 +147,25 @@ fn consumer(work: &Path, name: &str) -> Result<PathBuf> {
         fs::remove_dir_all(&folder)?;
     }
     fs::create_dir(&folder)?;
-    for file in ["total.c", "Makefile", "CMakeLists.txt"] {
+    for file in ["total.c", "total.cpp", "Makefile", "CMakeLists.txt"] {
         fs::copy(shell::root().join("tests/installed").join(file), folder.join(file))?;
     }
     Ok(folder)
 }
 
-/// Builds with make and pkg-config and runs: shared, the archive, and wholly static.
+/// Builds with make and pkg-config and runs: shared (in C and C++), the archive, and wholly static.
 fn made(prefix: &Path, work: &Path, tool: &str) -> Result<usize> {
     let folder = consumer(work, "make")?;
     let mut make = shell::program("make");
     make.arg("--directory").arg(&folder).arg(format!("PKG_CONFIG_PATH={}", prefix.join("lib/pkgconfig").display()));
     shell::run(make.arg(format!("PKG_CONFIG={tool}")).arg("--silent"))?;
     for Library { name, .. } in &LIBRARIES {
-        for form in ["shared", "archive", "static"] {
-            ran(&folder.join(format!("{name}_{form}")), (form == "shared").then_some(name), Some(&prefix.join("lib")))?;
+        for form in ["shared", "archive", "static", "cpp"] {
+            let library = ["shared", "cpp"].contains(&form).then_some(*name);
+            ran(&folder.join(format!("{name}_{form}")), library, Some(&prefix.join("lib")))?;
         }
     }
-    Ok(3 * LIBRARIES.len())
+    Ok(4 * LIBRARIES.len())
 }
 
 /// Builds with CMake and runs. CMake notes in the programs where the libraries are.
@@ -171,12 +176,17 @@ fn cmade(prefix: &Path, work: &Path) -> Result<usize> {
     configure.arg("-S").arg(&folder).arg("-B").arg(&build).arg(format!("-DCMAKE_PREFIX_PATH={}", prefix.display()));
     shell::output(configure.arg(format!("-DWANTED={}", series(VERSION))))?;
     shell::output(shell::program("cmake").arg("--build").arg(&build))?;
-    for (target, library) in
-        [("mollis", Some("mollis")), ("static", None), ("mt", Some("mollis_mt")), ("mt_static", None)]
-    {
+    let targets = [
+        ("mollis", Some("mollis")),
+        ("static", None),
+        ("mt", Some("mollis_mt")),
+        ("mt_static", None),
+        ("cpp", Some("mollis_mt")),
+    ];
+    for (target, library) in targets {
         ran(&build.join(target), library, None)?;
     }
-    Ok(4)
+    Ok(targets.len())
 }
 
 /// Runs a program that needs this shared library of ours, or none. It looks for the library in `folder`, or knows where.
