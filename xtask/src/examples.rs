@@ -145,7 +145,7 @@ fn templates(folder: &Path) -> Result<usize> {
 }
 
 /// Compiles every program and runs it with the arguments in `examples_c/NAME.test`, under valgrind on request. Programs of one name in several languages
-/// have to print the same.
+/// have to print the same. Those of MPI are run by [`on_ranks`].
 pub fn all(valgrind: bool) -> Result<usize> {
     tools::need(&[("gcc", "gcc")])?;
     if valgrind {
