@@ -65,6 +65,10 @@ module mollis
   integer(c_int32_t), parameter :: MOLLIS_METHOD_FMM = 6
   integer(c_int32_t), parameter :: MOLLIS_ACCUMULATION_BLOCKED = 0
   integer(c_int32_t), parameter :: MOLLIS_ACCUMULATION_COMPENSATED = 1
+  integer(c_int32_t), parameter :: MOLLIS_PAIR_RADIUS_SOURCE = 0
+  integer(c_int32_t), parameter :: MOLLIS_PAIR_RADIUS_MAXIMUM = 1
+  integer(c_int32_t), parameter :: MOLLIS_PAIR_RADIUS_MEAN = 2
+  integer(c_int32_t), parameter :: MOLLIS_PAIR_RADIUS_RMS = 3
   integer(c_int64_t), parameter :: MOLLIS_NONE_BAD = -1_c_int64_t
   integer(c_int32_t), parameter :: MOLLIS_WALLS_FREE = 0
   integer(c_int32_t), parameter :: MOLLIS_WALLS_NO_FLUX = 1
@@ -109,7 +113,7 @@ module mollis
     integer(c_int32_t) :: size = 0
     integer(c_int32_t) :: method = 0
     integer(c_int32_t) :: accumulation = 0
-    integer(c_int32_t) :: reserved = 0
+    integer(c_int32_t) :: pair_radius = 0
     real(c_double) :: combination(2) = 0
     real(c_double) :: tolerance = 0
   end type
@@ -237,6 +241,8 @@ module mollis
     integer(c_size_t) :: n = 0
     type(c_ptr) :: positions(2) = c_null_ptr
     integer(c_size_t) :: stride = 0
+    type(c_ptr) :: radii = c_null_ptr
+    integer(c_size_t) :: radius_stride = 0
   end type
 
   type, bind(c) :: mollis_outputs2
@@ -269,6 +275,8 @@ module mollis
     integer(c_size_t) :: n = 0
     type(c_ptr) :: positions(2) = c_null_ptr
     integer(c_size_t) :: stride = 0
+    type(c_ptr) :: radii = c_null_ptr
+    integer(c_size_t) :: radius_stride = 0
   end type
 
   type, bind(c) :: mollis_outputs2_f32
@@ -301,6 +309,8 @@ module mollis
     integer(c_size_t) :: n = 0
     type(c_ptr) :: positions(1) = c_null_ptr
     integer(c_size_t) :: stride = 0
+    type(c_ptr) :: radii = c_null_ptr
+    integer(c_size_t) :: radius_stride = 0
   end type
 
   type, bind(c) :: mollis_outputs1
@@ -333,6 +343,8 @@ module mollis
     integer(c_size_t) :: n = 0
     type(c_ptr) :: positions(1) = c_null_ptr
     integer(c_size_t) :: stride = 0
+    type(c_ptr) :: radii = c_null_ptr
+    integer(c_size_t) :: radius_stride = 0
   end type
 
   type, bind(c) :: mollis_outputs1_f32
@@ -365,6 +377,8 @@ module mollis
     integer(c_size_t) :: n = 0
     type(c_ptr) :: positions(3) = c_null_ptr
     integer(c_size_t) :: stride = 0
+    type(c_ptr) :: radii = c_null_ptr
+    integer(c_size_t) :: radius_stride = 0
   end type
 
   type, bind(c) :: mollis_outputs3
@@ -397,6 +411,8 @@ module mollis
     integer(c_size_t) :: n = 0
     type(c_ptr) :: positions(3) = c_null_ptr
     integer(c_size_t) :: stride = 0
+    type(c_ptr) :: radii = c_null_ptr
+    integer(c_size_t) :: radius_stride = 0
   end type
 
   type, bind(c) :: mollis_outputs3_f32

@@ -156,6 +156,14 @@
 #define MOLLIS_ACCUMULATION_BLOCKED 0
 /** Each addition's error is carried along: for diagnostics. */
 #define MOLLIS_ACCUMULATION_COMPENSATED 1
+/** A pair's core radius is the source's. */
+#define MOLLIS_PAIR_RADIUS_SOURCE 0
+/** The larger one of the source's and the target's. */
+#define MOLLIS_PAIR_RADIUS_MAXIMUM 1
+/** Their mean. */
+#define MOLLIS_PAIR_RADIUS_MEAN 2
+/** The root of the mean of their squares. */
+#define MOLLIS_PAIR_RADIUS_RMS 3
 /** No element is bad. */
 #define MOLLIS_NONE_BAD UINT64_MAX
 
@@ -270,8 +278,10 @@ typedef struct mollis_field_options {
   int32_t method;
   /** `MOLLIS_ACCUMULATION_...`. */
   int32_t accumulation;
-  /** 0. */
-  int32_t reserved;
+  /**
+   * `MOLLIS_PAIR_RADIUS_...`, with core radii of the sources. But for the first the targets need core radii too; then forces between two particles are equal and opposite.
+   */
+  int32_t pair_radius;
   /** (a, b): in 2D the gradient output is a grad u + b (grad u rotated by +90 degrees), of the rounded gradient; else (1, 0). */
   double combination[2];
   /**
@@ -438,6 +448,10 @@ typedef struct mollis_targets2 {
   const double *positions[2];
   /** From one to the next. */
   size_t stride;
+  /** Core radii, positive, if the option `pair_radius` asks for them; else null. Null `targets` have the sources'. */
+  const double *radii;
+  /** From one to the next; 0: 1. */
+  size_t radius_stride;
 } mollis_targets2;
 
 /**
@@ -476,7 +490,7 @@ typedef struct mollis_sources2_f32 {
 } mollis_sources2_f32;
 
 typedef struct mollis_targets2_f32 {
-  size_t n; const float *positions[2]; size_t stride;
+  size_t n; const float *positions[2]; size_t stride; const float *radii; size_t radius_stride;
 } mollis_targets2_f32;
 
 typedef struct mollis_outputs2_f32 {
@@ -490,7 +504,7 @@ typedef struct mollis_sources1 {
 } mollis_sources1;
 
 typedef struct mollis_targets1 {
-  size_t n; const double *positions[1]; size_t stride;
+  size_t n; const double *positions[1]; size_t stride; const double *radii; size_t radius_stride;
 } mollis_targets1;
 
 typedef struct mollis_outputs1 {
@@ -504,7 +518,7 @@ typedef struct mollis_sources1_f32 {
 } mollis_sources1_f32;
 
 typedef struct mollis_targets1_f32 {
-  size_t n; const float *positions[1]; size_t stride;
+  size_t n; const float *positions[1]; size_t stride; const float *radii; size_t radius_stride;
 } mollis_targets1_f32;
 
 typedef struct mollis_outputs1_f32 {
@@ -518,7 +532,7 @@ typedef struct mollis_sources3 {
 } mollis_sources3;
 
 typedef struct mollis_targets3 {
-  size_t n; const double *positions[3]; size_t stride;
+  size_t n; const double *positions[3]; size_t stride; const double *radii; size_t radius_stride;
 } mollis_targets3;
 
 typedef struct mollis_outputs3 {
@@ -532,7 +546,7 @@ typedef struct mollis_sources3_f32 {
 } mollis_sources3_f32;
 
 typedef struct mollis_targets3_f32 {
-  size_t n; const float *positions[3]; size_t stride;
+  size_t n; const float *positions[3]; size_t stride; const float *radii; size_t radius_stride;
 } mollis_targets3_f32;
 
 typedef struct mollis_outputs3_f32 {
@@ -1112,7 +1126,7 @@ mollis_status mollis_field3_text_f32(const void *kernel, size_t kernel_bytes, co
  *
  * Results do not depend on the number of threads, bit for bit. A refused call writes nothing (but `run->first_bad`, with
  * MOLLIS_ERR_NOT_FINITE: sources, then targets); a stopped one has written some outputs, if these are arrays without gaps that are overwritten. Refused:
- * MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_OVERLAP, MOLLIS_ERR_NOT_FINITE, MOLLIS_ERR_DELTA (a core radius that is not positive),
+ * MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_OVERLAP, MOLLIS_ERR_NOT_FINITE, MOLLIS_ERR_DELTA (a core radius that is not positive), MOLLIS_ERR_LENGTH_MISMATCH (targets without the core radii that `pair_radius` asks for),
  * MOLLIS_ERR_UNSUPPORTED, MOLLIS_ERR_UNKNOWN_VALUE, MOLLIS_ERR_WORKSPACE_TOO_SMALL, MOLLIS_ERR_NOT_PREPARED and those of an unprepared kernel.
  */
 mollis_status mollis_field2_eval(const void *kernel, size_t kernel_bytes, const struct mollis_sources2 *sources,

@@ -295,6 +295,40 @@ private:
   bool given_ = false, whole_ = true;
 };
 
+/**
+ * A view of n matrices of D rows, which are beside one another.
+ *
+ *     std::vector<std::array<std::array<double, 2>, 2>> h;   mollis::matrices<double, 2> a(h);
+ *     std::vector<double> flat(4 * n);                       mollis::matrices<double, 2> b(flat.data(), n);
+ *     std::vector<body> v;                                   mollis::matrices<double, 2> c(v, &body::tide);   // double tide[2][2] or std::array
+ */
+template <class T, std::size_t D> class matrices {
+public:
+  constexpr matrices() noexcept = default;
+  constexpr matrices(T *first, std::size_t n, std::size_t stride_bytes = D * D * sizeof(T)) noexcept
+      : first_(first), size_(n), stride_(stride_bytes), given_(true) {}
+  template <class C, class E = detail::element<C>, std::enable_if_t<sizeof(E) == D * D * sizeof(T) && std::is_compound_v<E>, int> = 0>
+  constexpr matrices(C &&all) noexcept
+      : matrices(std::size(all) == 0 ? nullptr : detail::begin(*detail::begin(*std::data(all))), std::size(all)) {}
+  template <class C, class M, class S>
+  constexpr matrices(C &&structures, M S::*member) noexcept
+      : matrices(std::size(structures) == 0 ? nullptr : detail::begin(*detail::begin(std::data(structures)->*member)),
+                 std::size(structures), sizeof(detail::element<C>)) {
+    static_assert(sizeof(M) == D * D * sizeof(T));
+  }
+
+  constexpr T *first() const noexcept { return first_; }
+  constexpr std::size_t size() const noexcept { return size_; }
+  /** Bytes from one to the next. */
+  constexpr std::size_t stride() const noexcept { return stride_; }
+  constexpr bool given() const noexcept { return given_; }
+
+private:
+  T *first_ = nullptr;
+  std::size_t size_ = 0, stride_ = D * D * sizeof(T);
+  bool given_ = false;
+};
+
 /** A reference to something that can be called, which has to live as long. Temporaries are refused by the compiler. */
 template <class Signature> class function_ref;
 template <class R, class... A> class function_ref<R(A...)> {
@@ -565,6 +599,11 @@ public:
     stride = look(from.size(), from.stride(), sizeof(T));
     if (!from.whole()) fail(MOLLIS_ERR_LENGTH_MISMATCH);
   }
+  template <class T, std::size_t D, class S> void put(const matrices<T, D> &from, T *&first, S &stride) noexcept {
+    if (!from.given()) return;
+    first = from.first();
+    stride = look(from.size(), from.stride(), sizeof(T));
+  }
   template <class T, class S> void put(const column<T> &from, T *&first, S &stride) noexcept {
     if (!from.given()) return;
     first = from.first();
@@ -802,6 +841,8 @@ template <class T, std::size_t D> struct sources {
   column<const T> radii{};
   /** In space: vector strengths in place of masses; the gradient is then the velocity of vortex elements. */
   points<const T, D> strengths{};
+  /** Core radii of targets that are not the sources, where the option `pair_radius` makes a pair's of both. */
+  column<const T> target_radii{};
 };
 
 /** Where results go, of as many elements as there are targets. What is not given is not computed. */
@@ -809,6 +850,8 @@ template <class T, std::size_t D> struct outputs {
   column<T> potential{};
   points<T, D> gradient{};
   column<T> laplacian{};
+  /** Second derivatives, symmetric. */
+  matrices<T, D> hessian{};
   /** What all results are multiplied by; not 0. */
   double factor = 1.0;
   /** true: results are added to what is there; false: overwritten. */
@@ -834,9 +877,11 @@ template <class T, std::size_t D> mollis_status fit(const sources<T, D> &from, t
   return all.status();
 }
 
-template <class T, std::size_t D> mollis_status fit(const points<const T, D> &from, typename abi<T, D>::targets &to) noexcept {
+template <class T, std::size_t D>
+mollis_status fit(const points<const T, D> &from, const column<const T> &radii, typename abi<T, D>::targets &to) noexcept {
   fitting all(to.n = from.size());
   all.put(from, to.positions, to.stride);
+  all.put(radii, to.radii, to.radius_stride);
   return all.status();
 }
 
@@ -846,6 +891,7 @@ mollis_status fit(const outputs<T, D> &from, std::size_t n, typename abi<T, D>::
   all.put(from.potential, to.potential, to.potential_stride);
   all.put(from.gradient, to.gradient, to.gradient_stride);
   all.put(from.laplacian, to.laplacian, to.laplacian_stride);
+  all.put(from.hessian, to.hessian, to.hessian_stride);
   to.factor = from.factor;
   to.add = from.add ? 1 : 0;
   return all.status();
@@ -859,7 +905,7 @@ template <class T, std::size_t D> struct sum {
   bool at_sources, fits;
 
   sum(call &call, const sources<T, D> &f, const points<const T, D> &a, const outputs<T, D> &t) noexcept
-      : at_sources(!a.given()), fits(call.good(fit<T, D>(f, from)) && call.good(fit<T, D>(a, at)) &&
+      : at_sources(!a.given()), fits(call.good(fit<T, D>(f, from)) && call.good(at_sources ? MOLLIS_OK : fit<T, D>(a, f.target_radii, at)) &&
                                      call.good(fit<T, D>(t, at_sources ? from.n : at.n, to))) {}
   const typename abi<T, D>::targets *targets() const noexcept { return at_sources ? nullptr : &at; }
 };
@@ -867,7 +913,8 @@ template <class T, std::size_t D> struct sum {
 } // namespace detail
 
 /**
- * Sums over sources: u(x_i) = sum_j m_j K_delta(x_i - x_j), its gradient and its Laplacian, at every target (mollis_field2_eval).
+ * Sums over sources: u(x_i) = sum_j m_j K_delta(x_i - x_j), its gradient, Laplacian and second derivatives, at every target
+ * (mollis_field2_eval).
  *
  *     mollis::field(kernel, {x, mass}, {{}, gradient}, workspace);                 // at the sources
  *     mollis::field(kernel, {x, mass}, places, {potential}, workspace);            // at targets

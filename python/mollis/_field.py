@@ -49,9 +49,15 @@ _FEW, _MANY = 20_000, 50_000_000
 
 
 def _options(
-    frame: _library.Frame, method: str, accumulation: str, combination: tuple[float, float], tolerance: float
+    frame: _library.Frame,
+    method: str,
+    accumulation: str,
+    combination: tuple[float, float],
+    tolerance: float,
+    pair_radius: str = "source",
 ) -> Any:
-    if method == "auto" and accumulation == "blocked" and combination is _GRADIENT and tolerance == 0.0:
+    plain = method == "auto" and accumulation == "blocked" and pair_radius == "source"
+    if plain and combination is _GRADIENT and tolerance == 0.0:
         return NULL
     options = frame.options("mollis_field_options")
     options.method, options.accumulation = (
@@ -60,6 +66,7 @@ def _options(
     )
     options.combination[0], options.combination[1] = combination
     options.tolerance = tolerance
+    options.pair_radius = _library.number("PAIR_RADIUS", pair_radius)
     return options
 
 
@@ -76,7 +83,8 @@ def _put_outputs(api: _library.Api, outputs: Any, potential: Any, gradient: Any,
 
 def field(
     kernel: Kernel, positions: ArrayLike, masses: ArrayLike | None = None, targets: ArrayLike | None = None, *,
-    radii: ArrayLike | None = None, strengths: ArrayLike | None = None,
+    radii: ArrayLike | None = None, target_radii: ArrayLike | None = None, pair_radius: str = "source",
+    strengths: ArrayLike | None = None,
     potential: _Asked = False, gradient: _Asked = False, laplacian: _Asked = False, hessian: _Asked = False,
     factor: float = 1.0, add: bool = False, combination: tuple[float, float] = _GRADIENT,
     method: str = "auto", accumulation: str = "blocked", tolerance: float = 0.0,
@@ -90,6 +98,8 @@ def field(
 
     Inputs, read where they are: `positions` (n, D), `masses` (n,) or one number, `targets` (k, D), by default the
     sources themselves, `radii` (n,), core radii in place of the kernel's delta (Newtonian kernels with a mollifier),
+    `target_radii` (k,), those of the targets, if `pair_radius` is "maximum", "mean" or "rms" of both (targets that are
+    the sources have the sources'; forces between two particles are then equal and opposite),
     `strengths` (n, 3), vector strengths in place of the masses: the gradient is then the velocity of vortex elements
     by the law of Biot and Savart. Lists, arrays of another type, and arrays whose strides are negative, zero or no
     multiples of the item are copied.
@@ -136,6 +146,9 @@ def field(
             raise TypeError("masses and strengths exclude each other")
         m, s = None, points(api, strengths, "strengths", n)
     radius = None if radii is None else vector(api, radii, n, "radii")
+    if target_radii is not None and targets is None:
+        raise TypeError("target_radii without targets")
+    of_targets = None if target_radii is None else vector(api, target_radii, k, "target_radii")
     few = n * k < _FEW
     frame = take(NULL if few else executor(threads), level)
     try:
@@ -152,10 +165,11 @@ def field(
         else:
             where.n = k
             put_points(api, where, "positions", at, "stride")
+            put_vector(api, where, "radii", of_targets, "radius_stride")
         _put_outputs(api, outputs, u, g, v, h)
         if add or factor != 1.0:
             outputs.factor, outputs.add = factor, add
-        options = _options(frame, method, accumulation, combination, tolerance)
+        options = _options(frame, method, accumulation, combination, tolerance, pair_radius)
         counters = frame.new("mollis_field_counts") if counts else NULL
         function, before = api["field#_eval"], (kernel._pointer, kernel._bytes, sources, where, outputs, options)
         if n * k < _MANY:

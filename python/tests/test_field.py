@@ -73,6 +73,35 @@ def test_second_derivatives(rng, dimension, dtype, error):
     assert "second derivatives computed" in mollis.plan(kernel, 50, hessian=True)
 
 
+@pytest.mark.parametrize(
+    "rule, of",
+    [
+        ("maximum", np.maximum),
+        ("mean", lambda a, b: (a + b) / 2),
+        ("rms", lambda a, b: np.sqrt((a**2 + b**2) / 2)),
+    ],
+)
+def test_radii_of_pairs(rng, rule, of):
+    x, m, radii = rng.random((40, 2)), rng.random(40), 0.1 + 0.3 * rng.random(40)
+    at, of_targets = rng.random((9, 2)), 0.1 + 0.3 * rng.random(9)
+    kernel = mollis.Kernel(kernels.newtonian(), mollifiers.plummer(), 0.1)
+
+    def expected(targets, target_radii):
+        return np.array([
+            sum(reference.gradient([a], [y], [w], lambda r, e=of(s, b): reference.plummer(r, e, 2)[1])[0]
+                for y, w, s in zip(x, m, radii))
+            for a, b in zip(targets, target_radii)
+        ])  # fmt: skip
+
+    result = mollis.field(kernel, x, m, radii=radii, pair_radius=rule, gradient=True).gradient
+    close(result, expected(x, radii))
+    assert np.abs(m @ result).max() < 1e-12
+    result = mollis.field(kernel, x, m, at, radii=radii, target_radii=of_targets, pair_radius=rule, gradient=True)
+    close(result.gradient, expected(at, of_targets))
+    with pytest.raises(mollis.Error):
+        mollis.field(kernel, x, m, at, radii=radii, pair_radius=rule, gradient=True)
+
+
 def test_second_derivatives_by_tolerance(rng):
     x, m = rng.random((8000, 2)), rng.random(8000)
     kernel = mollis.Kernel(kernels.newtonian(), mollifiers.compact(2, 4), 1e-3)

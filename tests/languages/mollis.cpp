@@ -250,6 +250,56 @@ template <class T, std::size_t D> static void sums() {
   }
   EXPECT(worst <= 10 * tolerance<T>());
 
+  /* Second derivatives: in an array, in structures, and by an address. */
+  using matrix = std::array<std::array<T, D>, D>;
+  struct star {
+    T before;
+    T tide[D][D];
+    T after;
+  };
+  std::vector<matrix> tides(n);
+  std::vector<star> stars(n, star{1, {}, 2});
+  std::vector<T> flat(n * D * D);
+  for (const mollis::matrices<T, D> &to :
+       {mollis::matrices<T, D>(tides), mollis::matrices<T, D>(stars, &star::tide), mollis::matrices<T, D>(flat.data(), n)}) {
+    mollis::outputs<T, D> out;
+    out.hessian = to;
+    mollis::field(kernel, {x, mass}, out, workspace);
+  }
+  for (std::size_t i = 0; i < n; ++i) {
+    T trace = 0;
+    for (std::size_t k = 0; k < D; ++k) {
+      trace += tides[i][k][k];
+      for (std::size_t j = 0; j < D; ++j)
+        EXPECT(near(stars[i].tide[k][j], tides[i][k][j], 0) && near(flat[(i * D + k) * D + j], tides[i][j][k], 0));
+    }
+    EXPECT(near(trace, laplacian[i], 10 * tolerance<T>()) && near(stars[i].before, T(1), 0) && near(stars[i].after, T(2), 0));
+  }
+  mollis::result wrong;
+  mollis::outputs<T, D> few;
+  few.hessian = {flat.data(), n - 1};
+  mollis::field(kernel, {x, mass}, few, workspace, {}, wrong);
+  EXPECT(wrong.status == MOLLIS_ERR_LENGTH_MISMATCH);
+
+  /* A core radius for each pair: forces add up to zero. */
+  const mollis::kernel<T, D> soft(mollis::newtonian(1.0), mollis::plummer(), delta);
+  std::vector<T> radii(n), of_targets(at.size(), delta), there_too(at.size());
+  for (std::size_t i = 0; i < n; ++i) radii[i] = static_cast<T>(0.2 + 0.02 * static_cast<double>(i));
+  mollis::sources<T, D> each{x, mass, radii};
+  mollis::field_options pairs;
+  pairs.pair_radius = MOLLIS_PAIR_RADIUS_MEAN;
+  mollis::field(soft, each, {{}, gradient}, workspace, pairs);
+  for (std::size_t k = 0; k < D; ++k) {
+    T sum = 0;
+    for (std::size_t i = 0; i < n; ++i) sum += mass[i] * gradient[i][k];
+    EXPECT(near(sum, T(0), 10 * tolerance<T>()));
+  }
+  mollis::field(soft, each, at, {there_too}, workspace, pairs, wrong);
+  EXPECT(wrong.status == MOLLIS_ERR_LENGTH_MISMATCH);
+  each.target_radii = of_targets;
+  mollis::field(soft, each, at, {there_too}, workspace, pairs, wrong);
+  EXPECT(wrong.status == MOLLIS_OK);
+
   /* At targets, multiplied and added. */
   std::vector<T> there(at.size(), 1), once(at.size());
   mollis::field(kernel, {x, mass}, at, {once}, workspace);

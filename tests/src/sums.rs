@@ -42,7 +42,7 @@ impl<T, const D: usize> Sum<T, D> {
                 strengths: [null(); D],
                 strength_stride: 0,
             },
-            targets: TargetsOf { n: m, positions: together(targets), stride: 0 },
+            targets: TargetsOf { n: m, positions: together(targets), stride: 0, radii: null(), radius_stride: 0 },
             outputs: OutputsOf {
                 potential,
                 potential_stride: 0,

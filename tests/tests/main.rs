@@ -21,6 +21,7 @@ mod kernel_twin;
 mod mollifier;
 mod mollifier_abi;
 mod own_kernels;
+mod pair_radii;
 mod pks_abi;
 mod pks_heavy;
 mod pks_hitting;

@@ -144,7 +144,7 @@ fn refusals() {
 }
 
 /// Deterministic numbers in [0, 1).
-fn random(seed: u64) -> impl FnMut() -> f64 {
+pub(crate) fn random(seed: u64) -> impl FnMut() -> f64 {
     let mut state = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1;
     move || {
         state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
@@ -154,13 +154,13 @@ fn random(seed: u64) -> impl FnMut() -> f64 {
 
 /// Sums of pairs by the accurate functions of the distance, in f64, and the sums of scales: the larger of K and the bare kernel's at (r^2 + delta^2)^(1/2), as it is
 /// stated for algebraic mollifiers, is at most the sum of both here.
-struct Twin {
-    potential: [f64; 2],
-    gradient: [[f64; 3]; 2],
-    laplacian: [f64; 2],
+pub(crate) struct Twin {
+    pub(crate) potential: [f64; 2],
+    pub(crate) gradient: [[f64; 3]; 2],
+    pub(crate) laplacian: [f64; 2],
 }
 
-fn twin<const D: usize>(mollifier: Mollifier, x: &[f64; D], sources: &[([f64; D], f64, f64)]) -> Twin {
+pub(crate) fn twin<const D: usize>(mollifier: Mollifier, x: &[f64; D], sources: &[([f64; D], f64, f64)]) -> Twin {
     let mut sums = Twin { potential: [0.0; 2], gradient: [[0.0; 3]; 2], laplacian: [0.0; 2] };
     for &(y, m, radius) in sources {
         let blob = Blob::<f64, D>::new(mollifier, radius).unwrap();
@@ -180,7 +180,7 @@ fn twin<const D: usize>(mollifier: Mollifier, x: &[f64; D], sources: &[([f64; D]
     sums
 }
 
-fn mollifiers(dimension: usize) -> Vec<Mollifier> {
+pub(crate) fn mollifiers(dimension: usize) -> Vec<Mollifier> {
     let mut all = vec![
         Mollifier::Compact { order: 2, exponent: 4 },
         Mollifier::Compact { order: 4, exponent: 2 },

@@ -190,7 +190,7 @@ macro_rules! layouts {
                                 strengths: [null(); $d],
                                 strength_stride: 0,
                             };
-                            let targets = $targets { n: N, positions, stride };
+                            let targets = $targets { n: N, positions, stride, radii, radius_stride: stride };
                             let mut gradient = [null_mut(); $d];
                             gradient[0] = (&raw mut (*p).acceleration).cast::<$t>();
                             let outputs = $outputs {

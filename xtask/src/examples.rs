@@ -183,8 +183,7 @@ pub fn all(valgrind: bool) -> Result<usize> {
         println!("{}", shell::short(file));
         let (succeeded, text) = shell::tee(&mut command)?;
         ensure!(succeeded, "{} failed", shell::short(file));
-        let first = printed.entry(file.with_extension("")).or_insert_with(|| (file, text.clone()));
-        ensure!(first.1 == text, "{} and {} print different lines", shell::short(first.0), shell::short(file));
+        agree(&mut printed, file, text)?;
     }
     Ok(files.len())
 }
@@ -228,6 +227,13 @@ fn is_near(one: &str, other: &str, tolerance: f64) -> bool {
     one.len() == other.len() && one.into_iter().zip(other).all(same)
 }
 
+/// Notes what a program printed. It must be what the program of the same name in another language printed.
+fn agree(printed: &mut BTreeMap<PathBuf, (PathBuf, String)>, file: &Path, text: String) -> Result<()> {
+    let (first, wanted) = printed.entry(file.with_extension("")).or_insert_with(|| (file.into(), text.clone()));
+    ensure!(*wanted == text, "{} and {} print different lines", shell::short(first), shell::short(file));
+    Ok(())
+}
+
 fn compile(file: &Path, folder: &Path) -> Result<PathBuf> {
     let (compiler, package, flags) = match file.extension().and_then(|e| e.to_str()) {
         Some("c") if is_mpi(file) => ("mpicc", "libopenmpi-dev", C),
@@ -261,7 +267,18 @@ fn compile(file: &Path, folder: &Path) -> Result<PathBuf> {
 
 #[cfg(test)]
 mod tests {
-    use super::is_near;
+    use std::collections::BTreeMap;
+    use std::path::Path;
+
+    use super::{agree, is_near};
+
+    #[test]
+    fn programs_of_one_name_agree() {
+        let mut printed = BTreeMap::new();
+        let mut check = |file: &str, text: &str| agree(&mut printed, Path::new(file), text.into()).is_ok();
+        assert!(check("a.c", "1\n") && check("b.c", "2\n") && check("a.cpp", "1\n"));
+        assert!(!check("a.f90", "2\n"));
+    }
 
     #[test]
     fn texts_that_are_near() {

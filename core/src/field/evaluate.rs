@@ -1,7 +1,7 @@
 //! Runs a plan: checks the arguments, then calls the method.
 
 use super::finite::finite;
-use super::options::{Method, Options};
+use super::options::{Method, Options, PairRadius};
 use super::plan::Plan;
 use super::problem::{Interaction, Outputs, Sources};
 use super::{pairs, plan as plans, skips};
@@ -103,6 +103,12 @@ fn checked<T: Real, const D: usize, const FULL: bool>(
         return Err(Error::WorkspaceTooSmall);
     }
     let same = core::ptr::eq(sources.positions, targets);
+    let symmetric = build::METHODS && plan.options().pair_radius != PairRadius::Source;
+    let target_radii = sources.target_radii.or(sources.radii.filter(|_| same)).filter(|_| symmetric);
+    if symmetric && target_radii.is_none_or(|radii| radii.len() != targets.len()) {
+        return Err(Error::LengthMismatch);
+    }
+    let sources = Sources { target_radii, ..sources };
     let by_itself = plan.method() == Method::Moments;
     if !((by_itself || finite(sources.positions.as_flattened(), run.level))
         && (same || finite(targets.as_flattened(), run.level))
@@ -113,7 +119,7 @@ fn checked<T: Real, const D: usize, const FULL: bool>(
     if sources.strengths.is_some_and(|strengths| !finite(strengths.as_flattened(), run.level)) {
         return Err(Error::NotFinite);
     }
-    if let Some(radii) = sources.radii {
+    for radii in sources.radii.into_iter().chain(target_radii) {
         if !finite(radii, run.level) {
             return Err(Error::NotFinite);
         }

@@ -21,6 +21,6 @@ mod sorted;
 
 pub use evaluate::evaluate;
 pub(crate) use evaluate::{drift, drift_bytes, flow};
-pub use options::{Accumulation, Method, Options, Reason};
+pub use options::{Accumulation, Method, Options, PairRadius, Reason};
 pub use plan::{Plan, plan};
 pub use problem::{Interaction, Outputs, Sources, Wanted};

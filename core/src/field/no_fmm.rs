@@ -29,7 +29,13 @@ pub(super) fn least_size(_: Settings) -> usize {
 }
 
 /// [`Error::Unsupported`].
-pub(super) fn workspace_bytes<T: Real>(_: Settings, _: (usize, usize), _: Wanted, _: bool, _: usize) -> Result<usize> {
+pub(super) fn workspace_bytes<T: Real>(
+    _: Settings,
+    _: (usize, usize),
+    _: Wanted,
+    _: &Options,
+    _: usize,
+) -> Result<usize> {
     Err(Error::Unsupported)
 }
 

@@ -10,6 +10,21 @@ pub enum Accumulation {
     Compensated,
 }
 
+/// The core radius of a pair, where sources have core radii ([`super::Sources::radii`]). All but the first depend on source and target in the same way, so that the forces between two
+/// particles are equal and opposite.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum PairRadius {
+    /// The source's.
+    #[default]
+    Source,
+    /// The larger one of the source's and the target's.
+    Maximum,
+    /// Their mean.
+    Mean,
+    /// The root of the mean of their squares.
+    RootMeanSquare,
+}
+
 /// What a caller asks for beyond the outputs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
@@ -25,6 +40,8 @@ pub struct Options {
     pub method: Option<Method>,
     /// Whether sources come with core radii of their own ([`super::Sources::radii`]).
     pub radii: bool,
+    /// What core radius a pair has. But for [`PairRadius::Source`] the targets need radii too ([`super::Sources::target_radii`]).
+    pub pair_radius: PairRadius,
     /// Whether sources have vector strengths instead of masses ([`super::Sources::strengths`]).
     pub strengths: bool,
 }
@@ -37,6 +54,7 @@ impl Options {
         tolerance: 0.0,
         method: None,
         radii: false,
+        pair_radius: PairRadius::Source,
         strengths: false,
     };
 }

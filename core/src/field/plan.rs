@@ -1,6 +1,6 @@
 //! Which method runs, why, what it skips and what it needs.
 
-use super::options::{Method, Options, Reason};
+use super::options::{Method, Options, PairRadius, Reason};
 use super::problem::{Interaction, Wanted};
 use super::{fmm, pairs, skips};
 use crate::build;
@@ -24,8 +24,11 @@ pub struct Plan {
     expansions: Option<fmm::Settings>,
 }
 
-/// Whether sums of the kernel take core radii and vector strengths, if these are asked for.
+/// Whether sums of the kernel take core radii, those of a pair, and vector strengths, if these are asked for.
 pub(super) fn serves<T: Real, const D: usize>(kernel: &dyn Interaction<T, D>, options: &Options) -> bool {
+    if !options.radii && options.pair_radius != PairRadius::Source {
+        return false;
+    }
     if !options.radii && !options.strengths {
         return true;
     }
@@ -38,7 +41,8 @@ pub(super) fn serves<T: Real, const D: usize>(kernel: &dyn Interaction<T, D>, op
 /// Chooses the method for sums of `kernel` over `n_sources` at `n_targets`.
 ///
 /// # Errors
-/// [`crate::Error::Unsupported`]: the forced method cannot do this, or core radii with a kernel that is not Newtonian or has no mollifier, or
+/// [`crate::Error::Unsupported`]: the forced method cannot do this, or core radii with a kernel that is not Newtonian or has no mollifier, or a pair's
+/// radius without radii, or
 /// vector strengths but for the gradient of a Newtonian kernel in space. [`crate::Error::TooLarge`]: the workspace's size overflows.
 pub fn plan<T: Real, const D: usize>(
     kernel: &dyn Interaction<T, D>,

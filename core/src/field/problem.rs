@@ -65,6 +65,8 @@ pub struct Sources<'a, T, const D: usize> {
     /// The core radius of each, positive: the mollifier's length in place of the kernel's delta. For Newtonian kernels with a mollifier: by the sum
     /// over all pairs, or in the plane by the fast multipole method.
     pub radii: Option<&'a [T]>,
+    /// The core radii of the targets `[n_targets]`, where a pair's radius depends on both ([`super::Options::pair_radius`]). Without them targets that are the sources have the sources'.
+    pub target_radii: Option<&'a [T]>,
     /// Vector strengths in space, in place of masses, which are then empty: the gradient output is `sum_j grad K_delta(x_i - x_j) x strength_j`, a velocity by the law
     /// of Biot and Savart.
     pub strengths: Option<&'a [[T; D]]>,
@@ -74,13 +76,13 @@ impl<'a, T: Real, const D: usize> Sources<'a, T, D> {
     /// Sources under the kernel's own delta.
     #[must_use]
     pub fn new(positions: &'a [[T; D]], masses: &'a [T]) -> Self {
-        Self { positions, masses, radii: None, strengths: None }
+        Self { positions, masses, radii: None, target_radii: None, strengths: None }
     }
 
     /// Elements of vorticity in space: vectors instead of masses.
     #[must_use]
     pub fn vortices(positions: &'a [[T; D]], strengths: &'a [[T; D]]) -> Self {
-        Self { positions, masses: &[], radii: None, strengths: Some(strengths) }
+        Self { positions, masses: &[], radii: None, target_radii: None, strengths: Some(strengths) }
     }
 
     /// The same sources, each with a core radius of its own.
@@ -89,9 +91,16 @@ impl<'a, T: Real, const D: usize> Sources<'a, T, D> {
         Self { radii: Some(radii), ..self }
     }
 
-    /// The largest core radius; 0 without any.
+    /// The same, with core radii of the targets.
+    #[must_use]
+    pub fn with_target_radii(self, radii: &'a [T]) -> Self {
+        Self { target_radii: Some(radii), ..self }
+    }
+
+    /// The largest core radius of sources and targets; 0 without any.
     pub(super) fn largest_radius(self) -> T {
-        self.radii.unwrap_or_default().iter().fold(T::ZERO, |most, &r| if r > most { r } else { most })
+        let radii = self.radii.unwrap_or_default().iter().chain(self.target_radii.unwrap_or_default());
+        radii.fold(T::ZERO, |most, &r| if r > most { r } else { most })
     }
 
     /// The largest coordinate and the largest mass of every `stride`-th source.

@@ -127,7 +127,7 @@ pub(super) fn workspace_bytes<T: Real, const D: usize>(
         }
         Method::Fmm => {
             let settings = fmm::settings(kernel, wanted, options).ok_or(Error::Unsupported)?;
-            fmm::workspace_bytes::<T>(settings, sizes, wanted, options.radii, workers)
+            fmm::workspace_bytes::<T>(settings, sizes, wanted, options, workers)
         }
         Method::Direct => Ok(0),
     }

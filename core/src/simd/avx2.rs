@@ -4,7 +4,7 @@ use core::arch::x86_64::*;
 
 use super::Level;
 use super::lanes::{Isa, Job, MAX_LANES, paired_quotients, seeded_over_cube, seeded_root};
-use super::rows::{PANEL_BITS, ROW, ROWS, Rows};
+use super::rows::{PANEL_BITS, ROW, ROWS, Rows, starts};
 
 /// Proof that the processor has AVX2 and FMA and that the operating system saves their registers.
 #[derive(Clone, Copy, Debug)]
@@ -228,8 +228,7 @@ impl Isa<f64> for Avx2 {
 
     #[inline(always)]
     fn columns(self, rows: &[&[f64; ROW]; MAX_LANES]) -> [__m256d; ROW] {
-        let [a, b, c, d, ..] = rows.map(|row| row.as_ptr());
-        op!(transposed_pd!([a, b, c, d]))
+        op!(transposed_pd!(starts::<f64, 4>(rows)))
     }
 
     #[inline(always)]
@@ -300,8 +299,7 @@ impl Isa<f32> for Avx2 {
 
     #[inline(always)]
     fn columns(self, rows: &[&[f32; ROW]; MAX_LANES]) -> [__m256; ROW] {
-        let [a, b, c, d, e, f, g, h, ..] = rows.map(|row| row.as_ptr());
-        op!(transposed_ps!([a, b, c, d, e, f, g, h]))
+        op!(transposed_ps!(starts::<f32, 8>(rows)))
     }
 
     #[inline(always)]

@@ -4,7 +4,7 @@ use core::arch::x86_64::*;
 
 use super::Level;
 use super::lanes::{Isa, Job, MAX_LANES, paired_quotients, seeded_over_cube, seeded_root};
-use super::rows::{PANEL_BITS, ROW, ROWS, Rows};
+use super::rows::{PANEL_BITS, ROW, ROWS, Rows, starts};
 
 /// Proof that the processor has AVX-512 F, DQ, BW, VL and that the operating system saves their registers.
 #[derive(Clone, Copy, Debug)]
@@ -267,8 +267,7 @@ impl Isa<f64> for Avx512 {
 
     #[inline(always)]
     fn columns(self, rows: &[&[f64; ROW]; MAX_LANES]) -> [__m512d; ROW] {
-        let [a, b, c, d, e, f, g, h, ..] = rows.map(|row| row.as_ptr());
-        op!(transposed_pd!([a, b, c, d, e, f, g, h]))
+        op!(transposed_pd!(starts::<f64, 8>(rows)))
     }
 
     #[inline(always)]
@@ -345,7 +344,7 @@ impl Isa<f32> for Avx512 {
 
     #[inline(always)]
     fn columns(self, rows: &[&[f32; ROW]; MAX_LANES]) -> [__m512; ROW] {
-        op!(transposed_ps!(rows.map(|row| row.as_ptr())))
+        op!(transposed_ps!(starts::<f32, 16>(rows)))
     }
 
     #[inline(always)]

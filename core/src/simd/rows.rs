@@ -14,3 +14,12 @@ pub const ROWS: usize = (OCTAVES as usize) << PANEL_BITS;
 
 /// A table. The row of u has the index formed by its exponent and leading bits, modulo [`ROWS`].
 pub type Rows<T> = [[T; ROW]; ROWS];
+
+/// The addresses of the first rows. (`array::map` is not always put in line, and then compiled for the baseline processor.)
+#[cfg(target_arch = "x86_64")]
+#[inline(always)]
+pub(super) fn starts<T, const N: usize>(rows: &[&[T; ROW]; super::MAX_LANES]) -> [*const T; N] {
+    let mut starts = [core::ptr::null(); N];
+    starts.iter_mut().zip(rows).for_each(|(start, row)| *start = row.as_ptr());
+    starts
+}

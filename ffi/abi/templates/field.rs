@@ -44,6 +44,10 @@ pub struct mollis_targets{d}{f} {
     pub positions: [*const {T}; {d}],
     /// From one to the next.
     pub stride: usize,
+    /// Core radii, positive, if the option `pair_radius` asks for them; else null. Null `targets` have the sources'.
+    pub radii: *const {T},
+    /// From one to the next; 0: 1.
+    pub radius_stride: usize,
 }
 
 /// Where the results of a sum in the plane go: arrays as in mollis_sources2; null is not computed. All zero but the pointers: overwritten.
@@ -146,7 +150,7 @@ pub unsafe extern "C" fn mollis_field{d}_text{f}(
 ///
 /// Results do not depend on the number of threads, bit for bit. A refused call writes nothing (but `run->first_bad`, with
 /// MOLLIS_ERR_NOT_FINITE: sources, then targets); a stopped one has written some outputs, if these are arrays without gaps that are overwritten. Refused:
-/// MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_OVERLAP, MOLLIS_ERR_NOT_FINITE, MOLLIS_ERR_DELTA (a core radius that is not positive),
+/// MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_OVERLAP, MOLLIS_ERR_NOT_FINITE, MOLLIS_ERR_DELTA (a core radius that is not positive), MOLLIS_ERR_LENGTH_MISMATCH (targets without the core radii that `pair_radius` asks for),
 /// MOLLIS_ERR_UNSUPPORTED, MOLLIS_ERR_UNKNOWN_VALUE, MOLLIS_ERR_WORKSPACE_TOO_SMALL, MOLLIS_ERR_NOT_PREPARED and those of an unprepared kernel.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_field{d}_eval{f}(

@@ -53,6 +53,8 @@ pub(super) struct Descent<'a, 'w, T: Real> {
     /// The targets, in true units.
     pub points: &'a [[T; 2]],
     pub potential: bool,
+    /// Whether the support of a pair may be that of the target.
+    pub symmetric: bool,
     /// [`super::settings::OPENING`], and the least square of a distance between centres: its inverse must be a normal number.
     pub opening: T,
     pub least: T,
@@ -135,7 +137,8 @@ impl<T: Real> Descent<'_, '_, T> {
         if !(sum * sum < opening * opening * square && square > least) {
             return false;
         }
-        if source.reach == T::ZERO {
+        let reach = if self.symmetric { source.reach.max(target.reach) } else { source.reach };
+        if reach == T::ZERO {
             return true;
         }
         let gap = |d: T, a: T, b: T| {
@@ -143,7 +146,7 @@ impl<T: Real> Descent<'_, '_, T> {
             if gap > T::ZERO { gap } else { T::ZERO }
         };
         let (x, y) = (gap(dx, source.half[0], target.half[0]), gap(dy, source.half[1], target.half[1]));
-        let reach = source.reach * (T::ONE + T::from_f64(64.0) * T::EPSILON);
+        let reach = reach * (T::ONE + T::from_f64(64.0) * T::EPSILON);
         x * x + y * y > reach * reach
     }
 

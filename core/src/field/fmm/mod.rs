@@ -37,7 +37,7 @@ mod upward;
 
 use core::ops::Range;
 
-use super::options::Options;
+use super::options::{Options, PairRadius};
 use super::pairs::{self, Call, ErasedCall, NearCall, Packed, Units, largest};
 use super::problem::{Interaction, Outputs, Sources, Wanted};
 use crate::checked::Present;
@@ -93,6 +93,8 @@ struct Arrays<'w, T> {
     /// The targets in their order, and where each result comes from.
     points: &'w mut [[T; 2]],
     ranks: &'w mut [u32],
+    /// Their core radii, where a pair's depends on them.
+    target_radii: &'w mut [T],
     potential: &'w mut [T],
     gradient: &'w mut [[T; 2]],
     laplacian: &'w mut [T],
@@ -113,13 +115,15 @@ struct Sizes {
     sources: usize,
     targets: usize,
     radii: bool,
+    /// Whether a pair's core radius depends on the target.
+    symmetric: bool,
     wanted: Wanted,
     workers: usize,
     settings: Settings,
 }
 
 fn layout<'w, T: Real>(space: &mut impl Space<'w>, sizes: Sizes) -> Result<Arrays<'w, T>> {
-    let Sizes { sources, targets, radii, wanted, workers, settings } = sizes;
+    let Sizes { sources, targets, radii, symmetric, wanted, workers, settings } = sizes;
     let (most, stride) = (sources.max(targets), settings.stride());
     if u32::try_from(most).is_err() {
         return Err(Error::TooLarge);
@@ -139,6 +143,7 @@ fn layout<'w, T: Real>(space: &mut impl Space<'w>, sizes: Sizes) -> Result<Array
         expansions: space.try_array(times(of_sources, 2 * stride)?)?,
         points: space.try_array(targets)?,
         ranks: space.try_array(targets)?,
+        target_radii: space.try_array(some(symmetric))?,
         potential: space.try_array(some(wanted.potential))?,
         gradient: space.try_array(some(wanted.gradient))?,
         laplacian: space.try_array(some(wanted.laplacian))?,
@@ -161,10 +166,11 @@ pub(super) fn workspace_bytes<T: Real>(
     settings: Settings,
     (sources, targets): (usize, usize),
     wanted: Wanted,
-    radii: bool,
+    options: &Options,
     workers: usize,
 ) -> Result<usize> {
-    let sizes = Sizes { sources, targets, radii, wanted, workers, settings };
+    let symmetric = options.pair_radius != PairRadius::Source;
+    let sizes = Sizes { sources, targets, radii: options.radii, symmetric, wanted, workers, settings };
     Measure::of(|space| layout::<T>(space, sizes).map(|_| ()))
 }
 
@@ -389,7 +395,7 @@ fn sums<T: Real>(
     let (coefficient, mollifier, delta) = call.newtonian.ok_or(Error::Unsupported)?;
     let support = pairs::support::<T>(2, mollifier).ok_or(Error::Unsupported)?;
     let (positions, targets) = (call.positions.as_chunks::<2>().0, call.targets.as_chunks::<2>().0);
-    let ErasedCall { masses, radii, options, .. } = call;
+    let ErasedCall { masses, radii, target_radii: of_targets, options, .. } = call;
     let wanted = Wanted {
         potential: call.potential.is_some(),
         gradient: call.gradient.is_some(),
@@ -401,6 +407,7 @@ fn sums<T: Real>(
         sources: positions.len(),
         targets: targets.len(),
         radii: radii.is_some(),
+        symmetric: of_targets.is_some(),
         wanted,
         workers: run.executor.workers().min(MAX_WORKERS),
         settings,
@@ -408,14 +415,15 @@ fn sums<T: Real>(
     // Nothing is read before it is written.
     let arrays = layout::<T>(&mut Carve::reopen(workspace)?, sizes)?;
     let Arrays { packed, words, spare, counts, sources: mut tree, targets: mut target_tree, expansions, .. } = arrays;
-    let Arrays { points, ranks, potential, gradient, laplacian, hessian, .. } = arrays;
+    let Arrays { points, ranks, target_radii, potential, gradient, laplacian, hessian, .. } = arrays;
     let Arrays { above, tasks, starts, tops, scratch, each, .. } = arrays;
     let mut sort = Sort { words, spare, counts: counts.first_chunk_mut().present()? };
 
     let largest_radius = radii.map_or(delta, |radii| largest(T::ZERO, radii));
     let at_sources = core::ptr::eq(call.positions, call.targets);
     let farthest = if at_sources { T::ZERO } else { largest(T::ZERO, call.targets) };
-    let length = largest(T::ZERO, call.positions).max(farthest).max(largest_radius);
+    let most = largest(largest_radius, of_targets.unwrap_or_default());
+    let length = largest(T::ZERO, call.positions).max(farthest).max(most);
     let units = Units::new(length, largest(T::ZERO, masses));
     let given = Given { positions, masses, radii, largest: largest_radius, support, units };
     let Forest { roots, n_roots, count, leaf } = given.sort(&mut sort, &mut tree, settings.leaf)?;
@@ -440,7 +448,8 @@ fn sums<T: Real>(
     tree.merge(leaf, heavy, &reach);
 
     // Targets that are the sources have the same boxes in the same order.
-    let same = at_sources && count == positions.len() && n_roots == 1;
+    let own_radii = of_targets.is_none_or(|targets| radii.is_some_and(|radii| core::ptr::eq(targets, radii)));
+    let same = at_sources && own_radii && count == positions.len() && n_roots == 1;
     if !same {
         let Sort { words, spare, counts } = &mut sort;
         words.iter_mut().take(targets.len()).enumerate().for_each(|(k, word)| *word = k as u64);
@@ -452,8 +461,15 @@ fn sums<T: Real>(
         }
     }
     place_targets(targets, sort.words, (&mut *points, &mut *ranks), run)?;
+    for (to, &word) in target_radii.iter_mut().zip(&*sort.words) {
+        *to = of_targets.and_then(|radii| radii.get(index(word))).copied().present()?;
+    }
     if !same {
-        target_tree.fit((points, T::ONE.ldexp(units.position)), &|_| T::ZERO);
+        let reach = |range: Range<usize>| {
+            let radii = if target_radii.is_empty() { &[] } else { target_radii.get(range).present_or(&[]) };
+            given.reach(largest(T::ZERO, radii))
+        };
+        target_tree.fit((points, T::ONE.ldexp(units.position)), &reach);
         if wanted.hessian {
             target_tree.widen();
         }
@@ -480,6 +496,7 @@ fn sums<T: Real>(
         targets: if same { &tree } else { &target_tree },
         points,
         potential: wanted.potential,
+        symmetric: of_targets.is_some(),
         opening: T::from_f64(OPENING),
         least: T::ONE.ldexp(least_square::<T>()),
         scales: [0, 1, 2].map(|n: i32| scale(n.saturating_mul(units.position).saturating_sub(units.mass))),
@@ -502,6 +519,7 @@ fn sums<T: Real>(
     } = call;
     let near = ErasedCall {
         targets: points.as_flattened(),
+        target_radii: of_targets.map(|_| &*target_radii),
         options: &plain,
         potential: wanted.potential.then_some(&mut *potential),
         gradient: wanted.gradient.then_some(gradient.as_flattened_mut()),

@@ -9,7 +9,7 @@ use super::packed::{Units, least_square_exponent, power_of_two};
 use super::{Block, PairKernel, Passes};
 use crate::checked::Present;
 use crate::exec::Statistics;
-use crate::field::Wanted;
+use crate::field::{PairRadius, Wanted};
 use crate::real::{Extended, Real, Scalar, length};
 use crate::simd::{Isa, MAX_LANES};
 
@@ -74,7 +74,7 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Called<'a> {
         T::ZERO
     }
 
-    fn prepare(&self, units: Units<T>, _potentials: bool) -> Self::Prepared {
+    fn prepare(&self, units: Units<T>, _rule: PairRadius, _potentials: bool) -> Self::Prepared {
         let least = power_of_two(-least_square_exponent::<T>());
         Prepared { kernel: self.0, exponent: -units.position, sizes: self.sizes::<T>(-units.position), least }
     }

@@ -8,6 +8,7 @@
 use super::PairKernel;
 use super::lanes::{Group, Sums, Total, distances};
 use super::packed::{Units, least_square_exponent};
+use crate::field::PairRadius;
 use crate::real::Real;
 use crate::simd::{Isa, Part};
 
@@ -27,12 +28,14 @@ pub(super) fn units_of<T: Real>(units: Units<T>, level: usize) -> Units<T> {
 /// The kernel in the units of each level, as far as it leaves anything out in those of the level before.
 pub(super) fn prepare<T: Real, const D: usize, K: PairKernel<T, D>>(
     kernel: &K,
-    (units, potentials): (Units<T>, bool),
+    (units, rule, potentials): (Units<T>, PairRadius, bool),
     prepared: &K::Prepared,
 ) -> [Option<K::Prepared>; RESCALINGS] {
-    let first = K::has_closer(prepared).then(|| kernel.prepare(units_of(units, 1), potentials));
-    let second =
-        first.as_ref().filter(|first| K::has_closer(first)).map(|_| kernel.prepare(units_of(units, 2), potentials));
+    let first = K::has_closer(prepared).then(|| kernel.prepare(units_of(units, 1), rule, potentials));
+    let second = first
+        .as_ref()
+        .filter(|first| K::has_closer(first))
+        .map(|_| kernel.prepare(units_of(units, 2), rule, potentials));
     [first, second]
 }
 
@@ -49,7 +52,7 @@ pub(super) struct Close<V, const D: usize, const NB: usize> {
 impl<V: Copy, const D: usize, const NB: usize> Close<V, D, NB> {
     #[inline(always)]
     pub fn new(zero: V, axis: [V; D]) -> Self {
-        let group = Group { x: [zero; D], axis, sums: Sums::splat(zero) };
+        let group = Group { x: [zero; D], axis, core: zero, sums: Sums::splat(zero) };
         Self { groups: [[group; NB]; RESCALINGS], totals: [[Total::splat(zero); NB]; RESCALINGS] }
     }
 

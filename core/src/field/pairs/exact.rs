@@ -5,10 +5,10 @@
 use super::PairKernel;
 use super::lanes::Want;
 use super::output::Results;
-use crate::field::Sources;
+use crate::field::{PairRadius, Sources};
 use crate::real::Real;
 
-/// Adds one source, with its own mass or another one, to the targets of a register block whose bit is set; `each` is the number of lanes in a vector. Returns how
+/// Adds one source, with its own mass or another one, and with the core radius of each pair, to the targets of a register block whose bit is set; `each` is the number of lanes in a vector. Returns how
 /// many there were.
 #[cold]
 #[inline(never)]
@@ -17,6 +17,7 @@ pub(super) fn add_pairs<T: Real, const D: usize, K: PairKernel<T, D>>(
     want: Want,
     (targets, results): (&[[T; D]], &mut Results<T, D>),
     (sources, source): (Sources<'_, T, D>, usize),
+    (rule, radii): (PairRadius, &[T]),
     own: Option<T>,
     (lanes, each): (&[u32], usize),
 ) -> u64 {
@@ -32,6 +33,10 @@ pub(super) fn add_pairs<T: Real, const D: usize, K: PairKernel<T, D>>(
         }
         let mut x = *target;
         x.iter_mut().zip(y).for_each(|(x, &y)| *x -= y);
+        let radius = match (radius, radii.get(i)) {
+            (Some(a), Some(&b)) => Some(pair_radius(rule, a, b)),
+            _ => radius,
+        };
         let mut pair = kernel.exact(&x, mass, radius, want);
         if let (Some(&[a, b, c]), [x, y, z]) = (strength.and_then(|s| s.first_chunk()), pair.gradient.as_mut_slice()) {
             (*x, *y, *z) = (*y * c - *z * b, *z * a - *x * c, *x * b - *y * a);
@@ -40,4 +45,16 @@ pub(super) fn add_pairs<T: Real, const D: usize, K: PairKernel<T, D>>(
         count += 1;
     }
     count
+}
+
+/// The core radius of a pair. Nothing overflows that does not in the result.
+fn pair_radius<T: Real>(rule: PairRadius, source: T, target: T) -> T {
+    let most = source.max(target);
+    let ratio = source.min(target) / most;
+    match rule {
+        PairRadius::Source => source,
+        PairRadius::Maximum => most,
+        PairRadius::Mean => most * (T::HALF + T::HALF * ratio),
+        PairRadius::RootMeanSquare => most * (T::HALF + T::HALF * ratio * ratio).sqrt(),
+    }
 }

@@ -45,6 +45,7 @@ pub(in crate::field) struct ErasedCall<'a, T> {
     pub positions: &'a [T],
     pub masses: &'a [T],
     pub radii: Option<&'a [T]>,
+    pub target_radii: Option<&'a [T]>,
     pub strengths: Option<&'a [T]>,
     pub targets: &'a [T],
     pub potential: Option<&'a mut [T]>,
@@ -105,6 +106,7 @@ pub(in crate::field) fn erased<T: Real, const D: usize>(
                     positions,
                     masses,
                     radii: sources.radii.and_then(T::$of),
+                    target_radii: sources.target_radii.and_then(T::$of),
                     strengths: sources.strengths.map(<[[T; D]]>::as_flattened).and_then(T::$of),
                     targets,
                     potential: potential.and_then(T::$of_mut),
@@ -146,7 +148,18 @@ fn by_dimension<T: Real>(call: ErasedCall<'_, T>, workspace: &mut [u8], run: &mu
 /// The sum, by what is known of the kernel.
 fn of_kernel<T: Real, const D: usize>(call: ErasedCall<'_, T>, workspace: &mut [u8], run: &mut Run<'_>) -> Result<()> {
     let ErasedCall {
-        potentials, newtonian, table, kernel, options, positions, masses, radii, strengths, targets, ..
+        potentials,
+        newtonian,
+        table,
+        kernel,
+        options,
+        positions,
+        masses,
+        radii,
+        target_radii,
+        strengths,
+        targets,
+        ..
     } = call;
     let outputs = Outputs {
         potential: call.potential,
@@ -155,7 +168,7 @@ fn of_kernel<T: Real, const D: usize>(call: ErasedCall<'_, T>, workspace: &mut [
         hessian: call.hessian.map(|h| h.as_chunks_mut::<D>().0.as_chunks_mut::<D>().0),
     };
     let strengths = strengths.map(|strengths| strengths.as_chunks::<D>().0);
-    let sources = Sources { positions: positions.as_chunks::<D>().0, masses, radii, strengths };
+    let sources = Sources { positions: positions.as_chunks::<D>().0, masses, radii, target_radii, strengths };
     let call = Call { options, sources, targets: targets.as_chunks::<D>().0, outputs, near: call.near };
     let table = table.and_then(|(numbers, head)| {
         let rows: &Rows<T> = numbers.as_chunks().0.try_into().ok()?;
@@ -189,22 +202,22 @@ fn of_newtonian<T: Real, const D: usize, const VECTOR: bool>(
     if const { VECTOR && D != 3 } {
         return Err(Error::Unsupported);
     }
-    let radii = call.sources.radii;
+    let each = call.sources.radii.is_some();
+    let largest = if each { call.sources.largest_radius() } else { blob.delta() };
     match blob.mollifier() {
         Mollifier::Plummer => {
-            let kernel = Smooth::<_, _, _, VECTOR> { blob, coefficient, radii, form: PhantomData::<Plummer> };
+            let kernel = Smooth::<_, _, _, VECTOR> { blob, coefficient, largest, each, form: PhantomData::<Plummer> };
             sums(potentials, &kernel, call, workspace, run)
         }
         Mollifier::Algebraic => {
-            let kernel = Smooth::<_, _, _, VECTOR> { blob, coefficient, radii, form: PhantomData::<Algebraic> };
+            let kernel = Smooth::<_, _, _, VECTOR> { blob, coefficient, largest, each, form: PhantomData::<Algebraic> };
             sums(potentials, &kernel, call, workspace, run)
         }
         Mollifier::Vatistas if const { D == 2 } => {
-            let kernel = Smooth::<_, _, _, VECTOR> { blob, coefficient, radii, form: PhantomData::<Vatistas> };
+            let kernel = Smooth::<_, _, _, VECTOR> { blob, coefficient, largest, each, form: PhantomData::<Vatistas> };
             sums(potentials, &kernel, call, workspace, run)
         }
-        _ if VECTOR || radii.is_some() => {
-            let largest = if radii.is_some() { call.sources.largest_radius() } else { blob.delta() };
+        _ if VECTOR || each => {
             let kernel = Newtonian::<_, _, true, VECTOR> { blob, coefficient, largest, table };
             sums(potentials, &kernel, call, workspace, run)
         }

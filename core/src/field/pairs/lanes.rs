@@ -1,6 +1,7 @@
 //! A register block of targets in lanes, its sums, and what all kernels share.
 
 use super::BLOCK;
+use crate::field::PairRadius;
 use crate::real::Real;
 use crate::simd::Isa;
 
@@ -36,6 +37,8 @@ pub(in crate::field) struct Group<V, const D: usize> {
     pub x: [V; D],
     /// The unit vector of a row of second derivatives; of no use to other passes.
     pub axis: [V; D],
+    /// What is kept of the targets' core radii ([`kept`]), where a pair's radius depends on them.
+    pub core: V,
     pub sums: Sums<V, D>,
 }
 
@@ -169,6 +172,61 @@ pub(in crate::field) fn valid_lanes(targets: usize) -> u32 {
     if targets == 0 { 0 } else { u32::MAX >> (32 - targets.min(32) as u32) }
 }
 
+/// What is kept of a core, which is a square, for [`cores`].
+pub(in crate::field) fn kept<T: Real>(rule: PairRadius, core: T) -> T {
+    match rule {
+        PairRadius::Source | PairRadius::Maximum => core,
+        PairRadius::Mean => T::HALF * core.sqrt(),
+        PairRadius::RootMeanSquare => T::HALF * core,
+    }
+}
+
+/// The cores of a source's pairs with each vector of targets.
+#[inline(always)]
+pub(in crate::field) fn cores<T: Real, I: Isa<T>, const D: usize, const NB: usize>(
+    isa: I,
+    rule: PairRadius,
+    core: T,
+    groups: &[Group<I::V, D>; NB],
+) -> [I::V; NB] {
+    let core = isa.splat(core);
+    let mut cores = [core; NB];
+    if rule != PairRadius::Source {
+        for (to, group) in cores.iter_mut().zip(groups) {
+            *to = match rule {
+                PairRadius::Maximum => isa.select(isa.lt(core, group.core), group.core, core),
+                PairRadius::Mean => isa.mul(isa.add(core, group.core), isa.add(core, group.core)),
+                _ => isa.add(core, group.core),
+            };
+        }
+    }
+    cores
+}
+
+/// Numbers of core radii: of one source, or in the lanes of its pairs.
+#[derive(Clone, Copy)]
+pub(in crate::field) struct Core<C> {
+    /// (delta / radius)^2.
+    pub ratio_square: C,
+    /// What a mass is multiplied by for the gradient and the density, and for the potential.
+    pub factors: [C; 2],
+    /// Added to S_D K, twice that in 2D.
+    pub offset: C,
+}
+
+impl<T: Real> Core<T> {
+    /// The same numbers in every lane of every vector.
+    #[inline(always)]
+    pub fn splat<I: Isa<T>, const NB: usize>(&self, isa: I) -> [Core<I::V>; NB] {
+        let [gradient, potential] = self.factors;
+        [Core {
+            ratio_square: isa.splat(self.ratio_square),
+            factors: [isa.splat(gradient), isa.splat(potential)],
+            offset: isa.splat(self.offset),
+        }; NB]
+    }
+}
+
 /// Source minus target, and its square, for every vector.
 #[inline(always)]
 pub(in crate::field) fn distances<T: Real, I: Isa<T>, const D: usize, const NB: usize>(
@@ -187,6 +245,18 @@ pub(in crate::field) fn distances<T: Real, I: Isa<T>, const D: usize, const NB: 
         }
     }
     (d, r2)
+}
+
+/// How far squares are above bounds of their own: below zero where they are not.
+#[inline(always)]
+pub(in crate::field) fn margins<T: Real, I: Isa<T>, const NB: usize>(
+    isa: I,
+    r2: &[I::V; NB],
+    bounds: &[I::V; NB],
+) -> [I::V; NB] {
+    let mut margins = *r2;
+    margins.iter_mut().zip(bounds).for_each(|(margin, &bound)| *margin = isa.sub(*margin, bound));
+    margins
 }
 
 /// Differences, or if `VECTOR`, in space, their vector products with a source's strength.

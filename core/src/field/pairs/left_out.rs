@@ -13,8 +13,8 @@ pub(super) struct LeftOut<'a, T: Real, V: Copy, const D: usize, const NB: usize,
     pub shared: &'a Shared<'a, T, D, K>,
     pub lanes: &'a K::Lanes<V>,
     pub want: Want,
-    /// The targets of the register block, and what pairs one by one give to them.
-    pub targets: (&'a [[T; D]], &'a mut Results<T, D>),
+    /// The targets of the register block, their core radii if a pair's depends on them, and what pairs one by one give to them.
+    pub targets: (&'a [[T; D]], &'a [T], &'a mut Results<T, D>),
     /// The sources of the block, and their numbers among the caller's.
     pub sources: List<'a, T, D>,
     pub cores: &'a [T],
@@ -35,7 +35,7 @@ impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, K: PairKernel<T, D>, c
     #[inline(always)]
     fn run(self, isa: I) {
         let Self { shared, lanes, want, targets, sources, cores, origins, noted, close, groups, valid, counts } = self;
-        let (targets, results) = targets;
+        let (targets, radii, results) = targets;
         let (mut closer, has_closer) = ([const { None }; close::RESCALINGS], shared.closer[0].is_some());
         let singular = shared.kernel.is_singular();
         for (list, laplacian) in noted.iter_mut().zip([false, true]) {
@@ -88,8 +88,15 @@ impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, K: PairKernel<T, D>, c
                 }
                 let pairs = (shared.sources, origin);
                 let own = shared.ordered.then(|| mass.ldexp(shared.units.class(0).saturating_neg()));
-                counts.scaled_pairs +=
-                    exact::add_pairs(shared.kernel, want, (targets, &mut *results), pairs, own, (&left_out, I::LANES));
+                counts.scaled_pairs += exact::add_pairs(
+                    shared.kernel,
+                    want,
+                    (targets, &mut *results),
+                    pairs,
+                    (shared.options.pair_radius, radii),
+                    own,
+                    (&left_out, I::LANES),
+                );
             }
         }
     }

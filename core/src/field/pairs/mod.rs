@@ -74,7 +74,7 @@ pub(in crate::field) use {
 
 use core::sync::atomic::{AtomicUsize, Ordering};
 
-use super::{Accumulation, Options, Outputs, Sources};
+use super::{Accumulation, Options, Outputs, PairRadius, Sources};
 use crate::checked::Present;
 use crate::error::{Error, Result};
 use crate::exec::{Chunks, Run, Statistics, par_chunks};
@@ -82,7 +82,7 @@ use crate::memory::{Carve, Measure};
 use crate::real::Real;
 use crate::simd::{BlockJob, Isa, Job, Level, portable};
 use close::{Close, FinishBlock};
-use lanes::{Bounds, Deferred, GRADIENTS, Group, HESSIANS, List, POTENTIALS, Sums, Total, Want, valid_lanes};
+use lanes::{Bounds, Deferred, GRADIENTS, Group, HESSIANS, List, POTENTIALS, Sums, Total, Want, kept, valid_lanes};
 use left_out::LeftOut;
 use output::{Contribution, Results, Scales, Writer};
 use packed::{Class, Targets};
@@ -132,13 +132,13 @@ pub(in crate::field) trait PairKernel<T: Real, const D: usize>: Sync {
         false
     }
 
-    /// What is kept of the square of a source's core radius, in units.
-    fn core(&self, square: T) -> T {
-        square
+    /// What is kept of the square of a core radius, in units, for [`lanes::cores`].
+    fn core(&self, rule: PairRadius, square: T) -> T {
+        kept(rule, square)
     }
 
-    /// The kernel in units, with what potentials need if they are wanted.
-    fn prepare(&self, units: Units<T>, potentials: bool) -> Self::Prepared;
+    /// The kernel in units, with what potentials need if they are wanted. The rule is that of pairs' core radii, if sources have any.
+    fn prepare(&self, units: Units<T>, rule: PairRadius, potentials: bool) -> Self::Prepared;
 
     /// The way from sums over sources of a mass class to results.
     fn scales(&self, units: Units<T>, class: usize) -> Scales<T>;
@@ -241,7 +241,8 @@ fn sums<T: Real, const D: usize, K: PairKernel<T, D>>(
     let units = Units::of([coordinate.max(kernel.length()), mass], targets);
     let extras = [sources.radii.is_some(), sources.strengths.is_some()];
     let mut packed = Packed::<T, D>::layout(&mut Carve::reopen(workspace)?, sources.positions.len(), extras)?;
-    packed.fill(units, sources, kernel.length(), &|square| kernel.core(square));
+    let rule = options.pair_radius;
+    packed.fill(units, sources, kernel.length(), &|square| kernel.core(rule, square));
     let pieces = (
         outputs.potential.map(|p| Chunks::new(p, TASK)),
         outputs.gradient.map(|g| Chunks::new(g, TASK)),
@@ -249,8 +250,8 @@ fn sums<T: Real, const D: usize, K: PairKernel<T, D>>(
         outputs.hessian.map(|h| Chunks::new(h, TASK)),
     );
     let tally = Tally::default();
-    let prepared = kernel.prepare(units, wanted.potential);
-    let closer = close::prepare(kernel, (units, wanted.potential), &prepared);
+    let prepared = kernel.prepare(units, rule, wanted.potential);
+    let closer = close::prepare(kernel, (units, rule, wanted.potential), &prepared);
     let shared = Shared {
         kernel,
         prepared: &prepared,
@@ -272,10 +273,12 @@ fn sums<T: Real, const D: usize, K: PairKernel<T, D>>(
             if should_stop.is_some_and(|stop| stop()) {
                 return Err(Error::Stopped);
             }
-            let targets = targets.get(task.saturating_mul(TASK)..).present()?;
+            let start = task.saturating_mul(TASK);
+            let targets = targets.get(start..).present()?;
             let targets = targets.get(..TASK).unwrap_or(targets);
+            let radii = sources.target_radii.map_or(&[][..], |radii| radii.get(start..).present_or(&[]));
             let potential = potential.filter(|_| potentials);
-            passes(&shared, targets, Outputs { potential, gradient, laplacian, hessian }, None, level);
+            passes(&shared, (targets, radii), Outputs { potential, gradient, laplacian, hessian }, None, level);
             Ok(())
         },
     )?;
@@ -287,10 +290,10 @@ fn sums<T: Real, const D: usize, K: PairKernel<T, D>>(
     Ok(())
 }
 
-/// Computes the outputs that are there, in the passes of the kernel.
+/// Computes the outputs that are there, in the passes of the kernel. With the targets come their core radii, where a pair's depends on them.
 fn passes<T: Real, const D: usize, K: PairKernel<T, D>>(
     shared: &Shared<'_, T, D, K>,
-    targets: &[[T; D]],
+    targets: (&[[T; D]], &[T]),
     outputs: Outputs<'_, T, D>,
     groups: Option<Groups<'_>>,
     level: Level,
@@ -380,7 +383,8 @@ const ALL_LEVELS: bool = cfg!(not(test));
 /// One pass of a task over the outputs that are there, of kind `P`.
 struct Pass<'a, T: Real, const D: usize, K: PairKernel<T, D>, const P: u8> {
     shared: &'a Shared<'a, T, D, K>,
-    targets: &'a [[T; D]],
+    /// The targets, and their core radii where a pair's depends on them.
+    targets: (&'a [[T; D]], &'a [T]),
     outputs: Outputs<'a, T, D>,
     /// Which row of the second derivatives.
     row: usize,
@@ -415,7 +419,7 @@ impl<T: Real, const D: usize, K: PairKernel<T, D>, const P: u8> BlockJob<T> for 
 
     #[inline(always)]
     fn run<I: Isa<T>, const NB: usize>(self, isa: I) {
-        let Pass { shared, targets, mut outputs, row, groups, counted } = self;
+        let Pass { shared, targets: (targets, radii), mut outputs, row, groups, counted } = self;
         let lanes = K::lanes(shared.prepared, isa);
         let mut counts = Statistics::default();
         let mut results = Results::ZERO;
@@ -427,17 +431,20 @@ impl<T: Real, const D: usize, K: PairKernel<T, D>, const P: u8> BlockJob<T> for 
         };
         for (range, ranges) in near::each_group(groups, targets.len()) {
             let targets = targets.get(range.clone()).present_or(&[]);
+            let mut radii = if radii.is_empty() { &[] } else { radii.get(range.start..).present_or(&[]) };
             let outputs = near::part(&mut outputs, range);
             let mut writer = Writer::new(outputs, shared.options.combination, row, groups.is_some());
             for targets in targets.chunks(NB * I::LANES) {
                 results.clear(targets.len());
+                let (of_block, others) = radii.split_at_checked(targets.len()).unwrap_or((radii, &[]));
+                radii = others;
                 for (number, class) in shared.packed.classes() {
                     let totals = class_sums::<T, I, D, NB, K, P>(
                         isa,
                         shared,
                         &lanes,
                         want,
-                        (targets, &mut results),
+                        (targets, of_block, &mut results),
                         (number, &class, ranges),
                         &mut counts,
                     );
@@ -472,7 +479,7 @@ fn class_sums<T: Real, I: Isa<T>, const D: usize, const NB: usize, K: PairKernel
     shared: &Shared<'_, T, D, K>,
     lanes: &K::Lanes<I::V>,
     want: Want,
-    (targets, results): (&[[T; D]], &mut Results<T, D>),
+    (targets, radii, results): (&[[T; D]], &[T], &mut Results<T, D>),
     (number, class, ranges): (usize, &Class<'_, T, D>, Option<&[[u32; 2]]>),
     counts: &mut Statistics,
 ) -> [Total<I::V, D>; NB] {
@@ -481,11 +488,20 @@ fn class_sums<T: Real, I: Isa<T>, const D: usize, const NB: usize, K: PairKernel
     if let Some(axis) = want.row.and_then(|row| axis.get_mut(row)) {
         *axis = isa.splat(T::ONE);
     }
-    let mut groups = [Group { x: [zero; D], axis, sums: Sums::splat(zero) }; NB];
+    let mut groups = [Group { x: [zero; D], axis, core: zero, sums: Sums::splat(zero) }; NB];
     let mut valid = [0; NB];
     let in_units = Targets::new(shared.units, targets, NB * I::LANES);
     for (v, group) in groups.iter_mut().enumerate() {
         group.x = in_units.vector(isa, v);
+    }
+    if !radii.is_empty() {
+        let rule = shared.options.pair_radius;
+        let cores = Targets::<T, D>::cores(shared.units, radii, &|square| shared.kernel.core(rule, square));
+        for (v, group) in groups.iter_mut().enumerate() {
+            if let Some(lanes) = cores.get(v * I::LANES..).and_then(|lanes| lanes.first_chunk()) {
+                group.core = isa.load(lanes);
+            }
+        }
     }
     for (valid, targets) in valid.iter_mut().zip(targets.chunks(I::LANES)) {
         *valid = valid_lanes(targets.len());
@@ -510,7 +526,7 @@ fn class_sums<T: Real, I: Isa<T>, const D: usize, const NB: usize, K: PairKernel
                     shared,
                     lanes,
                     want,
-                    targets: (targets, &mut *results),
+                    targets: (targets, radii, &mut *results),
                     sources,
                     cores,
                     origins: class.origins.get(start + k * each..).present_or(&[]),

@@ -92,6 +92,8 @@ pub(super) fn part<'o, T, const D: usize>(
 struct Piece<'a, T: Real, const D: usize, K: PairKernel<T, D>> {
     shared: &'a Shared<'a, T, D, K>,
     targets: &'a [[T; D]],
+    /// Their core radii, where a pair's depends on them.
+    radii: &'a [T],
     outputs: Outputs<'a, T, D>,
     level: Level,
     pairs: u64,
@@ -114,7 +116,7 @@ impl<T: Real, const D: usize, K: PairKernel<T, D>> Task<T> for Piece<'_, T, D, K
             self.pairs += sources * targets.len() as u64;
         }
         let all = 0..self.targets.len();
-        passes(self.shared, self.targets, part(&mut self.outputs, all), Some(groups), self.level);
+        passes(self.shared, (self.targets, self.radii), part(&mut self.outputs, all), Some(groups), self.level);
     }
 }
 
@@ -132,7 +134,9 @@ pub(super) fn sums<T: Real, const D: usize, K: PairKernel<T, D>>(
     let (units, starts, wanted) = (method.units(), method.starts(), outputs.wanted());
     let extras = [sources.radii.is_some(), false];
     let packed = Packed::<T, D>::layout(&mut Carve::reopen(workspace)?, sources.positions.len(), extras)?;
-    let packed = packed.ordered(units, sources.radii, kernel.length(), method.sources(), &|square| kernel.core(square));
+    let rule = options.pair_radius;
+    let core = |square: T| kernel.core(rule, square);
+    let packed = packed.ordered(units, sources.radii, kernel.length(), method.sources(), &core);
     let pieces = (
         outputs.potential.map(|p| Ranges::new(p, starts)).transpose()?,
         outputs.gradient.map(|g| Ranges::new(g, starts)).transpose()?,
@@ -140,8 +144,8 @@ pub(super) fn sums<T: Real, const D: usize, K: PairKernel<T, D>>(
         outputs.hessian.map(|h| Ranges::new(h, starts)).transpose()?,
     );
     let (tally, pairs) = (Tally::default(), AtomicUsize::new(0));
-    let prepared = kernel.prepare(units, wanted.potential);
-    let closer = close::prepare(kernel, (units, wanted.potential), &prepared);
+    let prepared = kernel.prepare(units, rule, wanted.potential);
+    let closer = close::prepare(kernel, (units, rule, wanted.potential), &prepared);
     let shared = Shared {
         kernel,
         prepared: &prepared,
@@ -164,9 +168,11 @@ pub(super) fn sums<T: Real, const D: usize, K: PairKernel<T, D>>(
                 return Err(Error::Stopped);
             }
             let range = starts.get(task).zip(starts.get(task + 1)).map(|(&from, &to)| from as usize..to as usize);
+            let start = range.as_ref().map_or(0, |range| range.start);
             let targets = range.and_then(|range| targets.get(range)).present()?;
+            let radii = sources.target_radii.map_or(&[][..], |radii| radii.get(start..).present_or(&[]));
             let outputs = Outputs { potential: potential.filter(|_| potentials), gradient, laplacian, hessian };
-            let mut piece = Piece { shared: &shared, targets, outputs, level, pairs: 0 };
+            let mut piece = Piece { shared: &shared, targets, radii, outputs, level, pairs: 0 };
             method.run(task, level, scratch, &mut piece)?;
             pairs.fetch_add(piece.pairs as usize, Ordering::Relaxed);
             Ok(())

@@ -191,7 +191,7 @@ impl<'w, T: Real, const D: usize> Packed<'w, T, D> {
     /// Copies the sources with mass, scaled and grouped by class, and computes the bounds of blocks. `core` is applied to the squares of core radii
     /// in units, which are `delta` where the sources have none.
     pub fn fill(&mut self, units: Units<T>, sources: Sources<'_, T, D>, delta: T, core: &dyn Fn(T) -> T) {
-        let Sources { positions, masses, radii, strengths } = sources;
+        let Sources { positions, masses, radii, strengths, .. } = sources;
         if let Some(strengths) = strengths {
             self.fill_strengths(units, positions, strengths);
         }
@@ -337,6 +337,17 @@ impl<T: Real, const D: usize> Targets<T, D> {
             }
         }
         Self { lanes: of_lanes, bounds }
+    }
+
+    /// Numbers of the targets, one a lane, as a function makes them of their core radii in units; ones without radii. Not in line, as [`Targets::new`].
+    #[inline(never)]
+    pub fn cores(units: Units<T>, radii: &[T], core: &dyn Fn(T) -> T) -> [T; WIDE * MAX_LANES] {
+        let mut cores = [T::ONE; WIDE * MAX_LANES];
+        for (to, radius) in cores.iter_mut().zip(radii) {
+            let radius = radius.ldexp(units.position);
+            *to = core(radius * radius);
+        }
+        cores
     }
 
     /// The vector of this number.

@@ -19,13 +19,14 @@
 
 use core::marker::PhantomData;
 
-use super::lanes::{Deferred, Group, POTENTIALS, Want, arms, distances};
+use super::lanes::{Deferred, Group, POTENTIALS, Want, arms, cores, distances, margins};
 use super::newtonian::{exact_pair, newtonian_scales, outside_gradient, outside_potential, passes, wants_potential};
 use super::output::{Contribution, Scales};
 use super::packed::{Units, least_square_exponent, power_of_two};
 use super::{Block, PairKernel, Passes};
 use crate::checked::Present;
 use crate::exec::Statistics;
+use crate::field::PairRadius;
 use crate::mollifier::Blob;
 use crate::real::Real;
 use crate::simd::{Isa, Part, log, log_numerator};
@@ -35,17 +36,17 @@ pub(in crate::field) trait Form<T: Real, const D: usize>: Sync {
     /// The distance's square that the other functions take, q or w.
     fn sum<I: Isa<T>>(isa: I, r2: I::V, square: I::V) -> I::V;
     /// m S_D g.
-    fn gradient<I: Isa<T>, const NB: usize>(isa: I, mass: I::V, square: I::V, sums: &[I::V; NB]) -> [I::V; NB];
+    fn gradient<I: Isa<T>, const NB: usize>(isa: I, mass: I::V, squares: &[I::V; NB], sums: &[I::V; NB]) -> [I::V; NB];
     /// S_D K, twice that in 2D.
     fn potential<I: Isa<T>, const NB: usize>(
         isa: I,
         log_exponent: I::V,
-        square: I::V,
+        squares: &[I::V; NB],
         r2: &[I::V; NB],
         sums: &[I::V; NB],
     ) -> [I::V; NB];
     /// m S_D psi, from m S_D g.
-    fn density<I: Isa<T>, const NB: usize>(isa: I, mass: I::V, square: I::V, sums: &[I::V; NB]) -> [I::V; NB];
+    fn density<I: Isa<T>, const NB: usize>(isa: I, mass: I::V, squares: &[I::V; NB], sums: &[I::V; NB]) -> [I::V; NB];
 }
 
 /// [`crate::mollifier::Mollifier::Plummer`].
@@ -77,7 +78,7 @@ impl<T: Real, const D: usize> Form<T, D> for Plummer {
     }
 
     #[inline(always)]
-    fn gradient<I: Isa<T>, const NB: usize>(isa: I, mass: I::V, _: I::V, sums: &[I::V; NB]) -> [I::V; NB] {
+    fn gradient<I: Isa<T>, const NB: usize>(isa: I, mass: I::V, _: &[I::V; NB], sums: &[I::V; NB]) -> [I::V; NB] {
         outside_gradient::<T, I, D, NB>(isa, mass, sums)
     }
 
@@ -85,7 +86,7 @@ impl<T: Real, const D: usize> Form<T, D> for Plummer {
     fn potential<I: Isa<T>, const NB: usize>(
         isa: I,
         log_exponent: I::V,
-        _: I::V,
+        _: &[I::V; NB],
         _: &[I::V; NB],
         sums: &[I::V; NB],
     ) -> [I::V; NB] {
@@ -93,10 +94,10 @@ impl<T: Real, const D: usize> Form<T, D> for Plummer {
     }
 
     #[inline(always)]
-    fn density<I: Isa<T>, const NB: usize>(isa: I, mass: I::V, square: I::V, sums: &[I::V; NB]) -> [I::V; NB] {
+    fn density<I: Isa<T>, const NB: usize>(isa: I, mass: I::V, squares: &[I::V; NB], sums: &[I::V; NB]) -> [I::V; NB] {
         let mut values = outside_gradient::<T, I, D, NB>(isa, mass, sums);
         let times = isa.splat(T::from_usize(D));
-        for (value, &q) in values.iter_mut().zip(sums) {
+        for ((value, &q), &square) in values.iter_mut().zip(sums).zip(squares) {
             *value = isa.mul(*value, isa.mul(times, isa.div(square, q)));
         }
         values
@@ -110,11 +111,11 @@ impl<T: Real, const D: usize> Form<T, D> for Algebraic {
     }
 
     #[inline(always)]
-    fn gradient<I: Isa<T>, const NB: usize>(isa: I, mass: I::V, square: I::V, sums: &[I::V; NB]) -> [I::V; NB] {
+    fn gradient<I: Isa<T>, const NB: usize>(isa: I, mass: I::V, squares: &[I::V; NB], sums: &[I::V; NB]) -> [I::V; NB] {
         let mut values = outside_gradient::<T, I, D, NB>(isa, mass, sums);
-        let shares = isa.quotients(isa.mul(square, isa.splat(T::from_usize(D) * T::HALF)), *sums);
-        for (value, &share) in values.iter_mut().zip(&shares) {
-            *value = isa.mul_add(*value, share, *value);
+        let shares = isa.quotients(isa.splat(T::from_usize(D) * T::HALF), *sums);
+        for ((value, &share), &square) in values.iter_mut().zip(&shares).zip(squares) {
+            *value = isa.mul_add(*value, isa.mul(square, share), *value);
         }
         values
     }
@@ -123,12 +124,12 @@ impl<T: Real, const D: usize> Form<T, D> for Algebraic {
     fn potential<I: Isa<T>, const NB: usize>(
         isa: I,
         log_exponent: I::V,
-        square: I::V,
+        squares: &[I::V; NB],
         _: &[I::V; NB],
         sums: &[I::V; NB],
     ) -> [I::V; NB] {
         let mut values = bare_potential::<T, I, D, NB>(isa, log_exponent, sums);
-        for (value, &q) in values.iter_mut().zip(sums) {
+        for ((value, &q), &square) in values.iter_mut().zip(sums).zip(squares) {
             let share = isa.div(square, q);
             let half = isa.mul(share, isa.splat(T::HALF));
             *value = match D {
@@ -141,10 +142,10 @@ impl<T: Real, const D: usize> Form<T, D> for Algebraic {
     }
 
     #[inline(always)]
-    fn density<I: Isa<T>, const NB: usize>(isa: I, mass: I::V, square: I::V, sums: &[I::V; NB]) -> [I::V; NB] {
+    fn density<I: Isa<T>, const NB: usize>(isa: I, mass: I::V, squares: &[I::V; NB], sums: &[I::V; NB]) -> [I::V; NB] {
         let mut values = outside_gradient::<T, I, D, NB>(isa, mass, sums);
         let times = isa.splat(T::from_usize(D * (D + 2)) * T::HALF);
-        for (value, &q) in values.iter_mut().zip(sums) {
+        for ((value, &q), &square) in values.iter_mut().zip(sums).zip(squares) {
             let share = isa.div(square, q);
             *value = isa.mul(*value, isa.mul(times, isa.mul(share, share)));
         }
@@ -159,7 +160,7 @@ impl<T: Real, const D: usize> Form<T, D> for Vatistas {
     }
 
     #[inline(always)]
-    fn gradient<I: Isa<T>, const NB: usize>(isa: I, mass: I::V, _: I::V, sums: &[I::V; NB]) -> [I::V; NB] {
+    fn gradient<I: Isa<T>, const NB: usize>(isa: I, mass: I::V, _: &[I::V; NB], sums: &[I::V; NB]) -> [I::V; NB] {
         let mut values = isa.inverse_roots(*sums);
         values.iter_mut().for_each(|value| *value = isa.mul(mass, *value));
         values
@@ -169,7 +170,7 @@ impl<T: Real, const D: usize> Form<T, D> for Vatistas {
     fn potential<I: Isa<T>, const NB: usize>(
         isa: I,
         log_exponent: I::V,
-        _: I::V,
+        _: &[I::V; NB],
         r2: &[I::V; NB],
         sums: &[I::V; NB],
     ) -> [I::V; NB] {
@@ -184,10 +185,10 @@ impl<T: Real, const D: usize> Form<T, D> for Vatistas {
     }
 
     #[inline(always)]
-    fn density<I: Isa<T>, const NB: usize>(isa: I, mass: I::V, square: I::V, sums: &[I::V; NB]) -> [I::V; NB] {
+    fn density<I: Isa<T>, const NB: usize>(isa: I, mass: I::V, squares: &[I::V; NB], sums: &[I::V; NB]) -> [I::V; NB] {
         let mut values = isa.inverse_roots(*sums);
-        let twice = isa.mul(isa.splat(T::TWO), isa.mul(square, square));
-        for (value, &w) in values.iter_mut().zip(sums) {
+        for ((value, &w), &square) in values.iter_mut().zip(sums).zip(squares) {
+            let twice = isa.mul(isa.splat(T::TWO), isa.mul(square, square));
             *value = isa.mul(isa.mul(mass, *value), isa.div(twice, w));
         }
         values
@@ -198,8 +199,10 @@ impl<T: Real, const D: usize> Form<T, D> for Vatistas {
 pub(in crate::field) struct Smooth<'a, T: Real, const D: usize, F, const VECTOR: bool> {
     pub blob: &'a Blob<T, D>,
     pub coefficient: T,
-    /// The core radii, if each source has its own.
-    pub radii: Option<&'a [T]>,
+    /// The largest core radius: delta, if it is the only one.
+    pub largest: T,
+    /// Whether each source has its own.
+    pub each: bool,
     pub form: PhantomData<F>,
 }
 
@@ -209,6 +212,8 @@ pub(in crate::field) struct Prepared<T> {
     /// delta^2; not used where every source has its own.
     square: T,
     log_exponent: T,
+    /// How sources' core radii become those of pairs.
+    rule: PairRadius,
 }
 
 /// The least r^2, in units, of lanes under a tiny delta.
@@ -223,17 +228,17 @@ impl<T: Real, const D: usize, F: Form<T, D>, const VECTOR: bool> PairKernel<T, D
     const PASSES: Passes = passes(D, VECTOR);
 
     fn length(&self) -> T {
-        self.radii.map_or(self.blob.delta(), |radii| radii.iter().fold(T::ZERO, |most, &r| most.max(r)))
+        self.largest
     }
 
-    fn prepare(&self, units: Units<T>, _potentials: bool) -> Prepared<T> {
+    fn prepare(&self, units: Units<T>, rule: PairRadius, _potentials: bool) -> Prepared<T> {
         let square = |delta: T| {
             let delta = delta.ldexp(units.position);
             delta * delta
         };
-        let own = if self.radii.is_some() { T::ONE } else { square(self.blob.delta()) };
+        let own = if self.each { T::ONE } else { square(self.blob.delta()) };
         let log_exponent = T::from_i32(units.position.saturating_mul(-2));
-        Prepared { square: own, log_exponent }
+        Prepared { square: own, log_exponent, rule }
     }
 
     fn scales(&self, units: Units<T>, class: usize) -> Scales<T> {
@@ -254,9 +259,9 @@ impl<T: Real, const D: usize, F: Form<T, D>, const VECTOR: bool> PairKernel<T, D
         [noted, _]: &mut [Deferred; 2],
         _counts: &mut Statistics,
     ) {
-        let form = PhantomData::<F>;
+        let (form, rule) = (PhantomData::<F>, prepared.rule);
         let limit = isa.splat(limit(prepared.square));
-        isa.apart(Pairs::<_, _, _, D, NB, P, VECTOR> { form, square, limit, log_exponent, block, noted, groups });
+        isa.apart(Pairs::<_, _, _, D, NB, P, VECTOR> { form, rule, square, limit, log_exponent, block, noted, groups });
     }
 
     #[inline(always)]
@@ -269,8 +274,13 @@ impl<T: Real, const D: usize, F: Form<T, D>, const VECTOR: bool> PairKernel<T, D
     ) -> [u32; NB] {
         // Those of a whole source, as the loop has no registers to spare for the choice of lanes.
         let (_, r2) = distances(isa, source, groups);
-        let limit = isa.splat(limit(core.copied().unwrap_or(prepared.square)));
-        if isa.any_below(&r2, limit) { [u32::MAX; NB] } else { [0; NB] }
+        let (square, rule) = (core.copied().unwrap_or(prepared.square), prepared.rule);
+        let limits = if rule == PairRadius::Source {
+            [isa.splat(limit(square)); NB]
+        } else {
+            limits(isa, &cores(isa, rule, square, groups))
+        };
+        if isa.any_below(&margins(isa, &r2, &limits), isa.splat(T::ZERO)) { [u32::MAX; NB] } else { [0; NB] }
     }
 
     fn exact(&self, x: &[T; D], mass: T, radius: Option<T>, want: Want) -> Contribution<T, D> {
@@ -285,9 +295,18 @@ fn limit<T: Real>(square: T) -> T {
     if square < least() { least() } else { T::ZERO }
 }
 
+/// The same of each lane.
+#[inline(always)]
+fn limits<T: Real, I: Isa<T>, const NB: usize>(isa: I, squares: &[I::V; NB]) -> [I::V; NB] {
+    let (mut limits, least, zero) = (*squares, isa.splat(least::<T>()), isa.splat(T::ZERO));
+    limits.iter_mut().for_each(|limit| *limit = isa.select(isa.lt(*limit, least), least, zero));
+    limits
+}
+
 /// What a block of sources gives to a register block of targets, with potentials if the pass sums them; a function of its own.
 struct Pairs<'a, T, V, F, const D: usize, const NB: usize, const P: u8, const VECTOR: bool> {
     form: PhantomData<F>,
+    rule: PairRadius,
     square: V,
     /// [`limit`] of the square.
     limit: V,
@@ -304,31 +323,36 @@ impl<T: Real, I: Isa<T>, F: Form<T, D>, const D: usize, const NB: usize, const P
 
     #[inline(always)]
     fn run(self, isa: I) {
-        let Self { square, limit: of_all, log_exponent, block, noted, groups, .. } = self;
-        let Block { sources: (positions, masses), cores, laplacian, .. } = *block;
+        let Self { rule, square, limit: of_all, log_exponent, block, noted, groups, .. } = self;
+        let Block { sources: (positions, masses), cores: of_sources, laplacian, .. } = *block;
         let one = isa.splat(T::ONE);
-        let each = !cores.is_empty();
+        let each = !of_sources.is_empty();
         let potential = wants_potential::<D, P>(block.potential);
-        let (mut cores, mut strengths) = (cores.iter(), block.strengths.iter());
+        let (mut of_sources, mut strengths) = (of_sources.iter(), block.strengths.iter());
         let mut local = *groups;
         for (at, (x, &m)) in positions.iter().zip(masses).enumerate() {
             let (mut d, r2) = distances(isa, x, &local);
-            let core = if each { cores.next().copied().present_or(T::ZERO) } else { T::ZERO };
-            let (square, limit) = if each { (isa.splat(core), isa.splat(limit(core))) } else { (square, of_all) };
+            let core = if each { of_sources.next().copied().present_or(T::ZERO) } else { T::ZERO };
+            let mut squares = [if each { isa.splat(core) } else { square }; NB];
+            let mut bounds = [if each { isa.splat(limit(core)) } else { of_all }; NB];
+            if rule != PairRadius::Source {
+                squares = cores(isa, rule, core, &local);
+                bounds = limits(isa, &squares);
+            }
             let mass = isa.splat(m);
             let strength = if VECTOR { strengths.next().copied().present_or([T::ZERO; D]) } else { [T::ZERO; D] };
-            if isa.any_below(&r2, limit) {
+            if isa.any_below(&margins(isa, &r2, &bounds), isa.splat(T::ZERO)) {
                 noted.push(at);
                 continue;
             }
             let mut sums = r2;
-            sums.iter_mut().for_each(|sum| *sum = F::sum(isa, *sum, square));
+            sums.iter_mut().zip(&squares).for_each(|(sum, &square)| *sum = F::sum(isa, *sum, square));
             if potential {
-                let values = F::potential::<I, NB>(isa, log_exponent, square, &r2, &sums);
+                let values = F::potential::<I, NB>(isa, log_exponent, &squares, &r2, &sums);
                 local.iter_mut().zip(values).for_each(|(group, k)| group.add_potential(isa, mass, k));
             }
             if P != POTENTIALS || D != 2 {
-                let factors = F::gradient::<I, NB>(isa, mass, square, &sums);
+                let factors = F::gradient::<I, NB>(isa, mass, &squares, &sums);
                 if VECTOR {
                     d = arms::<T, I, D, NB, true>(isa, &d, &strength);
                 }
@@ -336,7 +360,7 @@ impl<T: Real, I: Isa<T>, F: Form<T, D>, const D: usize, const NB: usize, const P
                     group.add_gradient::<_, _, P>(isa, g, d);
                 }
                 if laplacian {
-                    let values = F::density::<I, NB>(isa, mass, square, &sums);
+                    let values = F::density::<I, NB>(isa, mass, &squares, &sums);
                     for ((group, b), d) in local.iter_mut().zip(values).zip(&d) {
                         group.add_laplacian::<_, _, P>(isa, one, b, d);
                     }

@@ -24,11 +24,12 @@
 //! Tests: `kernel::table::tests`, `field_bounds::single_pairs_of_random_kernels_are_within_the_bound`.
 
 use super::called::{self, Radial};
-use super::lanes::{Deferred, GRADIENTS, Group, HESSIANS, POTENTIALS, Want, distances};
+use super::lanes::{Core, Deferred, GRADIENTS, Group, HESSIANS, POTENTIALS, Want, distances};
 use super::output::{Contribution, Scales};
 use super::packed::{Units, farthest, least_square_exponent, power_of_two};
 use super::{Block, PairKernel, Passes};
 use crate::exec::Statistics;
+use crate::field::PairRadius;
 use crate::kernel::{Table, table_mark, table_terms};
 use crate::real::{Real, Scalar};
 use crate::simd::{Isa, Part, ROW, Rows};
@@ -141,7 +142,7 @@ impl<'a, T: Real, const D: usize> PairKernel<T, D> for Tabulated<'a, T> {
         T::ZERO
     }
 
-    fn prepare(&self, units: Units<T>, _potentials: bool) -> Prepared<'a, T> {
+    fn prepare(&self, units: Units<T>, _rule: PairRadius, _potentials: bool) -> Prepared<'a, T> {
         let table = &self.table.head;
         let (unit, exponent) = table.unit.frexp();
         // r / unit = (r in units) 2^-position / unit
@@ -341,38 +342,40 @@ impl<T: Real, I: Isa<T>, const D: usize, const NB: usize> Part<T, I> for Beyond<
 }
 
 /// Adds what one source gives to the lanes below the edge, and to no other, from a table that serves all of these and from the differences, source
-/// minus target, and their squares; its potential and gradient factor are multiplied by `scales`. A source with a core radius of its own comes with what its squares are multiplied by,
-/// its mass for the gradient and for the potential, and what is added to the potential. Returns one word of lanes a vector.
+/// minus target, and their squares; its potential and gradient factor are multiplied by `scales`. With core radii of their own pairs come with the numbers of these. Returns one word of lanes a vector.
 #[inline(always)]
 pub(super) fn add_below<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: u8, const EACH: bool>(
     isa: I,
-    edge: I::V,
+    edges: &[I::V; NB],
     (prepared, numbers, [potential, gradient]): (&Prepared<'_, T>, &Lanes<I::V>, [I::V; 2]),
     [wants_potential, laplacian]: [bool; 2],
     (d, r2): (&[[I::V; D]; NB], &[I::V; NB]),
-    (mass, core): (T, Option<(T, [T; 2], T)>),
+    (mass, core): (T, Option<&[Core<I::V>; NB]>),
     groups: &mut [Group<I::V, D>; NB],
 ) -> [u32; NB] {
     let zero = isa.splat(T::ZERO);
-    let (ratio_square, [of_gradient, of_potential], offset) = core.unwrap_or((T::ONE, [T::ONE; 2], T::ZERO));
-    let (of_gradient, of_potential) = (isa.splat(mass * of_gradient), isa.splat(mass * of_potential));
-    let (potential, gradient) = (isa.mul(of_potential, potential), isa.mul(of_gradient, gradient));
-    let (ratio_square, offset) = (isa.splat(ratio_square), isa.splat(offset));
-    let mut lanes = [0; NB];
-    for (((group, d), &r2), lanes) in groups.iter_mut().zip(d).zip(r2).zip(&mut lanes) {
+    let (mass, mut lanes) = (isa.splat(mass), [0; NB]);
+    let (potential, gradient) = (isa.mul(mass, potential), isa.mul(mass, gradient));
+    let plain = Core { ratio_square: mass, factors: [mass; 2], offset: zero };
+    let cores = core.copied().unwrap_or([plain; NB]);
+    for (((((group, d), &r2), lanes), &edge), core) in
+        groups.iter_mut().zip(d).zip(r2).zip(&mut lanes).zip(edges).zip(&cores)
+    {
         let below = isa.lt(r2, edge);
         *lanes = isa.bits(below);
-        let r2 = if EACH { isa.mul(r2, ratio_square) } else { r2 };
+        let r2 = if EACH { isa.mul(r2, core.ratio_square) } else { r2 };
         let u = isa.select(below, numbers.u(isa, r2), numbers.held);
         let row = Row::of(isa, prepared.rows, u);
         if wants_potential {
-            group.add_potential(isa, isa.select(below, potential, zero), row.potential(isa));
+            let of_core = if EACH { isa.mul(potential, core.factors[1]) } else { potential };
+            group.add_potential(isa, isa.select(below, of_core, zero), row.potential(isa));
             if EACH && D == 2 {
-                group.add_potential(isa, isa.select(below, of_potential, zero), offset);
+                group.add_potential(isa, isa.select(below, mass, zero), core.offset);
             }
         }
         if P != POTENTIALS || D != 2 {
-            let factor = isa.select(below, gradient, zero);
+            let of_core = if EACH { isa.mul(gradient, core.factors[0]) } else { gradient };
+            let factor = isa.select(below, of_core, zero);
             group.add_gradient::<_, _, P>(isa, isa.mul(factor, row.gradient(isa)), d);
             if laplacian {
                 group.add_laplacian::<_, _, P>(isa, factor, row.laplacian::<D>(isa, isa.sub(u, numbers.shift)), d);

@@ -41,6 +41,8 @@ pub struct TargetsOf<T, const D: usize> {
     pub n: usize,
     pub positions: [*const T; D],
     pub stride: usize,
+    pub radii: *const T,
+    pub radius_stride: usize,
 }
 
 /// The layout of `mollis_outputs1` and the like.
@@ -72,20 +74,28 @@ pub(crate) struct Ask<T, const D: usize> {
     pub options: *const mollis_field_options,
 }
 
-/// Targets and their number; none, and that of the sources, for null.
+/// The targets of a sum: the sources, if there are no points.
+pub(crate) struct Places<T, const D: usize> {
+    pub points: Option<Points<T, D>>,
+    pub n: usize,
+    pub radii: Option<Column<T>>,
+}
+
+/// The targets; for null the sources, whose number is given.
 ///
 /// # Safety
 /// The crate's contract for the structure.
 pub(crate) unsafe fn read_targets<T: Real, const D: usize>(
     given: *const TargetsOf<T, D>,
     n_sources: usize,
-) -> Result<(Option<Points<T, D>>, usize)> {
+) -> Result<Places<T, D>> {
     if given.is_null() {
-        return Ok((None, n_sources));
+        return Ok(Places { points: None, n: n_sources, radii: None });
     }
     // SAFETY: passed on.
-    let TargetsOf { n, positions, stride } = unsafe { fetch(given)? };
-    Ok((Some(Points::new(positions.map(<*const T>::cast_mut), stride, n)?), n))
+    let TargetsOf { n, positions, stride, radii, radius_stride } = unsafe { fetch(given)? };
+    let points = Points::new(positions.map(<*const T>::cast_mut), stride, n)?;
+    Ok(Places { points: Some(points), n, radii: Column::optional(radii.cast_mut(), radius_stride, n)? })
 }
 
 /// The arrays of a sum, checked.
@@ -99,6 +109,7 @@ struct Arrays<T, const D: usize> {
     /// None: the sources.
     targets: Option<Points<T, D>>,
     n_targets: usize,
+    target_radii: Option<Column<T>>,
     potential: Option<Column<T>>,
     gradient: Option<Points<T, D>>,
     laplacian: Option<Column<T>>,
@@ -113,6 +124,7 @@ struct Scratch<'w, T, const D: usize> {
     radii: &'w mut [T],
     strengths: &'w mut [[T; D]],
     targets: &'w mut [[T; D]],
+    target_radii: &'w mut [T],
     potential: &'w mut [T],
     gradient: &'w mut [[T; D]],
     laplacian: &'w mut [T],
@@ -132,7 +144,7 @@ where
         let n = sources.n;
         let of_sources = sources.positions.map(<*const T>::cast_mut);
         // SAFETY: passed on.
-        let (targets, n_targets) = unsafe { read_targets(ask.targets, n)? };
+        let Places { points: targets, n: n_targets, radii: target_radii } = unsafe { read_targets(ask.targets, n)? };
         // 0 is a structure's member that was left alone.
         let factor = if outputs.factor.to_bits() << 1 == 0 { 1.0 } else { outputs.factor };
         if !mollis_core::Scalar::is_finite(factor) {
@@ -156,6 +168,7 @@ where
             radii: Column::optional(sources.radii.cast_mut(), sources.radius_stride, n)?,
             targets,
             n_targets,
+            target_radii,
             potential: Column::optional(outputs.potential, outputs.potential_stride, n_targets)?,
             gradient: Points::optional(outputs.gradient, outputs.gradient_stride, n_targets)?,
             laplacian: Column::optional(outputs.laplacian, outputs.laplacian_stride, n_targets)?,
@@ -194,6 +207,7 @@ where
             radii: space.try_array(self.radii.as_ref().map_or(0, Column::copied))?,
             strengths: space.try_array(self.strengths.as_ref().map_or(0, Points::copied))?,
             targets: space.try_array(self.targets.as_ref().map_or(0, Points::copied))?,
+            target_radii: space.try_array(self.target_radii.as_ref().map_or(0, Column::copied))?,
             potential: space.try_array(self.potential.as_ref().map_or(0, |column| of(column.copied())))?,
             gradient: space.try_array(self.gradient.as_ref().map_or(0, |gradient| of(gradient.copied())))?,
             laplacian: space.try_array(self.laplacian.as_ref().map_or(0, |column| of(column.copied())))?,
@@ -216,7 +230,7 @@ where
         outputs.add(self.gradient.iter().flat_map(Points::extents)).add(self.hessian.map(|h| h.extent()));
         inputs.add(self.positions.extents()).add(self.masses.map(|c| c.extent())).add(self.radii.map(|c| c.extent()));
         inputs.add(self.strengths.iter().flat_map(Points::extents));
-        inputs.add(self.targets.iter().flat_map(Points::extents));
+        inputs.add(self.targets.iter().flat_map(Points::extents)).add(self.target_radii.map(|c| c.extent()));
         inputs.add([Input::new(ask.kernel.cast::<u8>(), ask.kernel_bytes)?.range().into()]);
         inputs.add([of_structure(ask.sources)?, of_structure(ask.outputs)?]);
         if !ask.targets.is_null() {
@@ -306,16 +320,17 @@ where
         let own = plan.workspace_bytes(host.workers())?;
         let space = arrays.layout(&mut Carve::reopen(memory)?, own)?;
         // SAFETY: passed on; outputs and workspace overlap nothing.
-        let (positions, masses, radii, strengths, targets) = unsafe {
+        let (positions, masses, radii, strengths, targets, target_radii) = unsafe {
             (
                 gathered(arrays.positions, space.positions),
                 arrays.masses.map_or(&[][..], |masses| gathered_column(masses, space.masses)),
                 arrays.radii.map(|radii| gathered_column(radii, space.radii)),
                 arrays.strengths.map(|vectors| gathered(vectors, space.strengths)),
                 arrays.targets.map(|targets| gathered(targets, space.targets)),
+                arrays.target_radii.map(|radii| gathered_column(radii, space.target_radii)),
             )
         };
-        let sources = Sources { positions, masses, radii, strengths };
+        let sources = Sources { positions, masses, radii, target_radii, strengths };
         let targets = targets.unwrap_or(positions);
         let (plain, n) = (arrays.way.is_plain(), arrays.n_targets);
         let mut done = Statistics::default();
@@ -338,7 +353,10 @@ where
                 let of_sources = first_bad(positions, masses)
                     .into_iter()
                     .chain(first_bad::<T, D>(strengths.unwrap_or(&[]), radii.unwrap_or(&[])));
-                let of_targets = || first_bad::<T, D>(targets, &[]).map(|index| arrays.n.saturating_add(index));
+                let of_targets = || {
+                    let found = first_bad::<T, D>(targets, target_radii.unwrap_or(&[]));
+                    found.map(|index| arrays.n.saturating_add(index))
+                };
                 told.first_bad = of_sources.min().or_else(of_targets);
             }
             result?;

@@ -1,6 +1,6 @@
 //! Options and counters of a field sum.
 
-use mollis_core::field::{self, Accumulation, Method};
+use mollis_core::field::{self, Accumulation, Method, PairRadius};
 use mollis_core::memory::Plain;
 use mollis_core::{Error, Result};
 
@@ -28,6 +28,15 @@ pub const MOLLIS_ACCUMULATION_BLOCKED: i32 = 0;
 /// Each addition's error is carried along: for diagnostics.
 pub const MOLLIS_ACCUMULATION_COMPENSATED: i32 = 1;
 
+/// A pair's core radius is the source's.
+pub const MOLLIS_PAIR_RADIUS_SOURCE: i32 = 0;
+/// The larger one of the source's and the target's.
+pub const MOLLIS_PAIR_RADIUS_MAXIMUM: i32 = 1;
+/// Their mean.
+pub const MOLLIS_PAIR_RADIUS_MEAN: i32 = 2;
+/// The root of the mean of their squares.
+pub const MOLLIS_PAIR_RADIUS_RMS: i32 = 3;
+
 /// How a sum is computed. Fill it with `mollis_field_options_init`, then change what you want; null means the defaults.
 #[repr(C)]
 #[derive(Clone, Copy)]
@@ -38,8 +47,8 @@ pub struct mollis_field_options {
     pub method: i32,
     /// `MOLLIS_ACCUMULATION_...`.
     pub accumulation: i32,
-    /// 0.
-    pub reserved: i32,
+    /// `MOLLIS_PAIR_RADIUS_...`, with core radii of the sources. But for the first the targets need core radii too; then forces between two particles are equal and opposite.
+    pub pair_radius: i32,
     /// (a, b): in 2D the gradient output is a grad u + b (grad u rotated by +90 degrees), of the rounded gradient; else (1, 0).
     pub combination: [f64; 2],
     /// The error that may be spent for speed (`MOLLIS_METHOD_FMM`): of each output, in the l2 norm over the targets, relative to that of sum_j |m_j| |K_j|; with
@@ -50,7 +59,7 @@ pub struct mollis_field_options {
 options::options!(mollis_field_options {
     method: MOLLIS_METHOD_AUTO,
     accumulation: MOLLIS_ACCUMULATION_BLOCKED,
-    reserved: 0,
+    pair_radius: MOLLIS_PAIR_RADIUS_SOURCE,
     combination: [1.0, 0.0],
     tolerance: 0.0
 });
@@ -67,6 +76,13 @@ impl mollis_field_options {
             combination: (a, b),
             tolerance: self.tolerance,
             radii: false,
+            pair_radius: match self.pair_radius {
+                MOLLIS_PAIR_RADIUS_SOURCE => PairRadius::Source,
+                MOLLIS_PAIR_RADIUS_MAXIMUM => PairRadius::Maximum,
+                MOLLIS_PAIR_RADIUS_MEAN => PairRadius::Mean,
+                MOLLIS_PAIR_RADIUS_RMS => PairRadius::RootMeanSquare,
+                _ => return Err(Error::UnknownValue),
+            },
             strengths: false,
             method: match self.method {
                 MOLLIS_METHOD_AUTO => None,

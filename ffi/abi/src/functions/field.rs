@@ -118,6 +118,10 @@ pub struct mollis_targets2 {
     pub positions: [*const f64; 2],
     /// From one to the next.
     pub stride: usize,
+    /// Core radii, positive, if the option `pair_radius` asks for them; else null. Null `targets` have the sources'.
+    pub radii: *const f64,
+    /// From one to the next; 0: 1.
+    pub radius_stride: usize,
 }
 
 #[repr(C)]
@@ -126,6 +130,8 @@ pub struct mollis_targets2_f32 {
     pub n: usize,
     pub positions: [*const f32; 2],
     pub stride: usize,
+    pub radii: *const f32,
+    pub radius_stride: usize,
 }
 
 #[repr(C)]
@@ -134,6 +140,8 @@ pub struct mollis_targets1 {
     pub n: usize,
     pub positions: [*const f64; 1],
     pub stride: usize,
+    pub radii: *const f64,
+    pub radius_stride: usize,
 }
 
 #[repr(C)]
@@ -142,6 +150,8 @@ pub struct mollis_targets1_f32 {
     pub n: usize,
     pub positions: [*const f32; 1],
     pub stride: usize,
+    pub radii: *const f32,
+    pub radius_stride: usize,
 }
 
 #[repr(C)]
@@ -150,6 +160,8 @@ pub struct mollis_targets3 {
     pub n: usize,
     pub positions: [*const f64; 3],
     pub stride: usize,
+    pub radii: *const f64,
+    pub radius_stride: usize,
 }
 
 #[repr(C)]
@@ -158,6 +170,8 @@ pub struct mollis_targets3_f32 {
     pub n: usize,
     pub positions: [*const f32; 3],
     pub stride: usize,
+    pub radii: *const f32,
+    pub radius_stride: usize,
 }
 
 /// Where the results of a sum in the plane go: arrays as in mollis_sources2; null is not computed. All zero but the pointers: overwritten.
@@ -525,7 +539,7 @@ pub unsafe extern "C" fn mollis_field3_text_f32(
 ///
 /// Results do not depend on the number of threads, bit for bit. A refused call writes nothing (but `run->first_bad`, with
 /// MOLLIS_ERR_NOT_FINITE: sources, then targets); a stopped one has written some outputs, if these are arrays without gaps that are overwritten. Refused:
-/// MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_OVERLAP, MOLLIS_ERR_NOT_FINITE, MOLLIS_ERR_DELTA (a core radius that is not positive),
+/// MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_OVERLAP, MOLLIS_ERR_NOT_FINITE, MOLLIS_ERR_DELTA (a core radius that is not positive), MOLLIS_ERR_LENGTH_MISMATCH (targets without the core radii that `pair_radius` asks for),
 /// MOLLIS_ERR_UNSUPPORTED, MOLLIS_ERR_UNKNOWN_VALUE, MOLLIS_ERR_WORKSPACE_TOO_SMALL, MOLLIS_ERR_NOT_PREPARED and those of an unprepared kernel.
 #[cfg(feature = "double")]
 #[unsafe(no_mangle)]

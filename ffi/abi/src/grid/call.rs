@@ -9,7 +9,7 @@ use mollis_core::{Error, Real, Result};
 use super::{equation, mollis_grid2_options, mollis_mesh2};
 use crate::arrays::{Column, Extents, Points, Way, apart, fetch, gathered, gathered_column, of_structure};
 use crate::buffers::{Output, aligned, with_slack};
-use crate::field::call::read_targets;
+use crate::field::call::{Places, read_targets};
 use crate::field::{SourcesOf, TargetsOf};
 use crate::first_bad::first_bad;
 use crate::options;
@@ -82,7 +82,7 @@ where
         }
         let (n, nodes) = (sources.n, mesh.nodes());
         // SAFETY: passed on.
-        let (targets, n_targets) = unsafe { read_targets(ask.targets, n)? };
+        let Places { points: targets, n: n_targets, .. } = unsafe { read_targets(ask.targets, n)? };
         Ok(Self {
             mesh,
             equation: equation(&options)?,

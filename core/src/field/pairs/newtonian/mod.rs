@@ -29,13 +29,14 @@
 pub(super) mod inside;
 
 use super::close::step;
-use super::lanes::{Deferred, Group, List, POTENTIALS, Want, arms, distances};
+use super::lanes::{Core, Deferred, Group, List, POTENTIALS, Want, arms, cores, distances, kept, margins};
 use super::output::{Contribution, Scales};
 use super::packed::{Units, farthest, least_square_exponent, power_of_two};
 use super::tabulated::{self, Tabulated};
 use super::{Block, PairKernel, Passes};
 use crate::checked::Present;
 use crate::exec::Statistics;
+use crate::field::PairRadius;
 use crate::kernel::sphere;
 use crate::mollifier::{Blob, Mollifier, gaussian_weights};
 use crate::real::Real;
@@ -79,17 +80,8 @@ struct Each<T> {
     log_delta: T,
     /// A true length is one in units times 2 to minus this.
     position: i32,
-}
-
-/// The numbers of a source with a core radius of its own.
-#[derive(Clone, Copy)]
-struct Core<T> {
-    /// (delta / radius)^2.
-    ratio_square: T,
-    /// What its mass is multiplied by for the gradient and the density, and for the potential.
-    factors: [T; 2],
-    /// Added to S_D K, twice that in 2D.
-    offset: T,
+    /// How sources' core radii become those of pairs.
+    rule: PairRadius,
 }
 
 impl<T: Real> Each<T> {
@@ -116,6 +108,44 @@ impl<T: Real> Each<T> {
             _ => ([ratio_square * ratio, ratio], T::ZERO),
         };
         Some(Core { ratio_square, factors, offset })
+    }
+
+    /// The numbers of a source's pairs with each vector of targets, whose cores are these; `None`: some radius is too small for lanes.
+    #[inline(always)]
+    fn cores<I: Isa<T>, const D: usize, const NB: usize, const P: u8>(
+        &self,
+        isa: I,
+        of_source: T,
+        edges: &[I::V; NB],
+        has_table: bool,
+    ) -> Option<[Core<I::V>; NB]> {
+        if self.rule == PairRadius::Source {
+            return self.core::<D, P>(of_source, has_table).map(|core| core.splat(isa));
+        }
+        let least = power_of_two::<T>(1 - least_square_exponent::<T>());
+        if isa.any_below(edges, isa.splat(least)) {
+            return None;
+        }
+        let (zero, one) = (isa.splat(T::ZERO), isa.splat(T::ONE));
+        let mut cores = [Core { ratio_square: one, factors: [one; 2], offset: zero }; NB];
+        for (core, &edge) in cores.iter_mut().zip(edges) {
+            core.ratio_square = isa.div(isa.splat(self.square * self.support_square), edge);
+            if D == 2 {
+                core.factors = [core.ratio_square, one];
+                if P == POTENTIALS {
+                    let (z, e) = log_numerator(isa, isa.mul(edge, isa.splat(T::ONE / self.support_square)));
+                    let e = isa.add(e, isa.splat(T::from_i32(self.position.saturating_mul(-2))));
+                    let [value] = log(isa, [e], [isa.div(z, isa.add(isa.splat(T::TWO), z))]);
+                    let of_table = if has_table { T::TWO * self.log_delta } else { T::ZERO };
+                    core.offset = isa.sub(value, isa.splat(of_table));
+                }
+                continue;
+            }
+            let ratio = isa.sqrt(core.ratio_square);
+            core.factors =
+                if D == 1 { [ratio, isa.div(one, ratio)] } else { [isa.mul(core.ratio_square, ratio), ratio] };
+        }
+        Some(cores)
     }
 }
 
@@ -196,16 +226,20 @@ impl<'a, T: Real, const D: usize, const EACH: bool, const VECTOR: bool> PairKern
         self.blob.mollifier() == Mollifier::None
     }
 
-    /// The square below which lanes are not plainly Newtonian.
-    fn core(&self, square: T) -> T {
+    /// The square below which lanes are not plainly Newtonian: that of the support, and for single sources at least that of the least distance that lanes serve ([`edges`]).
+    fn core(&self, rule: PairRadius, square: T) -> T {
         let support = match self.blob.mollifier() {
             Mollifier::Gaussian { order } => gaussian_support::<T>(D, order),
             _ => T::ONE,
         };
-        (square * (support * support)).max(power_of_two::<T>(-least_square_exponent::<T>()))
+        let core = square * (support * support);
+        match rule {
+            PairRadius::Source => core.max(power_of_two::<T>(-least_square_exponent::<T>())),
+            _ => kept(rule, core),
+        }
     }
 
-    fn prepare(&self, units: Units<T>, potentials: bool) -> Prepared<'a, T> {
+    fn prepare(&self, units: Units<T>, rule: PairRadius, potentials: bool) -> Prepared<'a, T> {
         let blob = self.blob;
         let least = power_of_two::<T>(-least_square_exponent::<T>());
         // With core radii delta is a unit of its own.
@@ -222,7 +256,7 @@ impl<'a, T: Real, const D: usize, const EACH: bool, const VECTOR: bool> PairKern
                     support_square = support * support;
                     edge = square * support_square;
                     table = self.table.as_ref().map(|table| {
-                        let prepared = PairKernel::<T, D>::prepare(table, units, potentials);
+                        let prepared = PairKernel::<T, D>::prepare(table, units, rule, potentials);
                         let sphere = T::from_f64(sphere(D));
                         let scales = PairKernel::<T, D>::scales(table, units, 0);
                         let of_units = self.scales(units, 0);
@@ -268,6 +302,7 @@ impl<'a, T: Real, const D: usize, const EACH: bool, const VECTOR: bool> PairKern
             support_square,
             log_delta: if EACH && D == 2 && potentials { blob.delta().log() } else { T::ZERO },
             position: true_units,
+            rule,
         };
         Prepared { softened, table, has_closer, is_usual, each }
     }
@@ -309,7 +344,7 @@ impl<'a, T: Real, const D: usize, const EACH: bool, const VECTOR: bool> PairKern
         [noted, _]: &mut [Deferred; 2],
         counts: &mut Statistics,
     ) {
-        let (kernel, n) = (prepared.1, block.sources.0.len());
+        let (kernel, rule, n) = (prepared.1, prepared.0.each.rule, block.sources.0.len());
         let (mut start, mut near) = (0, 0);
         let [a, b] = block.bounds;
         if !EACH
@@ -322,7 +357,7 @@ impl<'a, T: Real, const D: usize, const EACH: bool, const VECTOR: bool> PairKern
             start = n;
         }
         while start < n {
-            start += isa.apart(FarRun::<_, _, D, NB, P, EACH, VECTOR> { kernel, block, start, noted, groups });
+            start += isa.apart(FarRun::<_, _, D, NB, P, EACH, VECTOR> { kernel, rule, block, start, noted, groups });
             if I::IN_ORDER && !noted.is_empty() {
                 add_noted::<T, I, D, NB, P, EACH, VECTOR>(isa, prepared, block, groups, noted, counts);
             }
@@ -349,15 +384,18 @@ impl<'a, T: Real, const D: usize, const EACH: bool, const VECTOR: bool> PairKern
     #[inline(always)]
     fn left_out<I: Isa<T>, const NB: usize, const P: u8>(
         isa: I,
-        (_, kernel): (&Prepared<'a, T>, &Softened<I::V>),
+        (prepared, kernel): (&Prepared<'a, T>, &Softened<I::V>),
         (source, core): (&[T; D], Option<&T>),
         groups: &[Group<I::V, D>; NB],
         _laplacian: bool,
     ) -> [u32; NB] {
         let (_, r2) = distances(isa, source, groups);
         let mut left_out = [0; NB];
-        let edge = if EACH { isa.splat(core.copied().present_or(T::ZERO)) } else { kernel.edge };
-        for (lanes, &r2) in left_out.iter_mut().zip(&r2) {
+        let mut edges = [kernel.edge; NB];
+        if EACH {
+            edges = self::edges(isa, prepared.each.rule, core.copied().present_or(T::ZERO), groups);
+        }
+        for ((lanes, &r2), &edge) in left_out.iter_mut().zip(&r2).zip(&edges) {
             *lanes = isa.bits(isa.lt(r2, edge));
         }
         left_out
@@ -423,7 +461,7 @@ impl<'a, T: Real, const D: usize, const EACH: bool, const VECTOR: bool> PairKern
             if let Some(inside) = inner.inside() {
                 inside_pairs::<T, I, D, NB, P, false>(
                     isa,
-                    inner.edge,
+                    &[inner.edge; NB],
                     inside,
                     [P == POTENTIALS, laplacian],
                     pairs,
@@ -435,7 +473,7 @@ impl<'a, T: Real, const D: usize, const EACH: bool, const VECTOR: bool> PairKern
                 let sums = (table, numbers, inner.table_scales);
                 tabulated::add_below::<T, I, D, NB, P, false>(
                     isa,
-                    inner.edge,
+                    &[inner.edge; NB],
                     sums,
                     [P == POTENTIALS, laplacian],
                     pairs,
@@ -455,6 +493,22 @@ impl<'a, T: Real, const D: usize, const EACH: bool, const VECTOR: bool> PairKern
         let blob = radius.map_or(*self.blob, |radius| self.blob.with_delta(radius));
         exact_pair(&blob, [mass, self.coefficient], x, want)
     }
+}
+
+/// The squares below which a source's pairs with each vector of targets are not plainly Newtonian.
+#[inline(always)]
+fn edges<T: Real, I: Isa<T>, const D: usize, const NB: usize>(
+    isa: I,
+    rule: PairRadius,
+    core: T,
+    groups: &[Group<I::V, D>; NB],
+) -> [I::V; NB] {
+    let mut edges = cores(isa, rule, core, groups);
+    if rule != PairRadius::Source {
+        let least = isa.splat(power_of_two::<T>(-least_square_exponent::<T>()));
+        edges.iter_mut().for_each(|edge| *edge = isa.select(isa.lt(*edge, least), least, *edge));
+    }
+    edges
 }
 
 /// A pair of a Newtonian kernel, in true units and at any distance, of a mass that is the product of two numbers.
@@ -545,15 +599,16 @@ impl<
     fn run(self, isa: I) {
         let Self { prepared: (prepared, kernel), block, groups, noted, counts } = self;
         let (inside, table) = (&kernel.inside, prepared.table.as_ref().zip(kernel.table.as_ref()));
-        let ((positions, masses), cores) = (block.sources, block.cores);
+        let ((positions, masses), of_sources) = (block.sources, block.cores);
         let mut kept = 0;
         for k in 0..noted.len() {
             let at = noted.at(k);
             let (Some(x), Some(&m)) = (positions.get(at), masses.get(at)) else { continue };
-            let (mut edge, mut core) = (kernel.edge, None);
+            let (mut edges, mut core) = ([kernel.edge; NB], None);
             if EACH {
-                let square = cores.get(at).copied().present_or(T::ZERO);
-                (edge, core) = (isa.splat(square), prepared.each.core::<D, P>(square, TABLE));
+                let square = of_sources.get(at).copied().present_or(T::ZERO);
+                edges = self::edges(isa, prepared.each.rule, square, groups);
+                core = prepared.each.cores::<I, D, NB, P>(isa, square, &edges, TABLE);
                 if core.is_none() {
                     noted.keep(kept, at);
                     kept += 1;
@@ -567,10 +622,9 @@ impl<
             let lanes = if TABLE {
                 let Some(((table, _), numbers)) = table else { continue };
                 let sums = (table, numbers, kernel.table_scales);
-                let source = (m, core.as_ref().map(|core| (core.ratio_square, core.factors, core.offset)));
-                tabulated::add_below::<T, I, D, NB, P, EACH>(isa, edge, sums, wanted, pairs, source, groups)
+                tabulated::add_below::<T, I, D, NB, P, EACH>(isa, &edges, sums, wanted, pairs, source, groups)
             } else {
-                inside_pairs::<T, I, D, NB, P, EACH>(isa, edge, inside, wanted, pairs, source, groups)
+                inside_pairs::<T, I, D, NB, P, EACH>(isa, &edges, inside, wanted, pairs, source, groups)
             };
             counts.polynomial_blocks += 1;
             for (lanes, valid) in lanes.iter().zip(block.valid) {
@@ -584,6 +638,7 @@ impl<
 /// [`far_run`] as a function of its own, from `start` on.
 struct FarRun<'a, T, V, const D: usize, const NB: usize, const P: u8, const EACH: bool, const VECTOR: bool> {
     kernel: &'a Softened<V>,
+    rule: PairRadius,
     block: &'a Block<'a, T, D>,
     start: usize,
     noted: &'a mut Deferred,
@@ -597,12 +652,12 @@ impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: u8, const EAC
 
     #[inline(always)]
     fn run(self, isa: I) -> usize {
-        let Self { kernel, block, start, noted, groups } = self;
+        let Self { kernel, rule, block, start, noted, groups } = self;
         let cores = if EACH { block.cores.get(start..).present_or(&[]) } else { &[] };
         let strengths = if VECTOR { block.strengths.get(start..).present_or(&[]) } else { &[] };
         let sources = (from(block.sources, start), cores, strengths);
         let potential = wants_potential::<D, P>(block.potential);
-        far_run::<T, I, D, NB, P, EACH, VECTOR>(isa, kernel, sources, potential, start, noted, groups)
+        far_run::<T, I, D, NB, P, EACH, VECTOR>(isa, (kernel, rule), sources, potential, start, noted, groups)
     }
 }
 
@@ -643,8 +698,8 @@ fn from<T, const D: usize>((positions, masses): List<'_, T, D>, n: usize) -> Lis
 #[inline(always)]
 fn far_run<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: u8, const EACH: bool, const VECTOR: bool>(
     isa: I,
-    kernel: &Softened<I::V>,
-    (sources, cores, strengths): (List<'_, T, D>, &[T], &[[T; D]]),
+    (kernel, rule): (&Softened<I::V>, PairRadius),
+    (sources, of_sources, strengths): (List<'_, T, D>, &[T], &[[T; D]]),
     potential: bool,
     start: usize,
     noted: &mut Deferred,
@@ -653,21 +708,25 @@ fn far_run<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: u8, con
     let (zero, one) = (isa.splat(T::ZERO), isa.splat(T::ONE));
     let mut done = 0;
     let mut local = *groups;
-    let (mut cores, mut strengths) = (cores.iter(), strengths.iter());
+    let (mut of_sources, mut strengths) = (of_sources.iter(), strengths.iter());
     for (x, &m) in sources.0.iter().zip(sources.1) {
         let (mut d, mut r2) = distances(isa, x, &local);
         let mass = isa.splat(m);
-        let edge = if EACH { isa.splat(cores.next().copied().present_or(T::ZERO)) } else { kernel.edge };
+        let mut edges = [kernel.edge; NB];
+        if EACH {
+            edges = self::edges(isa, rule, of_sources.next().copied().present_or(T::ZERO), &local);
+        }
         let mut stop = false;
-        if isa.any_below(&r2, edge) {
-            if !EACH && kernel.inside().is_some() && isa.all_below(&r2, edge) {
+        let any = if EACH { isa.any_below(&margins(isa, &r2, &edges), zero) } else { isa.any_below(&r2, kernel.edge) };
+        if any {
+            if !EACH && kernel.inside().is_some() && isa.all_below(&r2, kernel.edge) {
                 break;
             }
             noted.push(start + done);
             stop = I::IN_ORDER;
             // Lanes below the edge add nothing: d = 0, and r2 = 1 is harmless. Only the potential, log or -1/r, has no zero there.
             let mut below = [isa.lt(one, zero); NB];
-            for (below, (d, r2)) in below.iter_mut().zip(d.iter_mut().zip(&mut r2)) {
+            for ((below, &edge), (d, r2)) in below.iter_mut().zip(&edges).zip(d.iter_mut().zip(&mut r2)) {
                 *below = isa.lt(*r2, edge);
                 d.iter_mut().for_each(|d| *d = isa.select(*below, zero, *d));
                 *r2 = isa.select(*below, one, *r2);
@@ -810,55 +869,54 @@ fn near_run<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: u8, co
 #[inline(always)]
 fn inside_pairs<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: u8, const EACH: bool>(
     isa: I,
-    edge: I::V,
+    edges: &[I::V; NB],
     inside: &Inside<I::V>,
     [potential, laplacian]: [bool; 2],
     (d, r2): (&[[I::V; D]; NB], &[I::V; NB]),
-    (mass, core): (T, Option<&Core<T>>),
+    (mass, core): (T, Option<&[Core<I::V>; NB]>),
     groups: &mut [Group<I::V, D>; NB],
 ) -> [u32; NB] {
     let zero = isa.splat(T::ZERO);
-    let [of_gradient, of_potential] = match core {
-        Some(&Core { factors: [gradient, potential], .. }) if EACH => {
-            [isa.splat(mass * gradient), isa.splat(mass * potential)]
+    let mass = isa.splat(mass);
+    let (mut of_gradient, mut of_potential) = ([mass; NB], [mass; NB]);
+    if EACH && let Some(cores) = core {
+        for ((gradient, potential), core) in of_gradient.iter_mut().zip(&mut of_potential).zip(cores) {
+            (*gradient, *potential) = (isa.mul(mass, core.factors[0]), isa.mul(mass, core.factors[1]));
         }
-        _ => [isa.splat(mass); 2],
-    };
+    }
     let (mut below, mut lanes) = ([isa.lt(zero, zero); NB], [0; NB]);
     // Beyond the support powers of t might overflow, which may be trapped.
     let mut within = *r2;
-    for ((r2, below), lanes) in within.iter_mut().zip(&mut below).zip(&mut lanes) {
+    for (((r2, below), lanes), &edge) in within.iter_mut().zip(&mut below).zip(&mut lanes).zip(edges) {
         *below = isa.lt(*r2, edge);
         *lanes = isa.bits(*below);
         *r2 = isa.select(*below, *r2, edge);
     }
-    if EACH && let Some(core) = core {
-        let ratio_square = isa.splat(core.ratio_square);
-        within.iter_mut().for_each(|r2| *r2 = isa.mul(*r2, ratio_square));
+    if EACH && let Some(cores) = core {
+        within.iter_mut().zip(cores).for_each(|(r2, core)| *r2 = isa.mul(*r2, core.ratio_square));
     }
     let t = inside.t(isa, &within);
     if potential {
         let mut k = inside.potential::<T, I, D, NB>(isa, &t, &within);
         if EACH
             && D == 2
-            && let Some(core) = core
+            && let Some(cores) = core
         {
-            let offset = isa.splat(core.offset);
-            k.iter_mut().for_each(|k| *k = isa.add(*k, offset));
+            k.iter_mut().zip(cores).for_each(|(k, core)| *k = isa.add(*k, core.offset));
         }
-        for ((group, k), &below) in groups.iter_mut().zip(k).zip(&below) {
-            group.add_potential(isa, of_potential, isa.select(below, k, zero));
+        for (((group, k), &below), &mass) in groups.iter_mut().zip(k).zip(&below).zip(&of_potential) {
+            group.add_potential(isa, mass, isa.select(below, k, zero));
         }
     }
     if P != POTENTIALS || D != 2 {
         let g = inside.gradient.at::<T, I, NB, 0>(isa, &t);
-        for (((group, d), g), &below) in groups.iter_mut().zip(d).zip(g).zip(&below) {
-            group.add_gradient::<_, _, P>(isa, isa.select(below, isa.mul(of_gradient, g), zero), d);
+        for ((((group, d), g), &below), &mass) in groups.iter_mut().zip(d).zip(g).zip(&below).zip(&of_gradient) {
+            group.add_gradient::<_, _, P>(isa, isa.select(below, isa.mul(mass, g), zero), d);
         }
         if laplacian {
             let b = inside.density.at::<T, I, NB, 0>(isa, &t);
-            for (((group, b), &below), d) in groups.iter_mut().zip(b).zip(&below).zip(d) {
-                group.add_laplacian::<_, _, P>(isa, of_gradient, isa.select(below, b, zero), d);
+            for ((((group, b), &below), d), &mass) in groups.iter_mut().zip(b).zip(&below).zip(d).zip(&of_gradient) {
+                group.add_laplacian::<_, _, P>(isa, mass, isa.select(below, b, zero), d);
             }
         }
     }
