@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result, bail, ensure};
 
 use crate::{shell, symbols, tools};
 
@@ -145,18 +145,24 @@ fn templates(folder: &Path) -> Result<usize> {
 }
 
 /// Compiles every program and runs it with the arguments in `examples_c/NAME.test`, under valgrind on request. Programs of one name in several languages
-/// have to print the same.
+/// have to print the same. Those of MPI are run by [`on_ranks`].
 pub fn all(valgrind: bool) -> Result<usize> {
     tools::need(&[("gcc", "gcc")])?;
     if valgrind {
         tools::need(&[("valgrind", "valgrind")])?;
     }
     let folder = symbols::build()?;
-    let files = shell::files("examples_c", if valgrind { &["c"] } else { &["c", "cpp", "f90"] })?;
+    let mut files = shell::files("examples_c", if valgrind { &["c"] } else { &["c", "cpp", "f90"] })?;
+    // Programs of MPI are left out under valgrind, which reports much that MPI's own libraries do.
+    files.retain(|file| !(valgrind && is_mpi(file)));
     ensure!(!files.is_empty(), "examples_c holds no program");
     let mut printed = BTreeMap::new();
     for file in &files {
         let image = compile(file, &folder)?;
+        if is_mpi(file) {
+            on_ranks(file, &image)?;
+            continue;
+        }
         let mut command = if valgrind {
             let mut command = shell::program("valgrind");
             command.args(["--quiet", "--error-exitcode=9", "--leak-check=full", "--show-leak-kinds=all"]);
@@ -182,6 +188,45 @@ pub fn all(valgrind: bool) -> Result<usize> {
     Ok(files.len())
 }
 
+/// Whether a program is for several processes that exchange messages: `mpi_NAME.c`.
+fn is_mpi(file: &Path) -> bool {
+    file.file_stem().is_some_and(|name| name.to_string_lossy().starts_with("mpi_"))
+}
+
+/// Runs a program of MPI on 1, 2 and 4 ranks for each line of `examples_c/NAME.test`, `ARGUMENTS # TOLERANCE # WORD`: the lines that it prints have to be the same, up
+/// to the tolerance in numbers, and hold the word.
+fn on_ranks(file: &Path, image: &Path) -> Result<()> {
+    tools::need(&[("mpirun", "openmpi-bin")])?;
+    let tests = shell::read(&file.with_extension("test"))?;
+    for test in tests.lines() {
+        let parts: Vec<&str> = test.split('#').map(str::trim).collect();
+        let [arguments, tolerance, word] = parts[..] else { bail!("{}: {test}", shell::short(file)) };
+        let tolerance: f64 = tolerance.parse().context("not a tolerance")?;
+        let mut one = None;
+        for ranks in ["1", "2", "4"] {
+            println!("{}, {arguments}, {ranks} ranks", shell::short(file));
+            let mut command = shell::program("mpirun");
+            command.args(["--allow-run-as-root", "--oversubscribe", "-n", ranks]).arg(image);
+            let (succeeded, text) = shell::tee(command.args(arguments.split_whitespace()))?;
+            ensure!(succeeded, "{} failed on {ranks} ranks", shell::short(file));
+            ensure!(text.contains(word), "{} does not print `{word}` on {ranks} ranks", shell::short(file));
+            let one = one.get_or_insert_with(|| text.clone());
+            ensure!(is_near(one, &text, tolerance), "{}: {ranks} ranks differ from 1 rank", shell::short(file));
+        }
+    }
+    Ok(())
+}
+
+/// Whether two texts are the same but for numbers that differ by at most the tolerance, relative to those above 1.
+fn is_near(one: &str, other: &str, tolerance: f64) -> bool {
+    let same = |(a, b): (&str, &str)| match (a.parse::<f64>(), b.parse::<f64>()) {
+        (Ok(x), Ok(y)) if tolerance > 0.0 => (x - y).abs() <= tolerance * x.abs().max(1.0),
+        _ => a == b,
+    };
+    let (one, other): (Vec<&str>, Vec<&str>) = (one.split_whitespace().collect(), other.split_whitespace().collect());
+    one.len() == other.len() && one.into_iter().zip(other).all(same)
+}
+
 /// Notes what a program printed. It must be what the program of the same name in another language printed.
 fn agree(printed: &mut BTreeMap<PathBuf, (PathBuf, String)>, file: &Path, text: String) -> Result<()> {
     let (first, wanted) = printed.entry(file.with_extension("")).or_insert_with(|| (file.into(), text.clone()));
@@ -191,6 +236,7 @@ fn agree(printed: &mut BTreeMap<PathBuf, (PathBuf, String)>, file: &Path, text: 
 
 fn compile(file: &Path, folder: &Path) -> Result<PathBuf> {
     let (compiler, package, flags) = match file.extension().and_then(|e| e.to_str()) {
+        Some("c") if is_mpi(file) => ("mpicc", "libopenmpi-dev", C),
         Some("c") => ("gcc", "gcc", C),
         Some("cpp") => ("g++", "g++", CPP),
         _ => ("gfortran", "gfortran", FORTRAN),
@@ -224,7 +270,7 @@ mod tests {
     use std::collections::BTreeMap;
     use std::path::Path;
 
-    use super::agree;
+    use super::{agree, is_near};
 
     #[test]
     fn programs_of_one_name_agree() {
@@ -232,5 +278,15 @@ mod tests {
         let mut check = |file: &str, text: &str| agree(&mut printed, Path::new(file), text.into()).is_ok();
         assert!(check("a.c", "1\n") && check("b.c", "2\n") && check("a.cpp", "1\n"));
         assert!(!check("a.f90", "2\n"));
+    }
+
+    #[test]
+    fn texts_that_are_near() {
+        assert!(is_near("t 0.5 x 1e-9", "t 0.5 x 2e-9", 1e-6));
+        assert!(is_near("2000.001", "2000", 1e-6));
+        for other in ["t 0.5 x 1e-5", "t 0.5 y 1e-9", "t 0.5 x", "t 0.5 x NaN"] {
+            assert!(!is_near("t 0.5 x 1e-9", other, 1e-6), "{other}");
+        }
+        assert!(!is_near("1e-9", "1.0e-9", 0.0));
     }
 }
