@@ -146,7 +146,7 @@ pub unsafe extern "C" fn mollis_field{d}_text{f}(
 /// * Algebraic mollifiers (Plummer's and the like): c = 32, and s is the bare kernel's at the distance (r^2 + delta^2)^(1/2), for Laplacians |Laplacian|, where delta^4
 ///   of the largest coordinate is a normal number (delta above 2^-31 of it in single precision).
 ///
-/// * Second derivatives: s is the largest of the gradient factor's d |K'/r| and the Laplacian's s; c is the Laplacian's and 16 more.
+/// * Second derivatives: s is d |K'/r| and the Laplacian's s together; c = 128, and 1500 in double where a Laplacian's is 1000.
 ///
 /// Results do not depend on the number of threads, bit for bit. A refused call writes nothing (but `run->first_bad`, with
 /// MOLLIS_ERR_NOT_FINITE: sources, then targets); a stopped one has written some outputs, if these are arrays without gaps that are overwritten. Refused:
