@@ -41,8 +41,8 @@ pub trait Dispatch: Scalar {
     /// Runs `job` at `level`, or at [`Level::Portable`] if this machine lacks it.
     fn dispatch<J: Job<Self>>(level: Level, job: J) -> J::Out;
 
-    /// Runs `job` at `level`, or in AVX2's lanes at those with wider ones.
-    fn narrow<J: Job<Self>>(level: Level, job: J) -> J::Out;
+    /// Runs `job` at `level`, or in AVX2's lanes at those with wider ones; `false`: at neither, as the level is [`Level::Portable`] or this machine lacks it.
+    fn narrow<J: Job<Self, Out = ()>>(level: Level, job: J) -> bool;
 
     /// Runs `job` at [`Level::Portable`].
     fn portable<J: Job<Self>>(job: J) -> J::Out;
@@ -71,16 +71,23 @@ macro_rules! dispatch {
             }
 
             #[inline]
-            fn narrow<J: Job<Self>>(level: Level, job: J) -> J::Out {
+            fn narrow<J: Job<Self, Out = ()>>(level: Level, job: J) -> bool {
                 match level {
                     #[cfg(target_arch = "x86_64")]
-                    Level::Avx512 | Level::Avx2 => match avx2::Avx2::new() {
-                        Some(machine) => avx2::run::<$t, J>(machine, job),
-                        None => job.run(portable::Portable),
-                    },
+                    Level::Avx512 | Level::Avx2 => {
+                        let Some(machine) = avx2::Avx2::new() else { return false };
+                        avx2::run::<$t, J>(machine, job);
+                        true
+                    }
                     #[cfg(target_arch = "aarch64")]
-                    Level::Neon => job.run(neon::Neon),
-                    _ => job.run(portable::Portable),
+                    Level::Neon => {
+                        job.run(neon::Neon);
+                        true
+                    }
+                    _ => {
+                        let _ = job;
+                        false
+                    }
                 }
             }
 
@@ -107,9 +114,10 @@ impl Level {
         T::dispatch(self, job)
     }
 
-    /// Runs `job` with this level's instructions, but in lanes of at most 256 bits: for jobs that few programs run, as each level more takes time to compile.
+    /// Runs `job` with this level's instructions, but in lanes of at most 256 bits, and not at [`Level::Portable`] (`false`): for jobs that few programs run, as each level more
+    /// takes time to compile.
     #[inline]
-    pub(crate) fn run_narrow<T: Dispatch, J: Job<T>>(self, job: J) -> J::Out {
+    pub(crate) fn run_narrow<T: Dispatch, J: Job<T, Out = ()>>(self, job: J) -> bool {
         T::narrow(self, job)
     }
 }

@@ -400,11 +400,12 @@ impl<T: Real, const D: usize, K: PairKernel<T, D>, const P: u8> Pass<'_, T, D, K
     fn run(self, level: Level) {
         // A row of second derivatives needs many registers for a vector of targets, and core radii of pairs some. (Conditions that are known while it is compiled keep the
         // other branch from being compiled.)
-        let narrow = self.shared.options.pair_radius != PairRadius::Source;
-        if K::SCALAR || !ALL_LEVELS {
+        let narrow = self.shared.options.pair_radius != PairRadius::Source && level != Level::Portable;
+        if K::SCALAR || !ALL_LEVELS || const { P == HESSIANS } && level == Level::Portable {
             portable(Narrow(self));
         } else if const { P == HESSIANS } || const { K::RADII } && narrow {
-            level.run_narrow(Narrow(self));
+            let done = level.run_narrow(Narrow(self));
+            debug_assert!(done, "a level that is available");
         } else {
             level.run(self);
         }
