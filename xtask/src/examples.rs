@@ -26,13 +26,10 @@ const HPP_CLANG: &[&str] = &[
 ];
 /// Compilers and flags with which the test of mollis.hpp must compile without warnings and pass.
 const HPP_FORMS: &[(&str, &[&str], &[&str])] = &[
-    ("g++", HPP, &["-std=c++17"]),
-    ("g++", HPP, &["-std=c++20"]),
     ("g++", HPP, &["-std=c++23"]),
     ("g++", HPP, &["-std=c++17", "-fno-exceptions", "-fno-rtti"]),
     ("g++", HPP, &["-std=c++17", "-fsanitize=address,undefined", "-fno-sanitize-recover"]),
-    ("clang++", HPP_CLANG, &["-std=c++17"]),
-    ("clang++", HPP_CLANG, &["-std=c++17", "-fno-exceptions", "-fno-rtti"]),
+    ("clang++", HPP_CLANG, &["-std=c++20"]),
 ];
 /// Compiler flags for Fortran programs.
 const FORTRAN: &[&str] = &["-std=f2018", "-Wall", "-Wextra", "-Werror", "-O2", "-g"];

@@ -77,7 +77,7 @@ fn entries(prefix: &str) -> Result<Vec<Entry>> {
     }
     for library in &LIBRARIES {
         let name = library.name;
-        let built = symbols::package(library.package)?;
+        let built = symbols::packages(&[library.package])?;
         let archive = archive::closed(&built.join(format!("lib{name}.a")), &library.functions()?)?;
         all.push(Entry::copy("lib", archive)?);
         // The file name has the full version. Programs load the library by its SONAME, linkers find it by the name without a version.
