@@ -262,7 +262,9 @@ pub(in crate::field) fn margins<T: Real, I: Isa<T>, const NB: usize>(
     bounds: &[I::V; NB],
 ) -> [I::V; NB] {
     let mut margins = *r2;
-    margins.iter_mut().zip(bounds).for_each(|(margin, &bound)| *margin = isa.sub(*margin, bound));
+    for (margin, &bound) in margins.iter_mut().zip(bounds) {
+        *margin = isa.sub(*margin, bound);
+    }
     margins
 }
 

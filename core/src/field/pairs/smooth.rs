@@ -296,7 +296,9 @@ fn limit<T: Real>(square: T) -> T {
 #[inline(always)]
 fn limits<T: Real, I: Isa<T>, const NB: usize>(isa: I, squares: &[I::V; NB]) -> [I::V; NB] {
     let (mut limits, least, zero) = (*squares, isa.splat(least::<T>()), isa.splat(T::ZERO));
-    limits.iter_mut().for_each(|limit| *limit = isa.select(isa.lt(*limit, least), least, zero));
+    for limit in &mut limits {
+        *limit = isa.select(isa.lt(*limit, least), least, zero);
+    }
     limits
 }
 
@@ -347,7 +349,9 @@ impl<T: Real, I: Isa<T>, F: Form<T, D>, const D: usize, const NB: usize, const P
                 continue;
             }
             let mut sums = r2;
-            sums.iter_mut().zip(&squares).for_each(|(sum, &square)| *sum = F::sum(isa, *sum, square));
+            for (sum, &square) in sums.iter_mut().zip(&squares) {
+                *sum = F::sum(isa, *sum, square);
+            }
             if potential {
                 let values = F::potential::<I, NB>(isa, log_exponent, &squares, &r2, &sums);
                 local.iter_mut().zip(values).for_each(|(group, k)| group.add_potential(isa, mass, k));

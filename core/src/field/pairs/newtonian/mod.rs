@@ -507,7 +507,9 @@ fn edges<T: Real, I: Isa<T>, const D: usize, const NB: usize>(
     let mut edges = cores(isa, rule, core, groups);
     if NB == 1 {
         let least = isa.splat(power_of_two::<T>(-least_square_exponent::<T>()));
-        edges.iter_mut().for_each(|edge| *edge = isa.select(isa.lt(*edge, least), least, *edge));
+        for edge in &mut edges {
+            *edge = isa.select(isa.lt(*edge, least), least, *edge);
+        }
     }
     edges
 }
@@ -898,7 +900,9 @@ fn inside_pairs<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: u8
         *r2 = isa.select(*below, *r2, edge);
     }
     if EACH && let Some(cores) = core {
-        within.iter_mut().zip(cores).for_each(|(r2, core)| *r2 = isa.mul(*r2, core.ratio_square));
+        for (r2, core) in within.iter_mut().zip(cores) {
+            *r2 = isa.mul(*r2, core.ratio_square);
+        }
     }
     let t = inside.t(isa, &within);
     if potential {
@@ -907,7 +911,9 @@ fn inside_pairs<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: u8
             && D == 2
             && let Some(cores) = core
         {
-            k.iter_mut().zip(cores).for_each(|(k, core)| *k = isa.add(*k, core.offset));
+            for (k, core) in k.iter_mut().zip(cores) {
+                *k = isa.add(*k, core.offset);
+            }
         }
         for (((group, k), &below), &mass) in groups.iter_mut().zip(k).zip(&below).zip(&of_potential) {
             group.add_potential(isa, mass, isa.select(below, k, zero));
