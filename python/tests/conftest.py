@@ -1,8 +1,13 @@
+import signal
+
 import numpy as np
 import pytest
 
 import mollis
 from mollis import kernels, mollifiers
+
+# Programs that a shell starts in the background ignore Ctrl-C, and tests that press it would wait forever.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture

@@ -55,14 +55,6 @@ impl<V: Copy, const D: usize> Sums<V, D> {
     pub fn splat(value: V) -> Self {
         Self { potential: value, gradient: [value; D], laplacian: value }
     }
-
-    /// A function of two numbers, of each pair of sums.
-    #[inline(always)]
-    fn zip(&mut self, other: &mut Self, mut f: impl FnMut(&mut V, &mut V)) {
-        f(&mut self.potential, &mut other.potential);
-        self.gradient.iter_mut().zip(&mut other.gradient).for_each(|(a, b)| f(a, b));
-        f(&mut self.laplacian, &mut other.laplacian);
-    }
 }
 
 /// Sums of a vector of targets over the preceding blocks.
@@ -81,28 +73,36 @@ impl<V: Copy, const D: usize> Total<V, D> {
 
     /// Adds a block's sums.
     #[inline(always)]
-    pub fn add<T: Real, I: Isa<T, V = V>>(&mut self, isa: I, mut block: Sums<V, D>) {
-        self.sums.zip(&mut block, |sum, &mut term| *sum = isa.add(*sum, term));
+    pub fn add<T: Real, I: Isa<T, V = V>>(&mut self, isa: I, block: Sums<V, D>) {
+        let Self { sums, .. } = self;
+        sums.potential = isa.add(sums.potential, block.potential);
+        for (sum, &term) in sums.gradient.iter_mut().zip(&block.gradient) {
+            *sum = isa.add(*sum, term);
+        }
+        sums.laplacian = isa.add(sums.laplacian, block.laplacian);
     }
 
-    /// The same in double-word arithmetic: (sum, low) + term by Knuth's two-sum, then normalised.
+    /// The same in double-word arithmetic.
     #[inline(always)]
-    pub fn add_compensated<T: Real, I: Isa<T, V = V>>(&mut self, isa: I, mut block: Sums<V, D>) {
+    pub fn add_compensated<T: Real, I: Isa<T, V = V>>(&mut self, isa: I, block: Sums<V, D>) {
         let Self { sums, low } = self;
-        // The block's slots take the errors of the additions.
-        sums.zip(&mut block, |sum, term| {
-            let total = isa.add(*sum, *term);
-            let back = isa.sub(total, *sum);
-            *term = isa.add(isa.sub(*sum, isa.sub(total, back)), isa.sub(*term, back));
-            *sum = total;
-        });
-        low.zip(&mut block, |low, &mut error| *low = isa.add(*low, error));
-        sums.zip(low, |sum, low| {
-            let total = isa.add(*sum, *low);
-            *low = isa.sub(*low, isa.sub(total, *sum));
-            *sum = total;
-        });
+        add_term(isa, [&mut sums.potential, &mut low.potential], block.potential);
+        for ((sum, low), &term) in sums.gradient.iter_mut().zip(&mut low.gradient).zip(&block.gradient) {
+            add_term(isa, [sum, low], term);
+        }
+        add_term(isa, [&mut sums.laplacian, &mut low.laplacian], block.laplacian);
     }
+}
+
+/// (sum, low) + term by Knuth's two-sum, then normalised.
+#[inline(always)]
+fn add_term<T: Real, I: Isa<T>>(isa: I, [sum, low]: [&mut I::V; 2], term: I::V) {
+    let total = isa.add(*sum, term);
+    let back = isa.sub(total, *sum);
+    let error = isa.add(isa.sub(*sum, isa.sub(total, back)), isa.sub(term, back));
+    let rest = isa.add(*low, error);
+    *sum = isa.add(total, rest);
+    *low = isa.sub(rest, isa.sub(*sum, total));
 }
 
 /// Indices, within a block, of sources that need the slow path.
