@@ -296,17 +296,17 @@ private:
 };
 
 /**
- * A view of n matrices of D rows, which are beside one another.
+ * A view of n matrices of D rows, which are beside one another: a column of their first numbers.
  *
  *     std::vector<std::array<std::array<double, 2>, 2>> h;   mollis::matrices<double, 2> a(h);
  *     std::vector<double> flat(4 * n);                       mollis::matrices<double, 2> b(flat.data(), n);
  *     std::vector<body> v;                                   mollis::matrices<double, 2> c(v, &body::tide);   // double tide[2][2] or std::array
  */
-template <class T, std::size_t D> class matrices {
+template <class T, std::size_t D> class matrices : public column<T> {
 public:
   constexpr matrices() noexcept = default;
   constexpr matrices(T *first, std::size_t n, std::size_t stride_bytes = D * D * sizeof(T)) noexcept
-      : first_(first), size_(n), stride_(stride_bytes), given_(true) {}
+      : column<T>(first, n, stride_bytes) {}
   template <class C, class E = detail::element<C>, std::enable_if_t<sizeof(E) == D * D * sizeof(T) && std::is_compound_v<E>, int> = 0>
   constexpr matrices(C &&all) noexcept
       : matrices(std::size(all) == 0 ? nullptr : detail::begin(*detail::begin(*std::data(all))), std::size(all)) {}
@@ -316,17 +316,6 @@ public:
                  std::size(structures), sizeof(detail::element<C>)) {
     static_assert(sizeof(M) == D * D * sizeof(T));
   }
-
-  constexpr T *first() const noexcept { return first_; }
-  constexpr std::size_t size() const noexcept { return size_; }
-  /** Bytes from one to the next. */
-  constexpr std::size_t stride() const noexcept { return stride_; }
-  constexpr bool given() const noexcept { return given_; }
-
-private:
-  T *first_ = nullptr;
-  std::size_t size_ = 0, stride_ = D * D * sizeof(T);
-  bool given_ = false;
 };
 
 /** A reference to something that can be called, which has to live as long. Temporaries are refused by the compiler. */
@@ -598,11 +587,6 @@ public:
     for (std::size_t k = 0; k < D; ++k) axes[k] = from.axis(k);
     stride = look(from.size(), from.stride(), sizeof(T));
     if (!from.whole()) fail(MOLLIS_ERR_LENGTH_MISMATCH);
-  }
-  template <class T, std::size_t D, class S> void put(const matrices<T, D> &from, T *&first, S &stride) noexcept {
-    if (!from.given()) return;
-    first = from.first();
-    stride = look(from.size(), from.stride(), sizeof(T));
   }
   template <class T, class S> void put(const column<T> &from, T *&first, S &stride) noexcept {
     if (!from.given()) return;

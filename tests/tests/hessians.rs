@@ -208,28 +208,18 @@ struct Host;
 
 impl<T: Real, const D: usize> Interaction<T, D> for Host {
     fn value(&self, r: T) -> T {
-        r.to_f64().powi(3).exp_m1().to_real()
+        T::from_f64(r.to_f64().powi(3).exp_m1())
     }
     fn gradient_factor(&self, r: T) -> T {
         let r = r.to_f64();
-        (3.0 * r * r.powi(3).exp()).to_real()
+        T::from_f64(3.0 * r * r.powi(3).exp())
     }
     fn laplacian(&self, r: T) -> T {
         let r = r.to_f64();
-        (((D as f64 - 1.0) * 3.0 * r + 6.0 * r + 9.0 * r.powi(4)) * r.powi(3).exp()).to_real()
+        T::from_f64(((D as f64 - 1.0) * 3.0 * r + 6.0 * r + 9.0 * r.powi(4)) * r.powi(3).exp())
     }
     fn is_singular(&self) -> bool {
         false
-    }
-}
-
-trait ToReal {
-    fn to_real<T: Real>(self) -> T;
-}
-
-impl ToReal for f64 {
-    fn to_real<T: Real>(self) -> T {
-        T::from_f64(self)
     }
 }
 
