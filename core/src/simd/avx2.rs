@@ -108,6 +108,7 @@ macro_rules! common {
             #[target_feature(enable = "avx2,fma")]
             #[inline(never)]
             fn inside<P: super::lanes::Part<$t, Avx2>>(machine: Avx2, part: P) -> P::Out {
+                super::aligned_stack();
                 part.run(machine)
             }
             op!(inside(self, part))

@@ -131,6 +131,7 @@ macro_rules! common {
             #[target_feature(enable = "avx2,fma,avx512f,avx512dq,avx512bw,avx512vl")]
             #[inline(never)]
             fn inside<P: super::lanes::Part<$t, Avx512>>(machine: Avx512, part: P) -> P::Out {
+                super::aligned_stack();
                 part.run(machine)
             }
             op!(inside(self, part))

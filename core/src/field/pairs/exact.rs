@@ -2,7 +2,7 @@
 //!
 //! They may be all the pairs of a target, so they are summed in double words.
 
-use super::PairKernel;
+use super::erased::ErasedKernel;
 use super::lanes::Want;
 use super::output::Results;
 use crate::field::{PairRadius, Sources};
@@ -12,8 +12,8 @@ use crate::real::Real;
 /// many there were.
 #[cold]
 #[inline(never)]
-pub(super) fn add_pairs<T: Real, const D: usize, K: PairKernel<T, D>>(
-    kernel: &K,
+pub(super) fn add_pairs<T: Real, const D: usize>(
+    kernel: &dyn ErasedKernel<T, D>,
     want: Want,
     (targets, results): (&[[T; D]], &mut Results<T, D>),
     (sources, source): (Sources<'_, T, D>, usize),

@@ -3,11 +3,9 @@
 //! Generic code is compiled in the crate that uses it, which for the engine takes a minute. So the scalar and the dimension become values here, in a
 //! call of plain slices, and the functions that turn them into types again have none: they are compiled with this crate, once.
 
-use core::marker::PhantomData;
-
 use super::called::{Called, Radial};
 use super::newtonian::Newtonian;
-use super::smooth::{Algebraic, Plummer, Smooth, Vatistas};
+use super::smooth::{Form, Smooth};
 use super::tabulated::Tabulated;
 use super::{Call, NearCall, sums};
 use crate::error::{Error, Result};
@@ -204,26 +202,20 @@ fn of_newtonian<T: Real, const D: usize, const VECTOR: bool>(
     }
     let each = call.sources.radii.is_some();
     let largest = if each { call.sources.largest_radius() } else { blob.delta() };
-    match blob.mollifier() {
-        Mollifier::Plummer => {
-            let kernel = Smooth::<_, _, _, VECTOR> { blob, coefficient, largest, each, form: PhantomData::<Plummer> };
-            sums(potentials, &kernel, call, workspace, run)
-        }
-        Mollifier::Algebraic => {
-            let kernel = Smooth::<_, _, _, VECTOR> { blob, coefficient, largest, each, form: PhantomData::<Algebraic> };
-            sums(potentials, &kernel, call, workspace, run)
-        }
-        Mollifier::Vatistas if const { D == 2 } => {
-            let kernel = Smooth::<_, _, _, VECTOR> { blob, coefficient, largest, each, form: PhantomData::<Vatistas> };
-            sums(potentials, &kernel, call, workspace, run)
-        }
-        _ if VECTOR || each => {
-            let kernel = Newtonian::<_, _, true, VECTOR> { blob, coefficient, largest, table };
-            sums(potentials, &kernel, call, workspace, run)
-        }
-        _ => {
-            let kernel = Newtonian::<_, _, false, false> { blob, coefficient, largest: blob.delta(), table };
-            sums(potentials, &kernel, call, workspace, run)
-        }
+    if let Some(form) = Form::of(blob.mollifier(), D) {
+        return sums(
+            potentials,
+            &Smooth::<_, _, VECTOR> { blob, coefficient, largest, each, form },
+            call,
+            workspace,
+            run,
+        );
+    }
+    if VECTOR || each {
+        let kernel = Newtonian::<_, _, true, VECTOR> { blob, coefficient, largest, table };
+        sums(potentials, &kernel, call, workspace, run)
+    } else {
+        let kernel = Newtonian::<_, _, false, false> { blob, coefficient, largest: blob.delta(), table };
+        sums(potentials, &kernel, call, workspace, run)
     }
 }

@@ -1,51 +1,41 @@
 //! Sources of a block with at least one lane outside the range of the fast path.
 
 use super::close::{self, Close};
-use super::lanes::{Deferred, Group, List, Want, distances};
-use super::output::Results;
-use super::{PairKernel, Shared, exact};
-use crate::exec::Statistics;
+use super::erased::LeftOut;
+use super::lanes::{Want, distances};
+use super::{PairKernel, exact};
 use crate::real::Real;
 use crate::simd::{Isa, Part};
 
 /// Adds what they give to these lanes: in closer units, or one pair after the other. A function of its own, as it is seldom needed.
-pub(super) struct LeftOut<'a, T: Real, V: Copy, const D: usize, const NB: usize, K: PairKernel<T, D>, const P: u8> {
-    pub shared: &'a Shared<'a, T, D, K>,
+pub(super) struct AddLeftOut<'a, T: Real, V: Copy, const D: usize, const NB: usize, K: PairKernel<T, D>, const P: u8> {
+    pub kernel: &'a K,
+    pub prepared: &'a K::Prepared,
+    /// The same in the units of close pairs.
+    pub closer: &'a [Option<K::Prepared>; close::RESCALINGS],
     pub lanes: &'a K::Lanes<V>,
-    pub want: Want,
-    /// The targets of the register block, their core radii if a pair's depends on them, and what pairs one by one give to them.
-    pub targets: (&'a [[T; D]], &'a [T], &'a mut Results<T, D>),
-    /// The sources of the block, and their numbers among the caller's.
-    pub sources: List<'a, T, D>,
-    pub cores: &'a [T],
-    pub origins: &'a [u32],
-    pub noted: &'a mut [Deferred; 2],
-    /// Made when it is needed.
-    pub close: &'a mut Option<Close<V, D, NB>>,
-    pub groups: &'a [Group<V, D>; NB],
-    pub valid: &'a [u32; NB],
-    pub counts: &'a mut Statistics,
+    pub left_out: LeftOut<'a, T, V, D, NB>,
 }
 
 impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, K: PairKernel<T, D>, const P: u8> Part<T, I>
-    for LeftOut<'_, T, I::V, D, NB, K, P>
+    for AddLeftOut<'_, T, I::V, D, NB, K, P>
 {
     type Out = ();
 
     #[inline(always)]
     fn run(self, isa: I) {
-        let Self { shared, lanes, want, targets, sources, cores, origins, noted, close, groups, valid, counts } = self;
+        let Self { kernel, prepared, closer: of_levels, lanes, left_out } = self;
+        let LeftOut { shared, want, targets, sources, cores, origins, noted, close, groups, valid, counts } = left_out;
         let (targets, radii, results) = targets;
-        let (mut closer, has_closer) = ([const { None }; close::RESCALINGS], shared.closer[0].is_some());
-        let singular = shared.kernel.is_singular();
+        let (mut closer, has_closer) = ([const { None }; close::RESCALINGS], of_levels[0].is_some());
+        let singular = kernel.is_singular();
         for (list, laplacian) in noted.iter_mut().zip([false, true]) {
             let want = if laplacian { Want { potential: false, gradient: false, ..want } } else { want };
             for at in list.take() {
                 let (Some(x), Some(&mass)) = (sources.0.get(at), sources.1.get(at)) else { continue };
                 let origin = origins.get(at).map_or(usize::MAX, |&origin| origin as usize);
                 if singular {
-                    let lanes =
-                        K::left_out::<I, NB, P>(isa, (shared.prepared, lanes), (x, cores.get(at)), groups, laplacian);
+                    let lanes = K::left_out::<I, NB, P>(isa, (prepared, lanes), (x, cores.get(at)), groups, laplacian);
                     // Where no bit of a coordinate was lost by the change of units, who coincides there coincides.
                     let is_exact = x.iter().all(|x| x.abs() > T::MIN_POSITIVE.ldexp(T::DIGITS as i32));
                     let (mut pairs, mut others) = (0, !is_exact);
@@ -65,7 +55,7 @@ impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, K: PairKernel<T, D>, c
                 }
                 let left_out = if !laplacian && has_closer {
                     if closer[0].is_none() {
-                        for (to, prepared) in closer.iter_mut().zip(shared.closer) {
+                        for (to, prepared) in closer.iter_mut().zip(of_levels) {
                             if let Some(prepared) = prepared {
                                 *to = Some((prepared, K::lanes(prepared, isa)));
                             }
@@ -81,7 +71,7 @@ impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, K: PairKernel<T, D>, c
                     }
                     left
                 } else {
-                    K::left_out::<I, NB, P>(isa, (shared.prepared, lanes), (x, cores.get(at)), groups, laplacian)
+                    K::left_out::<I, NB, P>(isa, (prepared, lanes), (x, cores.get(at)), groups, laplacian)
                 };
                 if left_out.iter().all(|&lanes| lanes == 0) {
                     continue;

@@ -14,6 +14,7 @@
 //!
 //! * [`packed`]: sources without the massless ones, in units in which nothing overflows, with the bounds of each block;
 //! * [`lanes`]: a register block of targets, its sums, and what is common to all kernels;
+//! * [`erased`], [`ready`], [`passes`]: the loops, compiled once for all kernels, and how they call one; [`near`], [`near_sums`]: those over nearby pairs alone;
 //! * [`newtonian`], [`smooth`], [`tabulated`], [`called`]: the kernels, each an implementation of [`PairKernel`];
 //! * [`left_out`], [`close`], [`exact`]: pairs outside the range of the fast path;
 //! * [`output`]: from sums in units to results.
@@ -44,6 +45,7 @@
 
 mod called;
 mod close;
+mod erased;
 mod exact;
 #[cfg(feature = "small")]
 mod firmware;
@@ -51,9 +53,12 @@ mod instances;
 mod lanes;
 mod left_out;
 mod near;
+mod near_sums;
 mod newtonian;
 mod output;
 mod packed;
+mod passes;
+mod ready;
 #[cfg(any(test, feature = "small"))]
 mod single;
 mod smooth;
@@ -63,29 +68,27 @@ mod tabulated;
 pub(super) use firmware::evaluate;
 #[cfg(not(feature = "small"))]
 pub(super) use instances::{ErasedCall, Sum, erased, evaluate, in_double, in_single};
-pub(in crate::field) use near::{Groups, NearCall};
+pub(in crate::field) use near::NearCall;
 pub(in crate::field) use packed::{Packed, Units, power_of_two_pair};
 #[cfg(not(feature = "small"))]
 pub(in crate::field) use {
-    near::{Near, Task},
+    near::{Groups, Near, Task},
     newtonian::support,
     packed::largest,
 };
 
-use core::sync::atomic::{AtomicUsize, Ordering};
-
-use super::{Accumulation, Options, Outputs, PairRadius, Sources};
+use super::{Options, Outputs, PairRadius, Sources};
 use crate::checked::Present;
 use crate::error::{Error, Result};
 use crate::exec::{Chunks, Run, Statistics, par_chunks};
 use crate::memory::{Carve, Measure};
 use crate::real::Real;
-use crate::simd::{BlockJob, Isa, Job, Level, portable};
-use close::{Close, FinishBlock};
-use lanes::{Bounds, Deferred, GRADIENTS, Group, HESSIANS, List, POTENTIALS, Sums, Total, Want, kept, valid_lanes};
-use left_out::LeftOut;
-use output::{Contribution, Results, Scales, Writer};
-use packed::{Class, Targets};
+use crate::simd::Isa;
+use erased::{ErasedKernel, Shared, Tally};
+use lanes::{Bounds, Deferred, Group, List, Want, kept};
+use output::{Contribution, Scales};
+use passes::passes;
+use ready::Ready;
 
 /// Targets of one task: a multiple of every register block, so that blocks, and with them the bits of the results, do not depend on who
 /// runs them.
@@ -233,14 +236,29 @@ fn sums<T: Real, const D: usize, K: PairKernel<T, D>>(
     workspace: &mut [u8],
     run: &mut Run<'_>,
 ) -> Result<()> {
+    let [coordinate, mass] = call.sources.largest(1);
+    let units = call.near.as_ref().map(|near| near.method.units());
+    let units = units.unwrap_or_else(|| Units::of([coordinate.max(kernel.length()), mass], call.targets));
+    let (rule, potential) = (call.options.pair_radius, call.outputs.potential.is_some());
+    let prepared = kernel.prepare(units, rule, potential);
+    let closer = close::prepare(kernel, (units, rule, potential), &prepared);
+    let ready = Ready { kernel, prepared: &prepared, closer: &closer };
+    erased_sums(potentials, (&ready, units), call, workspace, run)
+}
+
+/// The same of a kernel in units.
+fn erased_sums<T: Real, const D: usize>(
+    potentials: bool,
+    (kernel, units): (&dyn ErasedKernel<T, D>, Units<T>),
+    call: Call<'_, T, D>,
+    workspace: &mut [u8],
+    run: &mut Run<'_>,
+) -> Result<()> {
     let Call { options, sources, targets, outputs, near } = call;
     if let Some(near) = near {
         let call = Call { options, sources, targets, outputs, near: None };
-        return near::sums(potentials, kernel, call, near, workspace, run);
+        return near_sums::sums(potentials, (kernel, units), call, near, workspace, run);
     }
-    let wanted = outputs.wanted();
-    let [coordinate, mass] = sources.largest(1);
-    let units = Units::of([coordinate.max(kernel.length()), mass], targets);
     let extras = [sources.radii.is_some(), sources.strengths.is_some()];
     let mut packed = Packed::<T, D>::layout(&mut Carve::reopen(workspace)?, sources.positions.len(), extras)?;
     let rule = options.pair_radius;
@@ -252,19 +270,7 @@ fn sums<T: Real, const D: usize, K: PairKernel<T, D>>(
         outputs.hessian.map(|h| Chunks::new(h, TASK)),
     );
     let tally = Tally::default();
-    let prepared = kernel.prepare(units, rule, wanted.potential);
-    let closer = close::prepare(kernel, (units, rule, wanted.potential), &prepared);
-    let shared = Shared {
-        kernel,
-        prepared: &prepared,
-        closer: &closer,
-        packed: &packed,
-        units,
-        options,
-        sources,
-        ordered: false,
-        tally: &tally,
-    };
+    let shared = Shared { kernel, packed: &packed, units, options, sources, ordered: false, tally: &tally };
     let (level, should_stop) = (run.level, run.should_stop);
     par_chunks(
         run.executor,
@@ -290,288 +296,4 @@ fn sums<T: Real, const D: usize, K: PairKernel<T, D>>(
         counters.add(&Statistics { pairs, massless_sources: massless, ..tally.counters() });
     }
     Ok(())
-}
-
-/// Computes the outputs that are there, in the passes of the kernel. With the targets come their core radii, where a pair's depends on them.
-fn passes<T: Real, const D: usize, K: PairKernel<T, D>>(
-    shared: &Shared<'_, T, D, K>,
-    targets: (&[[T; D]], &[T]),
-    outputs: Outputs<'_, T, D>,
-    groups: Option<Groups<'_>>,
-    level: Level,
-) {
-    let Outputs { potential, gradient, laplacian, hessian } = outputs;
-    let first = gradient.is_some() || laplacian.is_some();
-    let mut counted = potential.is_none() && !first;
-    // The constant conditions keep bodies that are never called from being compiled.
-    if const { D > 1 && !matches!(K::PASSES, Passes::None) }
-        && let Some(hessian) = hessian
-    {
-        for row in 0..D - 1 {
-            let outputs = Outputs { hessian: Some(&mut *hessian), ..Outputs::default() };
-            Pass::<T, D, K, HESSIANS> { shared, targets, outputs, row, groups, counted }.run(level);
-            counted = false;
-        }
-        if potential.is_none() && !first {
-            return;
-        }
-    }
-    let hessian = None;
-    if const { matches!(K::PASSES, Passes::One) } || K::PASSES == Passes::Together && potential.is_some() {
-        let outputs = Outputs { potential, gradient, laplacian, hessian };
-        Pass::<T, D, K, POTENTIALS> { shared, targets, outputs, row: 0, groups, counted: true }.run(level);
-        return;
-    }
-    if first {
-        let outputs = Outputs { potential: None, gradient, laplacian, hessian };
-        Pass::<T, D, K, GRADIENTS> { shared, targets, outputs, row: 0, groups, counted: true }.run(level);
-    }
-    if const { !matches!(K::PASSES, Passes::None) } && potential.is_some() {
-        let outputs = Outputs { potential, ..Outputs::default() };
-        Pass::<T, D, K, POTENTIALS> { shared, targets, outputs, row: 0, groups, counted: !first }.run(level);
-    }
-}
-
-/// What a task counts, added up over the tasks.
-#[derive(Debug, Default)]
-struct Tally {
-    near: AtomicUsize,
-    polynomial: AtomicUsize,
-    all_near: AtomicUsize,
-    scaled: AtomicUsize,
-    beyond: AtomicUsize,
-}
-
-impl Tally {
-    fn add(&self, counts: &Statistics) {
-        self.near.fetch_add(counts.near_pairs as usize, Ordering::Relaxed);
-        self.polynomial.fetch_add(counts.polynomial_blocks as usize, Ordering::Relaxed);
-        self.all_near.fetch_add(counts.all_near_blocks as usize, Ordering::Relaxed);
-        self.scaled.fetch_add(counts.scaled_pairs as usize, Ordering::Relaxed);
-        self.beyond.fetch_add(counts.beyond_reach as usize, Ordering::Relaxed);
-    }
-
-    fn counters(&self) -> Statistics {
-        let value = |count: &AtomicUsize| count.load(Ordering::Relaxed) as u64;
-        Statistics {
-            near_pairs: value(&self.near),
-            polynomial_blocks: value(&self.polynomial),
-            all_near_blocks: value(&self.all_near),
-            scaled_pairs: value(&self.scaled),
-            beyond_reach: value(&self.beyond),
-            ..Statistics::default()
-        }
-    }
-}
-
-/// What all tasks of a sum share.
-struct Shared<'a, T: Real, const D: usize, K: PairKernel<T, D>> {
-    kernel: &'a K,
-    prepared: &'a K::Prepared,
-    /// The same in the units of close pairs.
-    closer: &'a [Option<K::Prepared>; close::RESCALINGS],
-    packed: &'a Packed<'a, T, D>,
-    units: Units<T>,
-    options: &'a Options,
-    sources: Sources<'a, T, D>,
-    /// Whether another module has packed the sources, whose masses then need not be the caller's.
-    ordered: bool,
-    tally: &'a Tally,
-}
-
-/// Whether passes are compiled for each level. In the crate's unit tests only for one, as `core/tests/levels` and the package `tests` run all.
-const ALL_LEVELS: bool = cfg!(not(test));
-
-/// One pass of a task over the outputs that are there, of kind `P`.
-struct Pass<'a, T: Real, const D: usize, K: PairKernel<T, D>, const P: u8> {
-    shared: &'a Shared<'a, T, D, K>,
-    /// The targets, and their core radii where a pair's depends on them.
-    targets: (&'a [[T; D]], &'a [T]),
-    outputs: Outputs<'a, T, D>,
-    /// Which row of the second derivatives.
-    row: usize,
-    /// Which targets meet which sources; `None`: all meet all.
-    groups: Option<Groups<'a>>,
-    /// Whether its pairs are counted: those of a second pass are the same.
-    counted: bool,
-}
-
-impl<T: Real, const D: usize, K: PairKernel<T, D>, const P: u8> Pass<'_, T, D, K, P> {
-    fn run(self, level: Level) {
-        // A row of second derivatives needs many registers for a vector of targets, and core radii of pairs some. (Conditions that are known while it is compiled keep the
-        // other branch from being compiled.)
-        let narrow = self.shared.options.pair_radius != PairRadius::Source && level != Level::Portable;
-        if K::SCALAR || !ALL_LEVELS || const { P == HESSIANS } && level == Level::Portable {
-            portable(Narrow(self));
-        } else if const { P == HESSIANS } || const { K::RADII } && narrow {
-            let done = level.run_narrow(Narrow(self));
-            debug_assert!(done, "a level that is available");
-        } else {
-            level.run(self);
-        }
-    }
-}
-
-impl<T: Real, const D: usize, K: PairKernel<T, D>, const P: u8> Job<T> for Pass<'_, T, D, K, P> {
-    type Out = ();
-
-    #[inline(always)]
-    fn run<I: Isa<T>>(self, isa: I) {
-        isa.in_blocks(self);
-    }
-}
-
-/// A pass with one vector of targets at a time.
-struct Narrow<J>(J);
-
-impl<T: Real, J: BlockJob<T>> Job<T> for Narrow<J> {
-    type Out = J::Out;
-
-    #[inline(always)]
-    fn run<I: Isa<T>>(self, isa: I) -> J::Out {
-        self.0.run::<I, 1>(isa)
-    }
-}
-
-impl<T: Real, const D: usize, K: PairKernel<T, D>, const P: u8> BlockJob<T> for Pass<'_, T, D, K, P> {
-    type Out = ();
-
-    #[inline(always)]
-    fn run<I: Isa<T>, const NB: usize>(self, isa: I) {
-        let Pass { shared, targets: (targets, radii), mut outputs, row, groups, counted } = self;
-        let lanes = K::lanes(shared.prepared, isa);
-        let mut counts = Statistics::default();
-        let mut results = Results::ZERO;
-        let want = Want {
-            potential: outputs.potential.is_some(),
-            gradient: outputs.gradient.is_some() || P == HESSIANS,
-            laplacian: outputs.laplacian.is_some() || P == HESSIANS,
-            row: (P == HESSIANS).then_some(row),
-        };
-        for (range, ranges) in near::each_group(groups, targets.len()) {
-            let targets = targets.get(range.clone()).present_or(&[]);
-            let mut radii = if radii.is_empty() { &[] } else { radii.get(range.start..).present_or(&[]) };
-            let outputs = near::part(&mut outputs, range);
-            let mut writer = Writer::new(outputs, shared.options.combination, row, groups.is_some());
-            for targets in targets.chunks(NB * I::LANES) {
-                results.clear(targets.len());
-                let (of_block, others) = radii.split_at_checked(targets.len()).unwrap_or((radii, &[]));
-                radii = others;
-                for (number, class) in shared.packed.classes() {
-                    let totals = class_sums::<T, I, D, NB, K, P>(
-                        isa,
-                        shared,
-                        &lanes,
-                        want,
-                        (targets, of_block, &mut results),
-                        (number, &class, ranges),
-                        &mut counts,
-                    );
-                    let scales = scales::<T, D, K, P>(shared.kernel, shared.units, number);
-                    output::add(isa, (&mut results, targets.len()), &totals, &scales);
-                }
-                writer.write(results.finish(targets.len()));
-            }
-        }
-        if counted {
-            shared.tally.add(&counts);
-        }
-    }
-}
-
-/// [`PairKernel::scales`] for a pass of kind `P`.
-#[inline(always)]
-fn scales<T: Real, const D: usize, K: PairKernel<T, D>, const P: u8>(
-    kernel: &K,
-    units: Units<T>,
-    class: usize,
-) -> Scales<T> {
-    let scales = kernel.scales(units, class);
-    // Second derivatives are of the Laplacian's size.
-    if P == HESSIANS { Scales { gradient: scales.laplacian, ..scales } } else { scales }
-}
-
-/// The sums over the sources of a class, or those of some ranges, for one register block of targets, in units. What the kernel leaves out goes to `results`.
-#[inline(always)]
-fn class_sums<T: Real, I: Isa<T>, const D: usize, const NB: usize, K: PairKernel<T, D>, const P: u8>(
-    isa: I,
-    shared: &Shared<'_, T, D, K>,
-    lanes: &K::Lanes<I::V>,
-    want: Want,
-    (targets, radii, results): (&[[T; D]], &[T], &mut Results<T, D>),
-    (number, class, ranges): (usize, &Class<'_, T, D>, Option<&[[u32; 2]]>),
-    counts: &mut Statistics,
-) -> [Total<I::V, D>; NB] {
-    let zero = isa.splat(T::ZERO);
-    let mut axis = [zero; D];
-    if let Some(axis) = want.row.and_then(|row| axis.get_mut(row)) {
-        *axis = isa.splat(T::ONE);
-    }
-    let mut groups = [Group { x: [zero; D], axis, core: zero, sums: Sums::splat(zero) }; NB];
-    let mut valid = [0; NB];
-    let in_units = Targets::new(shared.units, targets, NB * I::LANES);
-    for (v, group) in groups.iter_mut().enumerate() {
-        group.x = in_units.vector(isa, v);
-    }
-    if !radii.is_empty() {
-        let rule = shared.options.pair_radius;
-        let cores = Targets::<T, D>::cores(shared.units, radii, &|square| shared.kernel.core(rule, square));
-        for (v, group) in groups.iter_mut().enumerate() {
-            if let Some(lanes) = cores.get(v * I::LANES..).and_then(|lanes| lanes.first_chunk()) {
-                group.core = isa.load(lanes);
-            }
-        }
-    }
-    for (valid, targets) in valid.iter_mut().zip(targets.chunks(I::LANES)) {
-        *valid = valid_lanes(targets.len());
-    }
-    let compensated = shared.options.accumulation == Accumulation::Compensated;
-    let each = if compensated { SHORT_BLOCK } else { BLOCK };
-    let mut totals = [Total::splat(zero); NB];
-    let mut noted = [Deferred::new(), Deferred::new()];
-    let mut close = None;
-    let prepared = (shared.prepared, lanes);
-    for (start, source_bounds, (positions, masses)) in class.blocks(ranges) {
-        for (k, sources) in positions.chunks(each).zip(masses.chunks(each)).enumerate() {
-            let Want { potential, laplacian, .. } = want;
-            let cores = if class.cores.is_empty() { &[] } else { class.cores.get(start + k * each..).present_or(&[]) };
-            let strengths =
-                if class.strengths.is_empty() { &[] } else { class.strengths.get(start + k * each..).present_or(&[]) };
-            let bounds = [&source_bounds, &in_units.bounds];
-            let block = Block { sources, cores, strengths, bounds, potential, laplacian, valid: &valid };
-            K::add_block::<I, NB, P>(isa, prepared, &block, &mut groups, &mut noted, counts);
-            if noted.iter().any(|list| !list.is_empty()) {
-                isa.apart(LeftOut::<T, I::V, D, NB, K, P> {
-                    shared,
-                    lanes,
-                    want,
-                    targets: (targets, radii, &mut *results),
-                    sources,
-                    cores,
-                    origins: class.origins.get(start + k * each..).present_or(&[]),
-                    noted: &mut noted,
-                    close: &mut close,
-                    groups: &groups,
-                    valid: &valid,
-                    counts,
-                });
-            }
-            for (total, group) in totals.iter_mut().zip(&mut groups) {
-                if compensated {
-                    total.add_compensated(isa, group.sums);
-                } else {
-                    total.add(isa, group.sums);
-                }
-                group.sums = Sums::splat(zero);
-            }
-            if let Some(close) = &mut close {
-                isa.apart(FinishBlock { close, compensated });
-            }
-        }
-    }
-    for (level, totals) in close.iter().flat_map(Close::totals).enumerate() {
-        let scales = scales::<T, D, K, P>(shared.kernel, close::units_of(shared.units, level + 1), number);
-        output::add(isa, (&mut *results, targets.len()), totals, &scales);
-    }
-    totals
 }

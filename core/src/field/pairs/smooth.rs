@@ -17,8 +17,6 @@
 //! c = 32. The scale is that of the bare kernel at the distance q^(1/2) (2D: |K| + 1 / (2 pi)), for the density its own value, as long as delta^4 in units
 //! is a normal number (test `softenings`).
 
-use core::marker::PhantomData;
-
 use super::lanes::{Deferred, Group, POTENTIALS, Want, arms, cores, distances, margins};
 use super::newtonian::{exact_pair, newtonian_scales, outside_gradient, outside_potential, passes, wants_potential};
 use super::output::{Contribution, Scales};
@@ -27,188 +25,164 @@ use super::{Block, PairKernel, Passes};
 use crate::checked::Present;
 use crate::exec::Statistics;
 use crate::field::PairRadius;
-use crate::mollifier::Blob;
+use crate::mollifier::{Blob, Mollifier};
 use crate::real::Real;
-use crate::simd::{Isa, Part, log, log_numerator};
+use crate::simd::{Isa, Part};
 
-/// An algebraic mollifier in lanes, in units; `square` is delta^2.
-pub(in crate::field) trait Form<T: Real, const D: usize>: Sync {
-    /// The distance's square that the other functions take, q or w.
-    fn sum<I: Isa<T>>(isa: I, r2: I::V, square: I::V) -> I::V;
-    /// m S_D g.
-    fn gradient<I: Isa<T>, const NB: usize>(isa: I, mass: I::V, squares: &[I::V; NB], sums: &[I::V; NB]) -> [I::V; NB];
-    /// S_D K, twice that in 2D.
-    fn potential<I: Isa<T>, const NB: usize>(
+/// An algebraic mollifier. Which one is asked for each source, in a branch that is always the same: a loop for each would take three times as long to compile.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::field) enum Form {
+    /// [`Mollifier::Plummer`].
+    Plummer,
+    /// [`Mollifier::Algebraic`].
+    Algebraic,
+    /// [`Mollifier::Vatistas`], in the plane.
+    Vatistas,
+}
+
+impl Form {
+    /// Of a mollifier, if it is an algebraic one of this dimension.
+    pub fn of(mollifier: Mollifier, dimension: usize) -> Option<Self> {
+        match mollifier {
+            Mollifier::Plummer => Some(Self::Plummer),
+            Mollifier::Algebraic => Some(Self::Algebraic),
+            Mollifier::Vatistas if dimension == 2 => Some(Self::Vatistas),
+            _ => None,
+        }
+    }
+
+    /// Whether it is the one of the plane, known while compiling elsewhere.
+    #[inline(always)]
+    fn is_vatistas<const D: usize>(self) -> bool {
+        D == 2 && self == Self::Vatistas
+    }
+
+    /// The distances' squares that the other functions take, q or w.
+    #[inline(always)]
+    fn sums<T: Real, I: Isa<T>, const D: usize, const NB: usize>(
+        self,
         isa: I,
-        log_exponent: I::V,
-        squares: &[I::V; NB],
         r2: &[I::V; NB],
-        sums: &[I::V; NB],
-    ) -> [I::V; NB];
-    /// m S_D psi, from m S_D g.
-    fn density<I: Isa<T>, const NB: usize>(isa: I, mass: I::V, squares: &[I::V; NB], sums: &[I::V; NB]) -> [I::V; NB];
-}
-
-/// [`crate::mollifier::Mollifier::Plummer`].
-pub(in crate::field) struct Plummer;
-/// [`crate::mollifier::Mollifier::Algebraic`].
-pub(in crate::field) struct Algebraic;
-/// [`crate::mollifier::Mollifier::Vatistas`].
-pub(in crate::field) struct Vatistas;
-
-/// The bare kernel's potential at the distances q^(1/2).
-#[inline(always)]
-fn bare_potential<T: Real, I: Isa<T>, const D: usize, const NB: usize>(
-    isa: I,
-    log_exponent: I::V,
-    sums: &[I::V; NB],
-) -> [I::V; NB] {
-    if D == 1 {
-        let mut roots = *sums;
-        roots.iter_mut().for_each(|root| *root = isa.sqrt(*root));
-        return roots;
-    }
-    outside_potential::<T, I, D, NB>(isa, log_exponent, &[[isa.splat(T::ZERO); D]; NB], sums)
-}
-
-impl<T: Real, const D: usize> Form<T, D> for Plummer {
-    #[inline(always)]
-    fn sum<I: Isa<T>>(isa: I, r2: I::V, square: I::V) -> I::V {
-        isa.add(r2, square)
-    }
-
-    #[inline(always)]
-    fn gradient<I: Isa<T>, const NB: usize>(isa: I, mass: I::V, _: &[I::V; NB], sums: &[I::V; NB]) -> [I::V; NB] {
-        outside_gradient::<T, I, D, NB>(isa, mass, sums)
-    }
-
-    #[inline(always)]
-    fn potential<I: Isa<T>, const NB: usize>(
-        isa: I,
-        log_exponent: I::V,
-        _: &[I::V; NB],
-        _: &[I::V; NB],
-        sums: &[I::V; NB],
-    ) -> [I::V; NB] {
-        bare_potential::<T, I, D, NB>(isa, log_exponent, sums)
-    }
-
-    #[inline(always)]
-    fn density<I: Isa<T>, const NB: usize>(isa: I, mass: I::V, squares: &[I::V; NB], sums: &[I::V; NB]) -> [I::V; NB] {
-        let mut values = outside_gradient::<T, I, D, NB>(isa, mass, sums);
-        let times = isa.splat(T::from_usize(D));
-        for ((value, &q), &square) in values.iter_mut().zip(sums).zip(squares) {
-            *value = isa.mul(*value, isa.mul(times, isa.div(square, q)));
-        }
-        values
-    }
-}
-
-impl<T: Real, const D: usize> Form<T, D> for Algebraic {
-    #[inline(always)]
-    fn sum<I: Isa<T>>(isa: I, r2: I::V, square: I::V) -> I::V {
-        isa.add(r2, square)
-    }
-
-    #[inline(always)]
-    fn gradient<I: Isa<T>, const NB: usize>(isa: I, mass: I::V, squares: &[I::V; NB], sums: &[I::V; NB]) -> [I::V; NB] {
-        let mut values = outside_gradient::<T, I, D, NB>(isa, mass, sums);
-        let shares = isa.quotients(isa.splat(T::from_usize(D) * T::HALF), *sums);
-        for ((value, &share), &square) in values.iter_mut().zip(&shares).zip(squares) {
-            *value = isa.mul_add(*value, isa.mul(square, share), *value);
-        }
-        values
-    }
-
-    #[inline(always)]
-    fn potential<I: Isa<T>, const NB: usize>(
-        isa: I,
-        log_exponent: I::V,
         squares: &[I::V; NB],
-        _: &[I::V; NB],
-        sums: &[I::V; NB],
     ) -> [I::V; NB] {
-        let mut values = bare_potential::<T, I, D, NB>(isa, log_exponent, sums);
-        for ((value, &q), &square) in values.iter_mut().zip(sums).zip(squares) {
-            let share = isa.div(square, q);
-            let half = isa.mul(share, isa.splat(T::HALF));
-            *value = match D {
-                1 => isa.neg_mul_add(*value, half, *value),
-                2 => isa.sub(*value, share),
-                _ => isa.mul_add(*value, half, *value),
+        let mut sums = *r2;
+        for (sum, &square) in sums.iter_mut().zip(squares) {
+            *sum = if self.is_vatistas::<D>() {
+                isa.mul_add(*sum, *sum, isa.mul(square, square))
+            } else {
+                isa.add(*sum, square)
             };
         }
-        values
+        sums
     }
 
+    /// m S_D g.
     #[inline(always)]
-    fn density<I: Isa<T>, const NB: usize>(isa: I, mass: I::V, squares: &[I::V; NB], sums: &[I::V; NB]) -> [I::V; NB] {
+    fn gradient<T: Real, I: Isa<T>, const D: usize, const NB: usize>(
+        self,
+        isa: I,
+        mass: I::V,
+        squares: &[I::V; NB],
+        sums: &[I::V; NB],
+    ) -> [I::V; NB] {
+        if self.is_vatistas::<D>() {
+            let mut values = isa.inverse_roots(*sums);
+            values.iter_mut().for_each(|value| *value = isa.mul(mass, *value));
+            return values;
+        }
         let mut values = outside_gradient::<T, I, D, NB>(isa, mass, sums);
-        let times = isa.splat(T::from_usize(D * (D + 2)) * T::HALF);
-        for ((value, &q), &square) in values.iter_mut().zip(sums).zip(squares) {
-            let share = isa.div(square, q);
-            *value = isa.mul(*value, isa.mul(times, isa.mul(share, share)));
+        if self == Self::Algebraic {
+            let shares = isa.quotients(isa.splat(T::from_usize(D) * T::HALF), *sums);
+            for ((value, &share), &square) in values.iter_mut().zip(&shares).zip(squares) {
+                *value = isa.mul_add(*value, isa.mul(square, share), *value);
+            }
         }
         values
     }
-}
 
-impl<T: Real, const D: usize> Form<T, D> for Vatistas {
+    /// S_D K, twice that in 2D.
     #[inline(always)]
-    fn sum<I: Isa<T>>(isa: I, r2: I::V, square: I::V) -> I::V {
-        isa.mul_add(r2, r2, isa.mul(square, square))
-    }
-
-    #[inline(always)]
-    fn gradient<I: Isa<T>, const NB: usize>(isa: I, mass: I::V, _: &[I::V; NB], sums: &[I::V; NB]) -> [I::V; NB] {
-        let mut values = isa.inverse_roots(*sums);
-        values.iter_mut().for_each(|value| *value = isa.mul(mass, *value));
-        values
-    }
-
-    #[inline(always)]
-    fn potential<I: Isa<T>, const NB: usize>(
+    fn potential<T: Real, I: Isa<T>, const D: usize, const NB: usize>(
+        self,
         isa: I,
         log_exponent: I::V,
-        _: &[I::V; NB],
+        squares: &[I::V; NB],
         r2: &[I::V; NB],
         sums: &[I::V; NB],
     ) -> [I::V; NB] {
-        let (half, two) = (isa.splat(T::HALF), isa.splat(T::TWO));
-        let (mut values, mut e) = (*sums, *sums);
-        for ((z, e), &r2) in values.iter_mut().zip(&mut e).zip(r2) {
-            (*z, *e) = log_numerator(isa, isa.mul(half, isa.add(r2, isa.sqrt(*z))));
-            *e = isa.add(*e, log_exponent);
+        let mut values = *sums;
+        if D == 1 {
+            values.iter_mut().for_each(|root| *root = isa.sqrt(*root));
+        } else {
+            if self.is_vatistas::<D>() {
+                let half = isa.splat(T::HALF);
+                for (value, &r2) in values.iter_mut().zip(r2) {
+                    *value = isa.mul(half, isa.add(r2, isa.sqrt(*value)));
+                }
+            }
+            values = outside_potential::<T, I, D, NB>(isa, log_exponent, &[[isa.splat(T::ZERO); D]; NB], &values);
         }
-        values.iter_mut().for_each(|z| *z = isa.div(*z, isa.add(two, *z)));
-        log(isa, e, values)
+        if self == Self::Algebraic {
+            for ((value, &q), &square) in values.iter_mut().zip(sums).zip(squares) {
+                let share = isa.div(square, q);
+                let half = isa.mul(share, isa.splat(T::HALF));
+                *value = match D {
+                    1 => isa.neg_mul_add(*value, half, *value),
+                    2 => isa.sub(*value, share),
+                    _ => isa.mul_add(*value, half, *value),
+                };
+            }
+        }
+        values
     }
 
+    /// m S_D psi.
     #[inline(always)]
-    fn density<I: Isa<T>, const NB: usize>(isa: I, mass: I::V, squares: &[I::V; NB], sums: &[I::V; NB]) -> [I::V; NB] {
-        let mut values = isa.inverse_roots(*sums);
-        for ((value, &w), &square) in values.iter_mut().zip(sums).zip(squares) {
-            let twice = isa.mul(isa.splat(T::TWO), isa.mul(square, square));
-            *value = isa.mul(isa.mul(mass, *value), isa.div(twice, w));
+    fn density<T: Real, I: Isa<T>, const D: usize, const NB: usize>(
+        self,
+        isa: I,
+        mass: I::V,
+        squares: &[I::V; NB],
+        sums: &[I::V; NB],
+    ) -> [I::V; NB] {
+        if self.is_vatistas::<D>() {
+            let mut values = isa.inverse_roots(*sums);
+            for ((value, &w), &square) in values.iter_mut().zip(sums).zip(squares) {
+                let twice = isa.mul(isa.splat(T::TWO), isa.mul(square, square));
+                *value = isa.mul(isa.mul(mass, *value), isa.div(twice, w));
+            }
+            return values;
+        }
+        let mut values = outside_gradient::<T, I, D, NB>(isa, mass, sums);
+        // D e or D (D + 2) e^2 / 2, as a sum with a zero in it.
+        let (once, twice) = match self {
+            Self::Algebraic => (T::ZERO, T::from_usize(D * (D + 2)) * T::HALF),
+            _ => (T::from_usize(D), T::ZERO),
+        };
+        let (once, twice) = (isa.splat(once), isa.splat(twice));
+        for ((value, &q), &square) in values.iter_mut().zip(sums).zip(squares) {
+            let share = isa.div(square, q);
+            *value = isa.mul(*value, isa.mul_add(twice, isa.mul(share, share), isa.mul(once, share)));
         }
         values
     }
 }
 
 /// A Newtonian kernel under an algebraic mollifier.
-pub(in crate::field) struct Smooth<'a, T: Real, const D: usize, F, const VECTOR: bool> {
+pub(in crate::field) struct Smooth<'a, T: Real, const D: usize, const VECTOR: bool> {
     pub blob: &'a Blob<T, D>,
     pub coefficient: T,
     /// The largest core radius: delta, if it is the only one.
     pub largest: T,
     /// Whether each source has its own.
     pub each: bool,
-    pub form: PhantomData<F>,
+    pub form: Form,
 }
 
 /// The kernel in units.
 #[derive(Clone, Copy)]
 pub(in crate::field) struct Prepared<T> {
+    form: Form,
     /// delta^2; not used where every source has its own.
     square: T,
     log_exponent: T,
@@ -221,7 +195,7 @@ fn least<T: Real>() -> T {
     power_of_two(-least_square_exponent::<T>())
 }
 
-impl<T: Real, const D: usize, F: Form<T, D>, const VECTOR: bool> PairKernel<T, D> for Smooth<'_, T, D, F, VECTOR> {
+impl<T: Real, const D: usize, const VECTOR: bool> PairKernel<T, D> for Smooth<'_, T, D, VECTOR> {
     type Prepared = Prepared<T>;
     type Lanes<V: Copy> = [V; 2];
 
@@ -239,7 +213,7 @@ impl<T: Real, const D: usize, F: Form<T, D>, const VECTOR: bool> PairKernel<T, D
         };
         let own = if self.each { T::ONE } else { square(self.blob.delta()) };
         let log_exponent = T::from_i32(units.position.saturating_mul(-2));
-        Prepared { square: own, log_exponent, rule }
+        Prepared { form: self.form, square: own, log_exponent, rule }
     }
 
     fn scales(&self, units: Units<T>, class: usize) -> Scales<T> {
@@ -260,9 +234,9 @@ impl<T: Real, const D: usize, F: Form<T, D>, const VECTOR: bool> PairKernel<T, D
         [noted, _]: &mut [Deferred; 2],
         _counts: &mut Statistics,
     ) {
-        let (form, rule) = (PhantomData::<F>, prepared.rule);
+        let (form, rule) = (prepared.form, prepared.rule);
         let limit = isa.splat(limit(prepared.square));
-        isa.apart(Pairs::<_, _, _, D, NB, P, VECTOR> { form, rule, square, limit, log_exponent, block, noted, groups });
+        isa.apart(Pairs::<_, _, D, NB, P, VECTOR> { form, rule, square, limit, log_exponent, block, noted, groups });
     }
 
     #[inline(always)]
@@ -303,8 +277,8 @@ fn limits<T: Real, I: Isa<T>, const NB: usize>(isa: I, squares: &[I::V; NB]) -> 
 }
 
 /// What a block of sources gives to a register block of targets, with potentials if the pass sums them; a function of its own.
-struct Pairs<'a, T, V, F, const D: usize, const NB: usize, const P: u8, const VECTOR: bool> {
-    form: PhantomData<F>,
+struct Pairs<'a, T, V, const D: usize, const NB: usize, const P: u8, const VECTOR: bool> {
+    form: Form,
     rule: PairRadius,
     square: V,
     /// [`limit`] of the square.
@@ -315,14 +289,14 @@ struct Pairs<'a, T, V, F, const D: usize, const NB: usize, const P: u8, const VE
     groups: &'a mut [Group<V, D>; NB],
 }
 
-impl<T: Real, I: Isa<T>, F: Form<T, D>, const D: usize, const NB: usize, const P: u8, const VECTOR: bool> Part<T, I>
-    for Pairs<'_, T, I::V, F, D, NB, P, VECTOR>
+impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: u8, const VECTOR: bool> Part<T, I>
+    for Pairs<'_, T, I::V, D, NB, P, VECTOR>
 {
     type Out = ();
 
     #[inline(always)]
     fn run(self, isa: I) {
-        let Self { rule, square, limit: of_all, log_exponent, block, noted, groups, .. } = self;
+        let Self { form, rule, square, limit: of_all, log_exponent, block, noted, groups, .. } = self;
         let Block { sources: (positions, masses), cores: of_sources, laplacian, .. } = *block;
         let one = isa.splat(T::ONE);
         let each = !of_sources.is_empty();
@@ -348,16 +322,13 @@ impl<T: Real, I: Isa<T>, F: Form<T, D>, const D: usize, const NB: usize, const P
                 noted.push(at);
                 continue;
             }
-            let mut sums = r2;
-            for (sum, &square) in sums.iter_mut().zip(&squares) {
-                *sum = F::sum(isa, *sum, square);
-            }
+            let sums = form.sums::<T, I, D, NB>(isa, &r2, &squares);
             if potential {
-                let values = F::potential::<I, NB>(isa, log_exponent, &squares, &r2, &sums);
+                let values = form.potential::<T, I, D, NB>(isa, log_exponent, &squares, &r2, &sums);
                 local.iter_mut().zip(values).for_each(|(group, k)| group.add_potential(isa, mass, k));
             }
             if P != POTENTIALS || D != 2 {
-                let factors = F::gradient::<I, NB>(isa, mass, &squares, &sums);
+                let factors = form.gradient::<T, I, D, NB>(isa, mass, &squares, &sums);
                 if VECTOR {
                     d = arms::<T, I, D, NB, true>(isa, &d, &strength);
                 }
@@ -365,7 +336,7 @@ impl<T: Real, I: Isa<T>, F: Form<T, D>, const D: usize, const NB: usize, const P
                     group.add_gradient::<_, _, P>(isa, g, d);
                 }
                 if laplacian {
-                    let values = F::density::<I, NB>(isa, mass, &squares, &sums);
+                    let values = form.density::<T, I, D, NB>(isa, mass, &squares, &sums);
                     for ((group, b), d) in local.iter_mut().zip(values).zip(&d) {
                         group.add_laplacian::<_, _, P>(isa, one, b, d);
                     }
