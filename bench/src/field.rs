@@ -178,6 +178,8 @@ struct Report {
     compensated: bool,
     tolerance: f64,
     workspace_bytes: usize,
+    /// Pairs that were summed one by one.
+    pairs: u64,
     near_fraction: f64,
     polynomial_blocks: u64,
     mollis: Times,
@@ -355,6 +357,7 @@ impl Field {
             compensated: self.compensated,
             tolerance: self.tolerance,
             workspace_bytes: bytes,
+            pairs: counters.pairs,
             near_fraction: counters.near_pairs as f64 / pairs,
             polynomial_blocks: counters.polynomial_blocks,
             mollis: times(&mut ours),

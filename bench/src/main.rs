@@ -2,6 +2,7 @@
 
 mod codes;
 mod field;
+mod fmm2d;
 mod peers;
 mod pks;
 mod scene;
@@ -21,6 +22,8 @@ struct Arguments {
 enum What {
     /// Sums over sources.
     Field(field::Field),
+    /// The fast multipole method beside FMM2D.
+    Fmm2d(fmm2d::Fmm2d),
     /// One sub-step of the Patlak-Keller-Segel particles on a mesh.
     Pks(pks::Pks),
     /// Sums as particle codes have them, through the C ABI, beside plain loops.
@@ -32,6 +35,7 @@ enum What {
 fn main() -> anyhow::Result<()> {
     match Arguments::parse().what {
         What::Field(field) => field.run(),
+        What::Fmm2d(fmm2d) => fmm2d.run(),
         What::Pks(pks) => pks.run(),
         What::Codes => codes::run(),
         What::Skips => skips::run(),
