@@ -262,20 +262,27 @@ impl<T: Real> Given<'_, T> {
     /// Sorts the sources with mass and makes a tree of each class.
     fn sort(&self, sort: &mut Sort<'_>, tree: &mut Tree<'_, T>, leaf: usize) -> Result<Forest> {
         let with_mass = || self.masses.iter().enumerate().filter(|(_, m)| **m != T::ZERO).map(|(source, _)| source);
-        let least = if self.radii.is_some() { self.least_radius() } else { T::ZERO };
-        let mut counts = [0_usize; MAX_ROOTS];
-        for source in with_mass() {
-            counts.get_mut(self.class(source, least)).into_iter().for_each(|count| *count += 1);
-        }
-        let (mut starts, mut sum) = ([0; MAX_ROOTS], 0);
-        for (start, count) in starts.iter_mut().zip(counts) {
-            (*start, sum) = (sum, sum + count);
-        }
-        let mut next = starts;
-        for source in with_mass() {
-            if let Some(next) = next.get_mut(self.class(source, least)) {
-                sort.words.get_mut(*next).into_iter().for_each(|word| *word = source as u64);
-                *next += 1;
+        let (mut starts, mut counts, mut sum) = ([0; MAX_ROOTS], [0_usize; MAX_ROOTS], 0);
+        if self.radii.is_none() {
+            for (word, source) in sort.words.iter_mut().zip(with_mass()) {
+                *word = source as u64;
+                sum += 1;
+            }
+            counts[0] = sum;
+        } else {
+            let least = self.least_radius();
+            for source in with_mass() {
+                counts.get_mut(self.class(source, least)).into_iter().for_each(|count| *count += 1);
+            }
+            for (start, count) in starts.iter_mut().zip(counts) {
+                (*start, sum) = (sum, sum + count);
+            }
+            let mut next = starts;
+            for source in with_mass() {
+                if let Some(next) = next.get_mut(self.class(source, least)) {
+                    sort.words.get_mut(*next).into_iter().for_each(|word| *word = source as u64);
+                    *next += 1;
+                }
             }
         }
         let point = |k: usize| self.units.point(&self.positions.get(k).copied().present_or_default());
@@ -296,31 +303,39 @@ impl<T: Real> Given<'_, T> {
         }
     }
 
-    /// Copies the sources in the order of the words, in units.
-    fn place(&self, words: &[u64], to: (&mut [[T; 2]], &mut [T], &mut [u32]), run: &Run<'_>) -> Result<()> {
-        let (positions, masses, origins) = to;
-        let tasks = positions.len().div_ceil(COPIES);
-        let pieces = (Chunks::new(positions, COPIES), Chunks::new(masses, COPIES), Chunks::new(origins, COPIES));
-        par_chunks(run.executor, tasks, pieces, (), &|task, (positions, masses, origins), ()| {
+    /// Copies the sources in the order of the words, in units, and to `points`, if they are the targets, as they are.
+    fn place(
+        &self,
+        words: &[u64],
+        (positions, masses, origins): (&mut [[T; 2]], &mut [T], &mut [u32]),
+        points: Option<&mut [[T; 2]]>,
+        run: &Run<'_>,
+    ) -> Result<()> {
+        let (tasks, of_mass) = (positions.len().div_ceil(COPIES), T::ONE.ldexp(self.units.mass));
+        let pieces = (
+            Chunks::new(positions, COPIES),
+            Chunks::new(masses, COPIES),
+            Chunks::new(origins, COPIES),
+            points.map(|points| Chunks::new(points, COPIES)),
+        );
+        par_chunks(run.executor, tasks, pieces, (), &|task, (positions, masses, origins, points), ()| {
             let words = words.get(task.saturating_mul(COPIES)..).present()?;
+            let mut points = points.unwrap_or_default().iter_mut();
             for (((to, mass), origin), &word) in positions.iter_mut().zip(masses).zip(origins).zip(words) {
                 let source = index(word);
-                *to = self.units.point(self.positions.get(source).present()?);
-                *mass = self.masses.get(source).copied().present()?.ldexp(self.units.mass);
+                let position = self.positions.get(source).present()?;
+                *to = self.units.point(position);
+                *mass = self.masses.get(source).copied().present()? * of_mass;
                 *origin = source as u32;
+                points.next().into_iter().for_each(|point| *point = *position);
             }
             Ok(())
         })
     }
 }
 
-/// Copies the targets in the order of the words, and notes where each one stands.
-fn place_targets<T: Real>(
-    targets: &[[T; 2]],
-    words: &[u64],
-    (points, ranks): (&mut [[T; 2]], &mut [u32]),
-    run: &Run<'_>,
-) -> Result<()> {
+/// Copies the targets in the order of the words.
+fn place_targets<T: Real>(targets: &[[T; 2]], words: &[u64], points: &mut [[T; 2]], run: &Run<'_>) -> Result<()> {
     let tasks = targets.len().div_ceil(COPIES);
     par_chunks(run.executor, tasks, Chunks::new(points, COPIES), (), &|task, points, ()| {
         let words = words.get(task.saturating_mul(COPIES)..).present()?;
@@ -328,11 +343,7 @@ fn place_targets<T: Real>(
             *to = targets.get(index(word)).copied().present()?;
         }
         Ok(())
-    })?;
-    for (rank, &word) in words.iter().take(targets.len()).enumerate() {
-        *ranks.get_mut(index(word)).present()? = rank as u32;
-    }
-    Ok(())
+    })
 }
 
 /// Results in the order of the boxes.
@@ -434,7 +445,11 @@ fn sums<T: Real>(
         Packed::<T, 2>::layout(&mut Carve::reopen(&mut *packed)?, positions.len(), [radii.is_some(), false])?;
     let (in_order, heavy) = (in_order.get_mut(..count).present()?, heavy.get_mut(..count).present()?);
     let origins = origins.get_mut(..count).present()?;
-    given.place(sort.words, (&mut *in_order, &mut *heavy, &mut *origins), run)?;
+    // Targets that are the sources have the same boxes in the same order.
+    let own_radii = of_targets.is_none_or(|targets| radii.is_some_and(|radii| core::ptr::eq(targets, radii)));
+    let same = at_sources && own_radii && count == positions.len() && n_roots == 1;
+    let copies = same.then_some(&mut *points);
+    given.place(sort.words, (&mut *in_order, &mut *heavy, &mut *origins), copies, run)?;
     let of_all = given.reach(largest_radius);
     let reach = |range: Range<usize>| match radii {
         None => of_all,
@@ -450,9 +465,6 @@ fn sums<T: Real>(
     }
     tree.merge(leaf, heavy, &reach);
 
-    // Targets that are the sources have the same boxes in the same order.
-    let own_radii = of_targets.is_none_or(|targets| radii.is_some_and(|radii| core::ptr::eq(targets, radii)));
-    let same = at_sources && own_radii && count == positions.len() && n_roots == 1;
     if !same {
         let Sort { words, spare, counts } = &mut sort;
         words.iter_mut().take(targets.len()).enumerate().for_each(|(k, word)| *word = k as u64);
@@ -462,8 +474,11 @@ fn sums<T: Real>(
             target_tree.clear();
             leaf = leaf.saturating_mul(2);
         }
+        place_targets(targets, words, points, run)?;
     }
-    place_targets(targets, sort.words, (&mut *points, &mut *ranks), run)?;
+    for (rank, &word) in sort.words.iter().take(targets.len()).enumerate() {
+        *ranks.get_mut(index(word)).present()? = rank as u32;
+    }
     for (to, &word) in target_radii.iter_mut().zip(&*sort.words) {
         *to = of_targets.and_then(|radii| radii.get(index(word))).copied().present()?;
     }

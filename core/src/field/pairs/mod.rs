@@ -236,9 +236,13 @@ fn sums<T: Real, const D: usize, K: PairKernel<T, D>>(
     workspace: &mut [u8],
     run: &mut Run<'_>,
 ) -> Result<()> {
-    let [coordinate, mass] = call.sources.largest(1);
-    let units = call.near.as_ref().map(|near| near.method.units());
-    let units = units.unwrap_or_else(|| Units::of([coordinate.max(kernel.length()), mass], call.targets));
+    let units = match &call.near {
+        Some(near) => near.method.units(),
+        None => {
+            let [coordinate, mass] = call.sources.largest(1);
+            Units::of([coordinate.max(kernel.length()), mass], call.targets)
+        }
+    };
     let (rule, potential) = (call.options.pair_radius, call.outputs.potential.is_some());
     let prepared = kernel.prepare(units, rule, potential);
     let closer = close::prepare(kernel, (units, rule, potential), &prepared);

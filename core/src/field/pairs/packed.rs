@@ -55,7 +55,14 @@ pub(in crate::field) fn power_of_two_pair<T: Real>(n: i32) -> [T; 2] {
 
 /// The largest magnitude, or `start`.
 pub(in crate::field) fn largest<T: Real>(start: T, numbers: &[T]) -> T {
-    numbers.iter().fold(start, |x, &y| if y.abs() > x { y.abs() } else { x })
+    let larger = |most: T, x: T| if x.abs() > most { x.abs() } else { most };
+    // Numbers that do not wait for each other.
+    let (rows, rest) = numbers.as_chunks::<MAX_LANES>();
+    let mut most = [start; MAX_LANES];
+    for row in rows {
+        most.iter_mut().zip(row).for_each(|(most, &x)| *most = larger(*most, x));
+    }
+    most.iter().chain(rest).fold(start, |most, &x| larger(most, x))
 }
 
 impl<T: Real> Units<T> {
