@@ -286,7 +286,8 @@ typedef struct mollis_field_options {
   double combination[2];
   /**
    * The error that may be spent for speed (`MOLLIS_METHOD_FMM`): of each output, in the l2 norm over the targets, relative to that of sum_j |m_j| |K_j|; with
-   * masses of one sign relative to the output itself. 0 asks for rounding alone.
+   * masses of one sign relative to the output itself. 0 asks for rounding alone, and so does any tolerance where that method does not serve: under
+   * Plummer's, the algebraic and Vatistas' mollifier, in space, and for other kernels. Not negative.
    */
   double tolerance;
 } mollis_field_options;
@@ -425,7 +426,7 @@ typedef struct mollis_sources2 {
   size_t stride;
   /** Masses of any sign; sources of mass 0 are dropped. Not looked at with vector strengths. */
   const double *masses;
-  /** From one to the next; 0: 1. */
+  /** From one to the next; 0: 1. Masses in structures have the stride of their positions. */
   size_t mass_stride;
   /** Core radii, positive, in place of the kernel's delta: for Newtonian kernels with a mollifier. Null: the kernel's delta. */
   const double *radii;
@@ -1127,7 +1128,7 @@ mollis_status mollis_field3_text_f32(const void *kernel, size_t kernel_bytes, co
  * Results do not depend on the number of threads, bit for bit; but for level portable the last bits of a target's may depend on the other targets of its block of 128. A refused call writes nothing (but `run->first_bad`, with
  * MOLLIS_ERR_NOT_FINITE: sources, then targets); a stopped one has written some outputs, if these are arrays without gaps that are overwritten. Refused:
  * MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_OVERLAP, MOLLIS_ERR_NOT_FINITE, MOLLIS_ERR_DELTA (a core radius that is not positive), MOLLIS_ERR_LENGTH_MISMATCH (targets without the core radii that `pair_radius` asks for),
- * MOLLIS_ERR_UNSUPPORTED, MOLLIS_ERR_UNKNOWN_VALUE, MOLLIS_ERR_WORKSPACE_TOO_SMALL, MOLLIS_ERR_NOT_PREPARED and those of an unprepared kernel.
+ * MOLLIS_ERR_OUT_OF_DOMAIN (a negative tolerance), MOLLIS_ERR_UNSUPPORTED, MOLLIS_ERR_UNKNOWN_VALUE, MOLLIS_ERR_WORKSPACE_TOO_SMALL, MOLLIS_ERR_NOT_PREPARED and those of an unprepared kernel.
  */
 mollis_status mollis_field2_eval(const void *kernel, size_t kernel_bytes, const struct mollis_sources2 *sources,
     const struct mollis_targets2 *targets, const struct mollis_outputs2 *outputs, const struct mollis_field_options *options,
@@ -1198,8 +1199,8 @@ mollis_status mollis_grid2_eval_f32(const struct mollis_mesh2 *mesh, const struc
  * MOLLIS_KERNEL_MAX_TERMS) and, if not null, a host's own kernel, under a mollifier. It does not depend on delta.
  *
  * Refused: MOLLIS_ERR_KERNEL_TERMS (none or too many), MOLLIS_ERR_KERNEL_PARAMETER, MOLLIS_ERR_NOT_FINITE,
- * MOLLIS_ERR_UNKNOWN_VALUE, MOLLIS_ERR_ORDER, MOLLIS_ERR_EXPONENT, MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_MISALIGNED,
- * MOLLIS_ERR_OVERLAP.
+ * MOLLIS_ERR_UNKNOWN_VALUE, MOLLIS_ERR_ORDER, MOLLIS_ERR_EXPONENT, MOLLIS_ERR_DIMENSION (Vatistas' mollifier but in the plane),
+ * MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_OVERLAP.
  */
 mollis_status mollis_kernel2_bytes(const struct mollis_kernel_term *terms, size_t n_terms, const struct mollis_radial_kernel *own,
     struct mollis_mollifier mollifier, size_t *bytes);

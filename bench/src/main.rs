@@ -1,6 +1,7 @@
 //! `mollis-bench`: run time and error, compared with other programs measured in the same run.
 
 mod codes;
+mod count;
 mod field;
 mod fmm2d;
 mod peers;
@@ -28,6 +29,8 @@ enum What {
     Pks(pks::Pks),
     /// Sums as particle codes have them, through the C ABI, beside plain loops.
     Codes,
+    /// Fixed cases whose instructions are counted (`cargo xtask counts`).
+    Count(count::Count),
     /// Sums without pairs: moments, and one sort in one dimension.
     Skips,
 }
@@ -38,6 +41,7 @@ fn main() -> anyhow::Result<()> {
         What::Fmm2d(fmm2d) => fmm2d.run(),
         What::Pks(pks) => pks.run(),
         What::Codes => codes::run(),
+        What::Count(count) => count.run(),
         What::Skips => skips::run(),
     }
 }

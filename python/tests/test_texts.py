@@ -11,7 +11,7 @@ from mollis import mollifiers
 ROOT = Path(__file__).resolve().parents[2]
 
 
-@pytest.mark.parametrize("file", ["README.md", "docs/python.md", "python/README.md"])
+@pytest.mark.parametrize("file", ["README.md", "docs/python.md", "docs/first-hour.md", "python/README.md"])
 def test_programs_in_pages(file):
     text = (ROOT / file).read_text()
     programs = [part.split("```")[0] for part in text.split("```python\n")[1:]]

@@ -369,6 +369,7 @@ fn options_and_run() {
     refused(Error::NotInitialised, |c| c.run.size = 0, none);
     refused(Error::OptionsSize, |c| c.run.size = 4096, none);
     refused(Error::NotFinite, |c| c.options.tolerance = f64::NAN, none);
+    refused(Error::OutOfDomain, |c| c.options.tolerance = -1e-6, none);
     refused(Error::OutOfDomain, |c| c.options.tolerance = -1e-3, none);
     refused(Error::UnknownValue, |c| c.run.level = 77, none);
 }

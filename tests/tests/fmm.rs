@@ -433,6 +433,8 @@ fn plans() {
         |kernel: &dyn Interaction<f64, 2>, n: usize, options: &Options| field::plan(kernel, n, n, FIELD, options);
     let auto = Options { tolerance: 1e-6, ..Options::default() };
     let forced = Options { method: Some(Method::Fmm), ..Options::default() };
+    let negative = Options { tolerance: -1e-6, ..auto };
+    assert_eq!(plan(&kernel, 100, &negative).unwrap_err(), mollis_core::Error::OutOfDomain);
     let large = plan(&kernel, 100_000, &auto).unwrap();
     assert_eq!((large.method(), large.reason()), (Method::Fmm, Reason::Tolerance));
     let text = large.to_string();

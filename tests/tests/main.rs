@@ -29,6 +29,7 @@ mod pks_search;
 mod pks_soft;
 mod pks_step;
 mod portable_bits;
+mod properties;
 mod random;
 mod ranges;
 mod softenings;

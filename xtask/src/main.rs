@@ -4,6 +4,7 @@
 //! all of them and counts.
 
 mod avx512;
+mod counts;
 mod coverage;
 mod evidence;
 mod examples;
@@ -86,6 +87,14 @@ enum Command {
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         filter: Vec<String>,
     },
+    /// Counts the instructions of fixed cases by callgrind, and compares them with `bench/counts.txt`.
+    Counts {
+        /// Records the counts.
+        #[arg(long)]
+        write: bool,
+        /// Cases; all if none is named.
+        cases: Vec<String>,
+    },
     /// Runs all scenes, or those named, and writes a gallery of pictures with the papers' numbers and the measured ones.
     Figures {
         /// Uses the quick sizes of the scenes.
@@ -134,6 +143,7 @@ fn run(command: Command) -> Result<()> {
         Command::Figures { quick, threads, scenes } => figures::run(quick, threads, &scenes),
         Command::Firmware => firmware::run().map(|_| ()),
         Command::Avx512 { emulate } => avx512::run(emulate).map(|_| ()),
+        Command::Counts { write, cases } => counts::run(write, &cases),
         Command::Neon { filter } => neon::run(&filter),
         Command::Install { prefix } => install::run(&prefix),
         Command::Uninstall { prefix } => install::remove(&prefix),

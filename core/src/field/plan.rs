@@ -43,7 +43,7 @@ pub(super) fn serves<T: Real, const D: usize>(kernel: &dyn Interaction<T, D>, op
 /// # Errors
 /// [`crate::Error::Unsupported`]: the forced method cannot do this, or core radii with a kernel that is not Newtonian or has no mollifier, or a pair's
 /// radius without radii or with vector strengths, or
-/// vector strengths but for the gradient of a Newtonian kernel in space. [`crate::Error::TooLarge`]: the workspace's size overflows.
+/// vector strengths but for the gradient of a Newtonian kernel in space. [`crate::Error::OutOfDomain`]: a negative tolerance. [`crate::Error::TooLarge`]: the workspace's size overflows.
 pub fn plan<T: Real, const D: usize>(
     kernel: &dyn Interaction<T, D>,
     n_sources: usize,
@@ -55,6 +55,9 @@ pub fn plan<T: Real, const D: usize>(
     let (a, b) = options.combination;
     if !(Scalar::is_finite(a) && Scalar::is_finite(b) && Scalar::is_finite(options.tolerance)) {
         return Err(Error::NotFinite);
+    }
+    if options.tolerance < 0.0 {
+        return Err(Error::OutOfDomain);
     }
     if D != 2 && (a, b) != (1.0, 0.0) {
         return Err(Error::Unsupported);
@@ -170,7 +173,7 @@ impl Plan {
             Reason::CompactLaplacian => "only the Laplacian is wanted, which has compact support",
             Reason::SomeEvenPowers => "some terms are even powers",
             Reason::Tolerance => "a Newtonian kernel in the plane, and the tolerance allows it",
-            Reason::NothingFaster => "no faster method serves this kernel and size",
+            Reason::NothingFaster => "no faster method serves this kernel, mollifier, dimension, tolerance and size",
         });
         let mut count = |number: usize, what: &str| {
             take("; ");
@@ -179,7 +182,7 @@ impl Plan {
         };
         count(self.n_sources, " sources");
         count(self.n_targets, " targets");
-        count(self.bytes, " workspace bytes");
+        count(self.bytes, " workspace bytes, without copies of arrays with gaps");
         if let Some(settings) = self.expansions {
             count(settings.terms, " terms an expansion");
             count(settings.leaf, " points in a leaf at most");
@@ -196,7 +199,7 @@ impl Plan {
         }
         take("; massless sources skipped");
         if matches!(self.method, Method::Direct | Method::Fmm) {
-            take("; mollifier evaluated where a block of targets has a near pair");
+            take("; a mollifier of compact support evaluated only where a block of targets has a near pair");
         }
     }
 }

@@ -196,7 +196,7 @@ pub(super) fn pair<T: Real, const D: usize>(
     if potential {
         sums.potential = T::from_f64(value.get());
     }
-    if let Some(row) = row {
+    if let Some(row) = row.get() {
         // As lanes do: (L - D g) (x x^T / r^2 - I / D), and zero at x = 0. Where the Laplacian alone was left out, g is there already.
         let zero = |wanted: bool, number| if wanted { number } else { Extended::ZERO };
         let c = zero(laplacian, of_laplacian).plus(zero(gradient, factor).scale(-(D as f64)));

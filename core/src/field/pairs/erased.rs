@@ -6,7 +6,7 @@
 use core::sync::atomic::{AtomicUsize, Ordering};
 
 use super::close::Close;
-use super::lanes::{Deferred, Group, List, Want};
+use super::lanes::{Deferred, Group, List, Row, Want};
 use super::near::Groups;
 use super::output::{Contribution, Results, Scales};
 use super::packed::{Packed, Units};
@@ -99,7 +99,7 @@ pub(super) struct Pass<'a, T: Real, const D: usize> {
     pub targets: (&'a [[T; D]], &'a [T]),
     pub outputs: Outputs<'a, T, D>,
     /// Of second derivatives: of which row.
-    pub row: Option<usize>,
+    pub row: Row,
     /// Which targets meet which sources; `None`: all meet all.
     pub groups: Option<Groups<'a>>,
     /// Whether its pairs are counted: those of a second pass are the same.

@@ -47,7 +47,9 @@ pub(super) fn add_pairs<T: Real, const D: usize>(
     count
 }
 
-/// The core radius of a pair. Nothing overflows that does not in the result.
+/// The core radius of a pair. Nothing overflows that does not in the result. Not in line: the compiler would compute it ahead of the question whether there are radii, and numbers
+/// that are not there may raise an exception.
+#[inline(never)]
 fn pair_radius<T: Real>(rule: PairRadius, source: T, target: T) -> T {
     let most = source.max(target);
     let ratio = source.min(target) / most;

@@ -28,7 +28,29 @@ pub(in crate::field) struct Want {
     pub gradient: bool,
     pub laplacian: bool,
     /// Of second derivatives: of which row. The gradient and the Laplacian are then what it is made of.
-    pub row: Option<usize>,
+    pub row: Row,
+}
+
+/// A row of second derivatives, or none. (Not an `Option`: the compiler looks at the number ahead of the question whether there is one, which a checker of memory would report.)
+#[derive(Clone, Copy, Debug, Default)]
+pub(in crate::field) struct Row(usize);
+
+impl Row {
+    pub const NONE: Self = Self(0);
+
+    pub fn new(row: usize) -> Self {
+        Self(row + 1)
+    }
+
+    #[inline(always)]
+    pub fn get(self) -> Option<usize> {
+        self.0.checked_sub(1)
+    }
+
+    #[inline(always)]
+    pub fn is_some(self) -> bool {
+        self.0 > 0
+    }
 }
 
 /// One vector of targets: their coordinates and sums.

@@ -4,7 +4,7 @@
 
 use super::close::{self, Close, FinishBlock};
 use super::erased::{ErasedLanes, LeftOut, Pass, Shared};
-use super::lanes::{Deferred, GRADIENTS, Group, HESSIANS, POTENTIALS, Sums, Total, Want, valid_lanes};
+use super::lanes::{Deferred, GRADIENTS, Group, HESSIANS, POTENTIALS, Row, Sums, Total, Want, valid_lanes};
 use super::near::{self, Groups};
 use super::output::{self, Results, Scales, Writer};
 use super::packed::{Class, Targets, Units};
@@ -33,14 +33,14 @@ pub(super) fn passes<T: Real, const D: usize>(
     {
         for row in 0..D - 1 {
             let outputs = Outputs { hessian: Some(&mut *hessian), ..Outputs::default() };
-            kernel.run(HESSIANS, Pass { shared, targets, outputs, row: Some(row), groups, counted }, level);
+            kernel.run(HESSIANS, Pass { shared, targets, outputs, row: Row::new(row), groups, counted }, level);
             counted = false;
         }
         if potential.is_none() && !first {
             return;
         }
     }
-    let (row, hessian) = (None, None);
+    let (row, hessian) = (Row::NONE, None);
     if kind == Passes::One || kind == Passes::Together && potential.is_some() {
         let outputs = Outputs { potential, gradient, laplacian, hessian };
         kernel.run(POTENTIALS, Pass { shared, targets, outputs, row, groups, counted: true }, level);
@@ -81,7 +81,7 @@ impl<T: Real, I: Isa<T>, const D: usize, const NB: usize> Part<T, I> for Drive<'
             let targets = targets.get(range.clone()).present_or(&[]);
             let mut radii = if radii.is_empty() { &[] } else { radii.get(range.start..).present_or(&[]) };
             let outputs = near::part(&mut outputs, range);
-            let mut writer = Writer::new(outputs, shared.options.combination, row.unwrap_or(0), groups.is_some());
+            let mut writer = Writer::new(outputs, shared.options.combination, row.get().unwrap_or(0), groups.is_some());
             for targets in targets.chunks(NB * I::LANES) {
                 results.clear(targets.len());
                 let (of_block, others) = radii.split_at_checked(targets.len()).unwrap_or((radii, &[]));
@@ -126,7 +126,7 @@ fn class_sums<T: Real, I: Isa<T>, const D: usize, const NB: usize>(
 ) -> [Total<I::V, D>; NB] {
     let zero = isa.splat(T::ZERO);
     let mut axis = [zero; D];
-    if let Some(axis) = want.row.and_then(|row| axis.get_mut(row)) {
+    if let Some(axis) = want.row.get().and_then(|row| axis.get_mut(row)) {
         *axis = isa.splat(T::ONE);
     }
     let mut groups = [Group { x: [zero; D], axis, core: zero, sums: Sums::splat(zero) }; NB];

@@ -25,7 +25,7 @@ pub struct mollis_sources2 {
     pub stride: usize,
     /// Masses of any sign; sources of mass 0 are dropped. Not looked at with vector strengths.
     pub masses: *const f64,
-    /// From one to the next; 0: 1.
+    /// From one to the next; 0: 1. Masses in structures have the stride of their positions.
     pub mass_stride: usize,
     /// Core radii, positive, in place of the kernel's delta: for Newtonian kernels with a mollifier. Null: the kernel's delta.
     pub radii: *const f64,
@@ -540,7 +540,7 @@ pub unsafe extern "C" fn mollis_field3_text_f32(
 /// Results do not depend on the number of threads, bit for bit; but for level portable the last bits of a target's may depend on the other targets of its block of 128. A refused call writes nothing (but `run->first_bad`, with
 /// MOLLIS_ERR_NOT_FINITE: sources, then targets); a stopped one has written some outputs, if these are arrays without gaps that are overwritten. Refused:
 /// MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_OVERLAP, MOLLIS_ERR_NOT_FINITE, MOLLIS_ERR_DELTA (a core radius that is not positive), MOLLIS_ERR_LENGTH_MISMATCH (targets without the core radii that `pair_radius` asks for),
-/// MOLLIS_ERR_UNSUPPORTED, MOLLIS_ERR_UNKNOWN_VALUE, MOLLIS_ERR_WORKSPACE_TOO_SMALL, MOLLIS_ERR_NOT_PREPARED and those of an unprepared kernel.
+/// MOLLIS_ERR_OUT_OF_DOMAIN (a negative tolerance), MOLLIS_ERR_UNSUPPORTED, MOLLIS_ERR_UNKNOWN_VALUE, MOLLIS_ERR_WORKSPACE_TOO_SMALL, MOLLIS_ERR_NOT_PREPARED and those of an unprepared kernel.
 #[cfg(feature = "double")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_field2_eval(

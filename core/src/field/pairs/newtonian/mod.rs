@@ -522,10 +522,10 @@ pub(super) fn exact_pair<T: Real, const D: usize>(
     want: Want,
 ) -> Contribution<T, D> {
     let mut sums = Contribution::ZERO;
-    let which = [want.potential, want.gradient && want.row.is_none(), want.laplacian];
+    let which = [want.potential, want.gradient && !want.row.is_some(), want.laplacian];
     (sums.potential, sums.gradient, sums.laplacian) = blob.field_of(mass, x, which);
     // Gradient factor and Laplacian are in it together: [`Want::row`] without the one or the other is not asked for.
-    if let Some(row) = want.row {
+    if let Some(row) = want.row.get() {
         sums.gradient = blob.row_of(mass, x, row);
     }
     sums
