@@ -3,9 +3,9 @@
 //! Every subcommand is a module with `Args` (what clap parses) and `main(Args) -> anyhow::Result<ExitCode>`; this file only
 //! dispatches. (A library, and a program of one line: it is then compiled while `mollis-core` still is.) `mollis_host::command` says what status a command ends with.
 //!
-//! [`scene`] reads a scene, [`initial`] makes its [`particles`] (or [`points`] reads them), [`model`] moves them and fills a
-//! [`history`], [`measure`], [`plot`] and [`output`] turn the [`results`] into numbers, pictures and tables, [`checkpoint`]
-//! holds what a stopped run needs; [`files`] writes. [`run`] puts these together.
+//! `scene` reads a scene, `initial` makes its `particles` (or `points` reads them), `model` moves them and fills a
+//! `history`, `measure`, `plot` and `output` turn the `results` into numbers, pictures and tables, `checkpoint`
+//! holds what a stopped run needs; `files` writes. `run` puts these together.
 
 use std::process::ExitCode;
 

@@ -11,6 +11,7 @@ use super::near::Groups;
 use super::output::{Contribution, Results, Scales};
 use super::packed::{Packed, Units};
 use super::{Block, Passes};
+use crate::error::Result;
 use crate::exec::Statistics;
 use crate::field::{Options, Outputs, PairRadius, Sources};
 use crate::real::Real;
@@ -29,7 +30,10 @@ pub(super) trait ErasedKernel<T: Real, const D: usize>: Sync {
     /// [`super::PairKernel::exact`].
     fn exact(&self, x: &[T; D], mass: T, radius: Option<T>, want: Want) -> Contribution<T, D>;
     /// Runs a pass of a kind ([`super::lanes::GRADIENTS`] and so on) that the kernel's passes have.
-    fn run(&self, kind: u8, pass: Pass<'_, T, D>, level: Level);
+    ///
+    /// # Errors
+    /// [`crate::Error::Internal`]: they have not.
+    fn run(&self, kind: u8, pass: Pass<'_, T, D>, level: Level) -> Result<()>;
 }
 
 /// What a pass calls of a kernel at an instruction set.

@@ -290,8 +290,7 @@ fn erased_sums<T: Real, const D: usize>(
             let targets = targets.get(..TASK).unwrap_or(targets);
             let radii = sources.target_radii.map_or(&[][..], |radii| radii.get(start..).present_or(&[]));
             let potential = potential.filter(|_| potentials);
-            passes(&shared, (targets, radii), Outputs { potential, gradient, laplacian, hessian }, None, level);
-            Ok(())
+            passes(&shared, (targets, radii), Outputs { potential, gradient, laplacian, hessian }, None, level)
         },
     )?;
     if let Some(counters) = run.counters.as_deref_mut() {

@@ -24,6 +24,8 @@ struct Piece<'a, T: Real, const D: usize> {
     outputs: Outputs<'a, T, D>,
     level: Level,
     pairs: u64,
+    /// What became of the sums.
+    result: Result<()>,
 }
 
 impl<T: Real, const D: usize> Task<T> for Piece<'_, T, D> {
@@ -43,7 +45,9 @@ impl<T: Real, const D: usize> Task<T> for Piece<'_, T, D> {
             self.pairs += sources * targets.len() as u64;
         }
         let all = 0..self.targets.len();
-        passes(self.shared, (self.targets, self.radii), part(&mut self.outputs, all), Some(groups), self.level);
+        let outputs = part(&mut self.outputs, all);
+        let result = passes(self.shared, (self.targets, self.radii), outputs, Some(groups), self.level);
+        self.result = self.result.and(result);
     }
 }
 
@@ -87,8 +91,9 @@ pub(super) fn sums<T: Real, const D: usize>(
             let targets = range.and_then(|range| targets.get(range)).present()?;
             let radii = sources.target_radii.map_or(&[][..], |radii| radii.get(start..).present_or(&[]));
             let outputs = Outputs { potential: potential.filter(|_| potentials), gradient, laplacian, hessian };
-            let mut piece = Piece { shared: &shared, targets, radii, outputs, level, pairs: 0 };
+            let mut piece = Piece { shared: &shared, targets, radii, outputs, level, pairs: 0, result: Ok(()) };
             method.run(task, level, scratch, &mut piece)?;
+            piece.result?;
             pairs.fetch_add(piece.pairs as usize, Ordering::Relaxed);
             Ok(())
         },

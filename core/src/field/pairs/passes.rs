@@ -10,6 +10,7 @@ use super::output::{self, Results, Scales, Writer};
 use super::packed::{Class, Targets, Units};
 use super::{BLOCK, Block, Passes, SHORT_BLOCK};
 use crate::checked::Present;
+use crate::error::Result;
 use crate::exec::Statistics;
 use crate::field::{Accumulation, Outputs};
 use crate::real::Real;
@@ -22,7 +23,7 @@ pub(super) fn passes<T: Real, const D: usize>(
     outputs: Outputs<'_, T, D>,
     groups: Option<Groups<'_>>,
     level: Level,
-) {
+) -> Result<()> {
     let Outputs { potential, gradient, laplacian, hessian } = outputs;
     let (kernel, kind) = (shared.kernel, shared.kernel.passes());
     let first = gradient.is_some() || laplacian.is_some();
@@ -33,27 +34,27 @@ pub(super) fn passes<T: Real, const D: usize>(
     {
         for row in 0..D - 1 {
             let outputs = Outputs { hessian: Some(&mut *hessian), ..Outputs::default() };
-            kernel.run(HESSIANS, Pass { shared, targets, outputs, row: Row::new(row), groups, counted }, level);
+            kernel.run(HESSIANS, Pass { shared, targets, outputs, row: Row::new(row), groups, counted }, level)?;
             counted = false;
         }
         if potential.is_none() && !first {
-            return;
+            return Ok(());
         }
     }
     let (row, hessian) = (Row::NONE, None);
     if kind == Passes::One || kind == Passes::Together && potential.is_some() {
         let outputs = Outputs { potential, gradient, laplacian, hessian };
-        kernel.run(POTENTIALS, Pass { shared, targets, outputs, row, groups, counted: true }, level);
-        return;
+        return kernel.run(POTENTIALS, Pass { shared, targets, outputs, row, groups, counted: true }, level);
     }
     if first {
         let outputs = Outputs { potential: None, gradient, laplacian, hessian };
-        kernel.run(GRADIENTS, Pass { shared, targets, outputs, row, groups, counted: true }, level);
+        kernel.run(GRADIENTS, Pass { shared, targets, outputs, row, groups, counted: true }, level)?;
     }
     if kind != Passes::None && potential.is_some() {
         let outputs = Outputs { potential, ..Outputs::default() };
-        kernel.run(POTENTIALS, Pass { shared, targets, outputs, row, groups, counted: !first }, level);
+        kernel.run(POTENTIALS, Pass { shared, targets, outputs, row, groups, counted: !first }, level)?;
     }
+    Ok(())
 }
 
 /// A pass at an instruction set, with so many vectors of targets in a register block; a function of its own for all kernels.

@@ -7,6 +7,7 @@ use super::output::{Contribution, Scales};
 use super::packed::Units;
 use super::passes::Drive;
 use super::{Block, PairKernel, Passes, close};
+use crate::error::{Error, Result};
 use crate::exec::Statistics;
 use crate::field::PairRadius;
 use crate::real::Real;
@@ -43,7 +44,7 @@ impl<T: Real, const D: usize, K: PairKernel<T, D>> ErasedKernel<T, D> for Ready<
         self.kernel.exact(x, mass, radius, want)
     }
 
-    fn run(&self, kind: u8, pass: Pass<'_, T, D>, level: Level) {
+    fn run(&self, kind: u8, pass: Pass<'_, T, D>, level: Level) -> Result<()> {
         // The constant conditions keep passes that the kernel does not have from being compiled.
         let potentials = const { !matches!(K::PASSES, Passes::None) };
         match kind {
@@ -54,8 +55,12 @@ impl<T: Real, const D: usize, K: PairKernel<T, D>> ErasedKernel<T, D> for Ready<
             HESSIANS if const { D > 1 && !matches!(K::PASSES, Passes::None) } => {
                 OfKernel::<T, D, K, HESSIANS> { ready: self, pass }.run(level);
             }
-            _ => debug_assert!(false, "a pass that the kernel has"),
+            _ => {
+                debug_assert!(false, "a pass that the kernel has");
+                return Err(Error::Internal);
+            }
         }
+        Ok(())
     }
 }
 
