@@ -117,7 +117,7 @@ pub(crate) fn portable<T: Dispatch, J: Job<T>>(job: J) -> J::Out {
 #[inline(always)]
 pub(crate) fn aligned_stack() {
     #[repr(align(64))]
-    struct Line(#[expect(dead_code, reason = "nobody reads it")] [u8; 64]);
+    struct Line(#[expect(dead_code, reason = "its size and alignment are what matters")] [u8; 64]);
     core::hint::black_box(&core::mem::MaybeUninit::<Line>::uninit());
 }
 

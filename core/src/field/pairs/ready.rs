@@ -46,12 +46,13 @@ impl<T: Real, const D: usize, K: PairKernel<T, D>> ErasedKernel<T, D> for Ready<
 
     fn run(&self, kind: u8, pass: Pass<'_, T, D>, level: Level) -> Result<()> {
         // The constant conditions keep passes that the kernel does not have from being compiled.
-        let potentials = const { !matches!(K::PASSES, Passes::None) };
         match kind {
             GRADIENTS if const { !matches!(K::PASSES, Passes::One) } => {
                 OfKernel::<T, D, K, GRADIENTS> { ready: self, pass }.run(level);
             }
-            POTENTIALS if potentials => OfKernel::<T, D, K, POTENTIALS> { ready: self, pass }.run(level),
+            POTENTIALS if const { !matches!(K::PASSES, Passes::None) } => {
+                OfKernel::<T, D, K, POTENTIALS> { ready: self, pass }.run(level);
+            }
             HESSIANS if const { D > 1 && !matches!(K::PASSES, Passes::None) } => {
                 OfKernel::<T, D, K, HESSIANS> { ready: self, pass }.run(level);
             }

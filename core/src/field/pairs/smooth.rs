@@ -51,7 +51,7 @@ impl Form {
         }
     }
 
-    /// Whether it is the one of the plane, known while compiling elsewhere.
+    /// Whether it is [`Form::Vatistas`]; outside the plane it never is, which is known while this is compiled.
     #[inline(always)]
     fn is_vatistas<const D: usize>(self) -> bool {
         D == 2 && self == Self::Vatistas
