@@ -13,6 +13,7 @@ use mollis_core::mollifier::{Blob, Mollifier};
 use mollis_core::real::Real;
 use mollis_core::simd::Level;
 
+use crate::field::{KernelName, Results, core_radii, prepared};
 use crate::scene::{Scene, aligned};
 
 const COMPACT: Mollifier = Mollifier::Compact { order: 2, exponent: 4 };
@@ -150,10 +151,9 @@ fn run_sum<T: Real, const D: usize>(sum: Sum) -> Result<()> {
     let scene = Scene::<D>::uniform(sum.n, None, 1);
     let x: Vec<[T; D]> = scene.positions.iter().map(|x| x.map(T::from_f64)).collect();
     let m: Vec<T> = scene.masses.iter().map(|&m| T::from_f64(m)).collect();
-    let radii: Vec<T> = (0..sum.n).map(|k| T::from_f64(sum.delta * (0.75 + 0.5 * (k % 64) as f64 / 64.0))).collect();
-    let terms = [Term { law: sum.law, coefficient: 1.0 }];
-    let mut block = vec![0_u8; Kernel::<T, D>::workspace_bytes(&terms, sum.mollifier)? + 64];
-    let kernel = Kernel::<T, D>::prepare(aligned(&mut block), &terms, sum.mollifier, T::from_f64(sum.delta))?;
+    let radii: Vec<T> = core_radii(sum.delta, sum.n);
+    let mut block = Vec::new();
+    let kernel = prepared::<T, D>(&mut block, KernelName::Law(sum.law), sum.mollifier, sum.delta)?;
     let options = Options {
         method: Some(sum.method),
         tolerance: sum.tolerance,
@@ -163,18 +163,12 @@ fn run_sum<T: Real, const D: usize>(sum: Sum) -> Result<()> {
     };
     let plan = field::plan(&kernel, sum.n, sum.n, sum.wanted, &options)?;
     let mut memory = vec![0_u8; plan.workspace_bytes(1)? + 64];
-    let (mut potential, mut gradient) = (vec![T::ZERO; sum.n], vec![[T::ZERO; D]; sum.n]);
-    let (mut laplacian, mut hessian) = (vec![T::ZERO; sum.n], vec![[[T::ZERO; D]; D]; sum.n]);
+    let mut results = Results::zeros(sum.n);
     if !sum.level.is_available() {
         bail!("this processor has no level {}", sum.level.name());
     }
     counted(|| {
-        let outputs = Outputs {
-            potential: sum.wanted.potential.then_some(&mut potential[..]),
-            gradient: sum.wanted.gradient.then_some(&mut gradient[..]),
-            laplacian: sum.wanted.laplacian.then_some(&mut laplacian[..]),
-            hessian: sum.wanted.hessian.then_some(&mut hessian[..]),
-        };
+        let outputs = results.outputs(sum.wanted);
         let sources = Sources::new(&x, &m);
         let sources = if sum.radii { sources.with_radii(&radii) } else { sources };
         let mut run = Run { level: sum.level, ..Run::default() };

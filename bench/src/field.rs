@@ -38,7 +38,7 @@ enum MollifierName {
 
 /// A kernel's name and parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum KernelName {
+pub(crate) enum KernelName {
     Law(Law),
     Own,
 }
@@ -70,8 +70,8 @@ impl RadialKernel for Plummer {
     }
 }
 
-/// Memory of a kernel's block.
-fn prepared<'k, T: Real, const D: usize>(
+/// A kernel of one term in a block of memory, which is made as large as it needs to be.
+pub(crate) fn prepared<'k, T: Real, const D: usize>(
     memory: &'k mut Vec<u8>,
     name: KernelName,
     mollifier: Mollifier,
@@ -270,8 +270,7 @@ impl Field {
         let accurate = prepared::<f64, D>(accurate, self.kernel, mollifier, kernel.delta().to_f64())?;
         let positions: Vec<[T; D]> = scene.positions.iter().map(|x| x.map(T::from_f64)).collect();
         let masses: Vec<T> = scene.masses.iter().map(|&m| T::from_f64(m)).collect();
-        let radius = |k: usize| kernel.delta().to_f64() * (0.75 + 0.5 * (k % 64) as f64 / 64.0);
-        let radii: Vec<T> = (0..self.n).map(|k| T::from_f64(radius(k))).collect();
+        let radii: Vec<T> = core_radii(kernel.delta().to_f64(), self.n);
         let targets = &positions[..n_targets];
         let options = Options {
             accumulation: if self.compensated { Accumulation::Compensated } else { Accumulation::Blocked },
@@ -373,22 +372,27 @@ pub(crate) fn minimum(seconds: &[f64]) -> f64 {
     seconds.iter().copied().fold(f64::INFINITY, f64::min)
 }
 
+/// Core radii from 3/4 to 5/4 of delta.
+pub(crate) fn core_radii<T: Real>(delta: f64, n: usize) -> Vec<T> {
+    (0..n).map(|k| T::from_f64(delta * (0.75 + 0.5 * (k % 64) as f64 / 64.0))).collect()
+}
+
 /// What a sum writes.
-struct Results<T, const D: usize> {
+pub(crate) struct Results<T, const D: usize> {
     potential: Vec<T>,
-    gradient: Vec<[T; D]>,
+    pub(crate) gradient: Vec<[T; D]>,
     laplacian: Vec<T>,
     hessian: Vec<[[T; D]; D]>,
 }
 
 impl<T: Real, const D: usize> Results<T, D> {
-    fn zeros(n: usize) -> Self {
+    pub(crate) fn zeros(n: usize) -> Self {
         let zero = T::ZERO;
         let (potential, gradient) = (vec![zero; n], vec![[zero; D]; n]);
         Self { potential, gradient, laplacian: vec![zero; n], hessian: vec![[[zero; D]; D]; n] }
     }
 
-    fn outputs(&mut self, wanted: Wanted) -> Outputs<'_, T, D> {
+    pub(crate) fn outputs(&mut self, wanted: Wanted) -> Outputs<'_, T, D> {
         Outputs {
             potential: wanted.potential.then_some(&mut self.potential[..]),
             gradient: wanted.gradient.then_some(&mut self.gradient[..]),

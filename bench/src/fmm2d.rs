@@ -8,11 +8,12 @@ use std::path::PathBuf;
 use anyhow::{Context, Result, bail};
 use clap::Args;
 use mollis_core::exec::Run;
-use mollis_core::field::{self, Method, Options, Outputs, Plan, Sources, Wanted};
-use mollis_core::kernel::{Kernel, Law, Term};
+use mollis_core::field::{self, Method, Options, Plan, Sources, Wanted};
+use mollis_core::kernel::Kernel;
 use mollis_core::mollifier::Mollifier;
+use mollis_core::real::DoubleWord;
 
-use crate::field::{cpu_time, minimum};
+use crate::field::{Results, cpu_time, minimum};
 use crate::scene::{Scene, aligned};
 
 /// FMM2D's sum over sources at the sources: eps, n, positions, charges, potentials, gradients, status.
@@ -92,43 +93,32 @@ impl Fmm2d {
     fn exact(&self, scene: &Scene<2>) -> Vec<(usize, [f64; 2])> {
         let step = self.n.div_ceil(self.sample.max(1)).max(1);
         let gradient = |i: usize| {
-            let mut sums = [[0.0_f64; 2]; 2];
+            let mut sums = [DoubleWord::<f64>::ZERO; 2];
             for (x, &m) in scene.positions.iter().zip(&scene.masses) {
                 let d = [scene.positions[i][0] - x[0], scene.positions[i][1] - x[1]];
                 let square = d[0] * d[0] + d[1] * d[1];
-                if square == 0.0 {
-                    continue;
-                }
-                for ([high, low], d) in sums.iter_mut().zip(d) {
-                    let term = m * d / (square * std::f64::consts::TAU);
-                    let sum = *high + term;
-                    let back = sum - *high;
-                    *low += (*high - (sum - back)) + (term - back);
-                    *high = sum;
+                if square > 0.0 {
+                    sums.iter_mut()
+                        .zip(d)
+                        .for_each(|(sum, d)| *sum = sum.plus(m * d / (square * std::f64::consts::TAU)));
                 }
             }
-            sums.map(|[high, low]| high + low)
+            sums.map(|sum| sum.hi)
         };
         (0..self.n).step_by(step).map(|i| (i, gradient(i))).collect()
     }
 
     fn mollis(&self, scene: &Scene<2>, exact: &[(usize, [f64; 2])], tolerance: f64) -> Result<Row> {
-        let terms = [Term { law: Law::Newtonian, coefficient: 1.0 }];
-        let mut block = vec![0_u8; Kernel::<f64, 2>::workspace_bytes(&terms, Mollifier::None)? + 64];
-        let kernel = Kernel::<f64, 2>::prepare(aligned(&mut block), &terms, Mollifier::None, 0.0)?;
+        let kernel = Kernel::<f64, 2>::newtonian(1.0, Mollifier::None, 0.0)?;
         let options = Options { tolerance, method: Some(Method::Fmm), ..Options::default() };
         let wanted = Wanted { potential: self.potential, gradient: true, ..Wanted::default() };
         let plan: Plan = field::plan(&kernel, self.n, self.n, wanted, &options)?;
         let mut memory = vec![0_u8; plan.workspace_bytes(1)? + 64];
-        let (mut gradient, mut potential) = (vec![[0.0; 2]; self.n], vec![0.0; self.n]);
+        let mut results = Results::zeros(self.n);
         let mut seconds = Vec::new();
         for _ in 0..=self.repetitions {
             let before = cpu_time();
-            let outputs = Outputs {
-                gradient: Some(&mut gradient),
-                potential: self.potential.then_some(&mut potential[..]),
-                ..Outputs::default()
-            };
+            let outputs = results.outputs(wanted);
             let sources = Sources::new(&scene.positions, &scene.masses);
             let workspace = aligned(&mut memory);
             field::evaluate(&plan, &kernel, sources, &scene.positions, outputs, workspace, &mut Run::default())?;
@@ -137,7 +127,7 @@ impl Fmm2d {
         Ok(Row {
             setting: tolerance,
             micros: 1e6 * minimum(&seconds) / self.n as f64,
-            error: error(exact, |i| gradient[i]),
+            error: error(exact, |i| results.gradient[i]),
         })
     }
 

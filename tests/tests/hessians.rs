@@ -11,19 +11,19 @@ use mollis_tests::{Aligned, Split, Threads};
 use crate::field_bounds::{COMPACT, power, term, with_kernel};
 
 const HESSIAN: Wanted = Wanted { potential: false, gradient: false, laplacian: false, hessian: true };
-const ALL: Wanted = Wanted { potential: true, gradient: true, laplacian: true, hessian: true };
+pub(crate) const ALL: Wanted = Wanted { potential: true, gradient: true, laplacian: true, hessian: true };
 
 /// One call's results.
 #[derive(Clone, Debug, PartialEq)]
-struct Sums<T, const D: usize> {
-    potential: Vec<T>,
-    gradient: Vec<[T; D]>,
-    laplacian: Vec<T>,
-    hessian: Vec<[[T; D]; D]>,
-    counters: Statistics,
+pub(crate) struct Sums<T, const D: usize> {
+    pub(crate) potential: Vec<T>,
+    pub(crate) gradient: Vec<[T; D]>,
+    pub(crate) laplacian: Vec<T>,
+    pub(crate) hessian: Vec<[[T; D]; D]>,
+    pub(crate) counters: Statistics,
 }
 
-fn run<T: Real, const D: usize>(
+pub(crate) fn run<T: Real, const D: usize>(
     kernel: &dyn Interaction<T, D>,
     (sources, targets): (Sources<'_, T, D>, &[[T; D]]),
     wanted: Wanted,

@@ -3,8 +3,8 @@
 //! The particles of a run are always the same; `MOLLIS_CASES=20000 cargo test --release -p mollis-tests properties::` takes as many others.
 
 use mollis_core::aggregation::{self, Advance, Report, State, Trajectories};
-use mollis_core::exec::{Executor, Run, Serial, Statistics};
-use mollis_core::field::{self, Method, Options, Outputs, Sources, Wanted};
+use mollis_core::exec::{Executor, Run, Serial};
+use mollis_core::field::{Method, Options, Sources};
 use mollis_core::kernel::{Kernel, Law, Term};
 use mollis_core::mollifier::Mollifier;
 use mollis_core::simd::Level;
@@ -13,8 +13,7 @@ use proptest::prelude::*;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
 
 use crate::field_bounds::{COMPACT, power, term, with_kernel};
-
-const ALL: Wanted = Wanted { potential: true, gradient: true, laplacian: true, hessian: true };
+use crate::hessians::{ALL, Sums, run};
 
 /// Cases of a property.
 const CASES: u32 = 24;
@@ -85,45 +84,16 @@ fn shape() -> impl Strategy<Value = Shape> {
     })
 }
 
-/// The results of a call.
-#[derive(Clone, Debug, PartialEq)]
-struct Sums<const D: usize> {
-    potential: Vec<f64>,
-    gradient: Vec<[f64; D]>,
-    laplacian: Vec<f64>,
-    hessian: Vec<[[f64; D]; D]>,
-    counters: Statistics,
-}
-
 fn sums_with<const D: usize>(
     kernel: &Kernel<'_, f64, D>,
     (cloud, targets): (&Cloud<D>, &[[f64; D]]),
     options: &Options,
     executor: &dyn Executor,
-) -> Sums<D> {
-    let n = targets.len();
-    let plan = field::plan(kernel, cloud.x.len(), n, ALL, options).unwrap();
-    let mut memory = Aligned::new(plan.workspace_bytes(executor.workers()).unwrap());
-    let mut sums = Sums {
-        potential: vec![f64::NAN; n],
-        gradient: vec![[f64::NAN; D]; n],
-        laplacian: vec![f64::NAN; n],
-        hessian: vec![[[f64::NAN; D]; D]; n],
-        counters: Statistics::default(),
-    };
-    let outputs = Outputs {
-        potential: Some(&mut sums.potential),
-        gradient: Some(&mut sums.gradient),
-        laplacian: Some(&mut sums.laplacian),
-        hessian: Some(&mut sums.hessian),
-    };
-    let mut run = Run { executor, level: Level::best(), counters: Some(&mut sums.counters), ..Run::default() };
-    field::evaluate(&plan, kernel, Sources::new(&cloud.x, &cloud.m), targets, outputs, memory.bytes(), &mut run)
-        .unwrap();
-    sums
+) -> Sums<f64, D> {
+    run(kernel, (Sources::new(&cloud.x, &cloud.m), targets), ALL, options, (Level::best(), executor))
 }
 
-fn sums<const D: usize>(shape: &Shape, cloud: &Cloud<D>, targets: &[[f64; D]]) -> Sums<D> {
+fn sums<const D: usize>(shape: &Shape, cloud: &Cloud<D>, targets: &[[f64; D]]) -> Sums<f64, D> {
     let direct = Options { method: Some(Method::Direct), ..Options::default() };
     shape.with(|kernel| sums_with(kernel, (cloud, targets), &direct, &Serial))
 }
@@ -152,7 +122,7 @@ fn scales<const D: usize>(shape: &Shape, cloud: &Cloud<D>, targets: &[[f64; D]])
 }
 
 /// Every result is that of the other, to the errors that the documentation states for both.
-fn agree<const D: usize>(a: &Sums<D>, b: &Sums<D>, scales: &[[f64; 3]]) -> Result<(), TestCaseError> {
+fn agree<const D: usize>(a: &Sums<f64, D>, b: &Sums<f64, D>, scales: &[[f64; 3]]) -> Result<(), TestCaseError> {
     for (i, &[value, slope, curve]) in scales.iter().enumerate() {
         let near = |a: f64, b: f64, scale: f64, c: f64| (a - b).abs() <= c * f64::EPSILON * scale;
         prop_assert!(near(a.potential[i], b.potential[i], value, 400.0), "potential {i}: {a:?} {b:?}");
