@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import enum
 import os
+import signal
 import sys
 import threading
 from pathlib import Path
@@ -405,6 +406,7 @@ class Callbacks:
         self.frame = frame
         self.failure: BaseException | None = None
         self.queue: SimpleQueue[Any] | None = None
+        self.serving = False
 
     def guard(self, function: Callable[..., int]) -> Callable[..., int]:
         """A function that keeps an exception and returns a status instead."""
@@ -426,14 +428,8 @@ class Callbacks:
             if self.queue is None:
                 return guarded(*arguments)
             answer: SimpleQueue[int] = SimpleQueue()
-            self.queue.put((guarded, arguments, answer))
-            while True:
-                try:
-                    return answer.get(timeout=0.2)
-                except Empty:
-                    # A signal may fall between the other thread's taking the question and its noting that.
-                    if self.failure is not None:
-                        return HOST_FAILED
+            self.queue.put((lambda: guarded(*arguments), answer))
+            return answer.get()
 
         return asked
 
@@ -464,24 +460,52 @@ class Callbacks:
                 self.failure = self.failure or failure
             queue.put(None)
 
-        thread = threading.Thread(target=work, name="mollis", daemon=True)
-        thread.start()
-        while True:
-            answer = None
-            try:
-                # Windows handles Ctrl-C between waits only.
-                item = queue.get(timeout=0.2)
+        def asked(handler: Callable[..., Any]) -> Callable[..., Any]:
+            return lambda *event: handler(*event) if self.serving else queue.put((lambda: handler(*event), None))
+
+        # The call reads and writes memory that is the host's again once this function ends. An exception of a signal
+        # handler must therefore find it waiting, where it is kept until the call has ended, and nowhere else.
+        with _handlers(asked):
+            thread = threading.Thread(target=work, name="mollis", daemon=True)
+            thread.start()
+            while True:
+                try:
+                    item = queue.get(timeout=0.2)  # Windows handles Ctrl-C between waits only.
+                except Empty:
+                    continue
                 if item is None:
                     break
-                function, arguments, answer = item
-                answer.put(function(*arguments))
-            except Empty:
-                if not thread.is_alive():
-                    break
-            except BaseException as failure:
-                self.failure = self.failure or failure
-                self.frame.stop[0] = b"1"
-                if answer is not None:
-                    answer.put(HOST_FAILED)
-        thread.join()
+                self._serve(*item)
+            thread.join()
         return result[0] if result else HOST_FAILED
+
+    def _serve(self, function: Callable[[], int], answer: Any) -> None:
+        """Calls a function of the host, which signals interrupt; an exception ends the run."""
+        status = HOST_FAILED
+        try:
+            self.serving = True
+            status = function()
+            self.serving = False
+        except BaseException as failure:
+            self.serving = False
+            self.failure = self.failure or failure
+            self.frame.stop[0] = b"1"
+        if answer is not None:
+            answer.put(status)
+
+
+@contextlib.contextmanager
+def _handlers(other: Callable[[Callable[..., Any]], Callable[..., Any]]) -> Iterator[None]:
+    """Handles signals by `other(handler)` in place of every handler that is a function of Python."""
+    found: dict[int, Any] = {}
+    try:
+        for number in sorted(signal.valid_signals()):
+            handler = signal.getsignal(number)
+            if callable(handler) and not isinstance(handler, signal.Handlers):
+                found[number] = handler
+                signal.signal(number, other(handler))
+        yield
+    finally:
+        # Ctrl-C's comes back last: it may raise at once.
+        for number, handler in sorted(found.items(), key=lambda item: item[0] == signal.SIGINT):
+            signal.signal(number, handler)

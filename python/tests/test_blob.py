@@ -177,6 +177,36 @@ def test_ctrl_c_in_a_long_sum(rng, soft):
     timer.join()
 
 
+def test_no_call_outlives_an_interrupt(rng, soft):
+    """Wherever in its beginning an interrupt finds a long sum, the sum has ended when the exception arrives."""
+    x = rng.random((100_000, 2))
+
+    def interrupt(*_):
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGALRM, interrupt)
+    try:
+        for delay in np.linspace(1e-4, 4e-3, 40):
+            with pytest.raises(KeyboardInterrupt):
+                signal.setitimer(signal.ITIMER_REAL, delay)
+                mollis.field(soft, x, 1.0, potential=True, method="direct")
+            assert not [t for t in threading.enumerate() if t.name == "mollis"]
+            assert signal.getsignal(signal.SIGALRM) is interrupt
+    finally:
+        signal.signal(signal.SIGALRM, before)
+
+
+def test_ctrl_c_in_the_hosts_own_function(rng, soft):
+    """A function of the host that does not come back is interrupted as it would be outside a run."""
+    x, m = rng.random((300, 2)), rng.random(300) / 300
+    timer = threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT))
+    timer.start()
+    with pytest.raises(KeyboardInterrupt) as caught:
+        mollis.blob(soft, x, m, 1e-3, 10, progress=lambda *_: threading.Event().wait(3600))
+    timer.join()
+    assert caught.value.report.steps == 1
+
+
 def test_in_another_thread_of_the_host(particles, soft):
     """Calls from other threads than the main one run there, callbacks too."""
     x, m = particles
