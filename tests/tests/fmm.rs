@@ -3,11 +3,12 @@
 //! Errors are in the l2 norm over the sample, relative to that of sum_j |m_j| |K_j| (the promise), and to the sum's own (what users see).
 
 use mollis_core::exec::{Executor, Run, Serial, Statistics};
-use mollis_core::field::{self, Interaction, Method, Options, Outputs, Reason, Sources, Wanted};
+use mollis_core::field::{self, Accumulation, Interaction, Method, Options, Outputs, Reason, Sources, Wanted};
 use mollis_core::kernel::{Kernel, Law, Term};
 use mollis_core::mollifier::{Blob, Mollifier};
 use mollis_core::simd::Level;
 use mollis_core::{Error, Real};
+use mollis_reference::field::newtonian;
 use mollis_tests::{Aligned, Split, Threads};
 
 const ALL: Wanted = Wanted { potential: true, gradient: true, laplacian: true, hessian: false };
@@ -145,16 +146,30 @@ impl<'a, T: Real> Case<'a, T> {
         sizes
     }
 
-    /// Errors of potential, gradient, Laplacian and second derivatives on a sample of the targets, relative to the sizes and to the sums themselves.
+    /// Errors of potential, gradient, Laplacian and second derivatives on a sample of the targets, relative to the sizes and to the sums themselves: of sums over all pairs in the same
+    /// precision, in compensated summation.
     fn errors(&self, targets: &[[T; 2]], got: &Sums<T>, wanted: Wanted, delta: f64) -> [[f64; 2]; 4] {
-        let each = (targets.len() / 50).max(1);
-        let sample: Vec<[T; 2]> = targets.iter().step_by(each).copied().collect();
-        let options = Options { method: Some(Method::Direct), ..Options::default() };
+        let sample = sample(targets, 50);
+        let accumulation = Accumulation::Compensated;
+        let options = Options { method: Some(Method::Direct), accumulation, ..Options::default() };
         let (want, _) = self.run(&sample, wanted, &options, &Serial, Level::best());
+        self.errors_from(&want, (targets, &sample), got, wanted, delta)
+    }
+
+    /// The same, of sums that are given for the sample.
+    fn errors_from<U: Real>(
+        &self,
+        want: &Sums<U>,
+        (targets, sample): (&[[T; 2]], &[[T; 2]]),
+        got: &Sums<T>,
+        wanted: Wanted,
+        delta: f64,
+    ) -> [[f64; 2]; 4] {
+        let each = (targets.len() / sample.len().max(1)).max(1);
         let mut squares = [[0.0_f64; 3]; 4];
         for (k, x) in sample.iter().enumerate() {
             let sizes = self.sizes(x, delta);
-            let mut add = |which: usize, got: T, want: T| {
+            let mut add = |which: usize, got: T, want: U| {
                 squares[which][0] += (got.to_f64() - want.to_f64()).powi(2);
                 squares[which][2] += want.to_f64().powi(2);
             };
@@ -179,6 +194,24 @@ impl<'a, T: Real> Case<'a, T> {
     }
 }
 
+/// About so many of the targets.
+fn sample<T: Real>(targets: &[[T; 2]], n: usize) -> Vec<[T; 2]> {
+    targets.iter().step_by((targets.len() / n).max(1)).copied().collect()
+}
+
+/// Potentials and gradients of the bare kernel in double-double arithmetic, rounded.
+fn exact<T: Real>(case: &Case<'_, T>, sample: &[[T; 2]]) -> Sums<f64> {
+    let x: Vec<[f64; 2]> = case.positions.iter().map(|x| x.map(T::to_f64)).collect();
+    let m: Vec<f64> = case.masses.iter().map(|m| m.to_f64()).collect();
+    let sums: Vec<_> = sample.iter().map(|at| newtonian::<2>(None, &x, &m, &at.map(T::to_f64))).collect();
+    Sums {
+        potential: sums.iter().map(|sum| sum.potential.value()).collect(),
+        gradient: sums.iter().map(|sum| [sum.gradient[0].value(), sum.gradient[1].value()]).collect(),
+        laplacian: vec![0.0; sample.len()],
+        hessian: vec![],
+    }
+}
+
 fn blob<T: Real>(mollifier: Mollifier, delta: f64) -> Blob<T, 2> {
     Blob::new(mollifier, T::from_f64(delta)).unwrap()
 }
@@ -190,9 +223,11 @@ fn tolerances<T: Real>(n: usize, tolerances: &[f64]) {
         for signed in [false, true] {
             let m: Vec<T> = masses(n, signed).into_iter().map(T::from_f64).collect();
             let case = Case::new(&kernel, &x, &m);
+            let some = sample(&x, 20);
+            let want = exact(&case, &some);
             for &tolerance in tolerances {
                 let (got, counts) = case.fmm(&x, FIELD, tolerance);
-                let errors = case.errors(&x, &got, FIELD, kernel.delta().to_f64());
+                let errors = case.errors_from(&want, (&x, &some), &got, FIELD, kernel.delta().to_f64());
                 let [potential, gradient, ..] = errors;
                 println!("{kind:?} {signed} {tolerance:e}: {errors:?}, {} pairs", counts.pairs as f64 / n as f64);
                 assert!(

@@ -3,7 +3,7 @@
 use core::arch::x86_64::*;
 
 use super::Level;
-use super::lanes::{Isa, Job, MAX_LANES, paired_quotients, seeded_over_cube, seeded_root};
+use super::lanes::{Isa, Job, MAX_LANES, fourfold_quotients, paired_quotients, seeded_over_cube, seeded_root};
 use super::rows::{PANEL_BITS, ROW, ROWS, Rows, starts};
 
 /// Proof that the processor has AVX-512 F, DQ, BW, VL and that the operating system saves their registers.
@@ -241,7 +241,11 @@ impl Isa<f64> for Avx512 {
 
     #[inline(always)]
     fn quotients<const N: usize>(self, m: __m512d, a: [__m512d; N]) -> [__m512d; N] {
-        paired_quotients::<f64, _, N>(self, m, a)
+        if N.is_multiple_of(4) {
+            fourfold_quotients::<f64, _, N>(self, m, a)
+        } else {
+            paired_quotients::<f64, _, N>(self, m, a)
+        }
     }
 
     #[inline(always)]

@@ -160,6 +160,23 @@ pub(super) fn paired_quotients<T: Scalar, I: Isa<T>, const N: usize>(isa: I, m: 
     result
 }
 
+/// m / a with one division per four vectors.
+///
+/// Errors: two products, the quotient and two more products round once each, so 5 u instead of 1 u.
+#[cfg(target_arch = "x86_64")]
+#[inline(always)]
+pub(super) fn fourfold_quotients<T: Scalar, I: Isa<T>, const N: usize>(isa: I, m: I::V, a: [I::V; N]) -> [I::V; N] {
+    let mut result = a;
+    let (fours, _) = result.as_chunks_mut::<4>();
+    for [a, b, c, d] in fours {
+        let (ab, cd) = (isa.mul(*a, *b), isa.mul(*c, *d));
+        let all = isa.div(m, isa.mul(ab, cd));
+        let (of_ab, of_cd) = (isa.mul(all, cd), isa.mul(all, ab));
+        (*a, *b, *c, *d) = (isa.mul(of_ab, *b), isa.mul(of_ab, *a), isa.mul(of_cd, *d), isa.mul(of_cd, *c));
+    }
+    result
+}
+
 /// (1 - e)^-a, truncated after `TERMS` powers of e. For a seed y of 1/sqrt(x) and e = 1 - x y^2, x^-a = y^(2a) (1 - e)^-a.
 #[cfg(target_arch = "x86_64")]
 #[inline(always)]

@@ -18,7 +18,7 @@ use super::tree::{Shape, Tree};
 use super::upward::TASK;
 use crate::checked::Present;
 use crate::error::{Error, Result};
-use crate::field::pairs::{Groups, Near, Task, Units};
+use crate::field::pairs::{Groups, Near, Task, Units, least_distance};
 use crate::memory::{Carve, Space};
 use crate::real::Real;
 use crate::simd::Level;
@@ -74,7 +74,7 @@ pub(super) struct Scratch<'s, T> {
     far: &'s mut [u32],
     locals: &'s mut [T],
     groups: &'s mut [[u32; 4]],
-    ranges: &'s mut [[u32; 2]],
+    ranges: &'s mut [[u32; 3]],
 }
 
 /// Numbers of a local expansion.
@@ -137,16 +137,25 @@ impl<T: Real> Descent<'_, '_, T> {
         if !(sum * sum < opening * opening * square && square > least) {
             return false;
         }
-        let reach = if self.symmetric { source.reach.max(target.reach) } else { source.reach };
-        if reach == T::ZERO {
-            return true;
-        }
-        let gap = |d: T, a: T, b: T| {
-            let gap = d.abs() - a - b;
+        let reach = self.reach(source, target);
+        reach == T::ZERO || Self::is_apart(source, target, reach)
+    }
+
+    /// The largest support of a pair of two boxes.
+    #[inline(always)]
+    fn reach(&self, source: &Shape<T>, target: &Shape<T>) -> T {
+        if self.symmetric { source.reach.max(target.reach) } else { source.reach }
+    }
+
+    /// Whether all pairs of two boxes are farther from each other than `reach`.
+    #[inline(always)]
+    fn is_apart(source: &Shape<T>, target: &Shape<T>, reach: T) -> bool {
+        let gap = |axis: usize| {
+            let of = |values: [T; 2]| values.get(axis).copied().present_or(T::ZERO);
+            let gap = (of(source.centre) - of(target.centre)).abs() - of(source.half) - of(target.half);
             if gap > T::ZERO { gap } else { T::ZERO }
         };
-        let (x, y) = (gap(dx, source.half[0], target.half[0]), gap(dy, source.half[1], target.half[1]));
-        let reach = reach * (T::ONE + T::from_f64(64.0) * T::EPSILON);
+        let (x, y, reach) = (gap(0), gap(1), reach * (T::ONE + T::from_f64(64.0) * T::EPSILON));
         x * x + y * y > reach * reach
     }
 
@@ -344,7 +353,7 @@ impl<'a, 's, 'w, T: Real> Walk<'a, 's, 'w, T> {
                     (Some([first, second]), _) if !keeps && waiting + 2 <= DIVIDE => {
                         push(&mut stack, &mut waiting, [second as u32, first as u32])?;
                     }
-                    _ => self.meet(source, &mut meet),
+                    _ => self.meet((source, &shape), &target, &mut meet),
                 }
             }
         }
@@ -374,8 +383,10 @@ impl<'a, 's, 'w, T: Real> Walk<'a, 's, 'w, T> {
     }
 
     /// Lists the sources of a box as near.
-    fn meet(&mut self, source: u32, meet: &mut Meet<'_, '_, T>) {
+    fn meet(&mut self, (source, shape): (u32, &Shape<T>), target: &Shape<T>, meet: &mut Meet<'_, '_, T>) {
         let Some((targets, to)) = &mut meet.near else { return };
+        let reach = self.of.reach(shape, target).max(least_distance::<T>());
+        let apart = u32::from(Descent::is_apart(shape, target, reach));
         let tree = self.of.sources;
         let range = match tree.parts(source as usize) {
             None => tree.sources(source as usize),
@@ -385,8 +396,9 @@ impl<'a, 's, 'w, T: Real> Walk<'a, 's, 'w, T> {
             }
         };
         let last = self.n_ranges.checked_sub(1).filter(|&last| last >= self.first_range);
-        if let Some([_, end]) = last.and_then(|last| self.scratch.ranges.get_mut(last))
+        if let Some([_, end, same]) = last.and_then(|last| self.scratch.ranges.get_mut(last))
             && *end == range[0]
+            && *same == apart
         {
             *end = range[1];
             return;
@@ -396,7 +408,7 @@ impl<'a, 's, 'w, T: Real> Walk<'a, 's, 'w, T> {
             self.flush(&mut **to);
         }
         if let Some(slot) = self.scratch.ranges.get_mut(self.n_ranges) {
-            *slot = range;
+            *slot = [range[0], range[1], apart];
             self.n_ranges += 1;
         }
     }

@@ -365,6 +365,9 @@ impl<T: Real> Job<T> for Lower<'_, T> {
     }
 }
 
+/// Coefficients of a polynomial.
+type Coefficients<T> = heapless::Vec<[T; 2], MAX_TERMS>;
+
 /// Adds the values of a local expansion at the targets of its box: lanes are targets.
 pub(super) struct Scatter<'a, T> {
     pub order: Order<'a, T>,
@@ -405,30 +408,21 @@ impl<T: Real> BlockJob<T> for Scatter<'_, T> {
         let (real, rest) = from.split_at_checked(stride).unwrap_or_default();
         let (imaginary, constant) = rest.split_at_checked(stride).unwrap_or_default();
         let constant = constant.first().copied().unwrap_or(T::ZERO);
-        // Of f', and of f over the radius, both lowest power first.
-        let (mut slope, mut value) = ([[T::ZERO; 2]; MAX_TERMS], [[T::ZERO; 2]; MAX_TERMS]);
-        let coefficients =
-            real.iter().zip(imaginary).zip(factorials.inverse.iter().zip(factorials.inverse.iter().skip(1)));
-        for ((slope, value), ((&a, &b), (&of_slope, &of_value))) in
-            slope.iter_mut().zip(&mut value).zip(coefficients).take(terms)
-        {
-            (*slope, *value) = ([a * of_slope, b * of_slope], [a * of_value, b * of_value]);
-        }
-        // Of R f''.
-        let mut curve = [[T::ZERO; 2]; MAX_TERMS];
-        if hessian.is_some() {
-            let next = slope.iter().enumerate().skip(1);
-            curve.iter_mut().zip(next).for_each(|(to, (l, &[a, b]))| {
-                let l = T::from_usize(l);
-                *to = [a * l, b * l];
-            });
-        }
+        // Of f', of f over the radius, and of R f'', lowest power first; as far as they are wanted.
+        let coefficients = |of: bool, first: usize, weights: usize| -> Coefficients<T> {
+            let weights = factorials.inverse.iter().skip(weights);
+            let all = real.iter().zip(imaginary).take(if of { terms } else { 0 }).skip(first).zip(weights);
+            all.map(|((&a, &b), &weight)| [a * weight, b * weight]).collect()
+        };
+        let slope = coefficients(gradient.is_some(), 0, 0);
+        let value = coefficients(potential.is_some(), 0, 1);
+        let curve = coefficients(hessian.is_some(), 1, 0);
         let each = N * I::LANES;
         let [of_potential, of_gradient, of_hessian] = scales;
         for (block, points) in points.chunks(each).enumerate() {
             let u = load_points::<T, I, N>(isa, points, factor, &shape);
             if let Some(gradient) = gradient.as_deref_mut() {
-                let sums = horner::<T, I, N>(isa, slope.get(..terms).unwrap_or_default(), &u);
+                let sums = horner::<T, I, N>(isa, &slope, &u);
                 for ((v, [a, b]), _) in sums.iter().enumerate().zip(points.chunks(I::LANES)) {
                     let (a, b) = (isa.store(*a), isa.store(*b));
                     let to = gradient.iter_mut().skip(block * each + v * I::LANES).take(I::LANES);
@@ -439,7 +433,7 @@ impl<T: Real> BlockJob<T> for Scatter<'_, T> {
                 }
             }
             if let Some(hessian) = hessian.as_deref_mut() {
-                let sums = horner::<T, I, N>(isa, curve.get(..terms.saturating_sub(1)).unwrap_or_default(), &u);
+                let sums = horner::<T, I, N>(isa, &curve, &u);
                 let inverse = isa.splat(inverse(shape.radius));
                 for ((v, [a, b]), _) in sums.iter().enumerate().zip(points.chunks(I::LANES)) {
                     let (a, b) = (isa.store(isa.mul(*a, inverse)), isa.store(isa.mul(*b, inverse)));
@@ -451,7 +445,7 @@ impl<T: Real> BlockJob<T> for Scatter<'_, T> {
                 }
             }
             if let Some(potential) = potential.as_deref_mut() {
-                let sums = horner::<T, I, N>(isa, value.get(..terms).unwrap_or_default(), &u);
+                let sums = horner::<T, I, N>(isa, &value, &u);
                 let (radius, constant) = (isa.splat(shape.radius), isa.splat(constant));
                 for (((v, &sum), &u), _) in sums.iter().enumerate().zip(&u).zip(points.chunks(I::LANES)) {
                     let [a, _] = times(isa, sum, u);

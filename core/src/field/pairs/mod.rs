@@ -74,7 +74,7 @@ pub(in crate::field) use packed::{Packed, Units, power_of_two_pair};
 pub(in crate::field) use {
     near::{Groups, Near, Task},
     newtonian::support,
-    packed::largest,
+    packed::{largest, least_distance},
 };
 
 use super::{Options, Outputs, PairRadius, Sources};
@@ -205,6 +205,8 @@ pub(in crate::field) struct Block<'a, T, const D: usize> {
     pub strengths: &'a [[T; D]],
     /// The bounds of the sources, and of the targets of the register block.
     pub bounds: [&'a Bounds<T, D>; 2],
+    /// Whether no pair is known to be within the kernel's core, or closer than lanes serve.
+    pub apart: bool,
     /// Whether the pass computes potentials.
     pub potential: bool,
     /// Whether it computes Laplacians.

@@ -16,8 +16,9 @@ use crate::simd::Level;
 pub(in crate::field) struct Groups<'a> {
     /// Of each group the first target and one beyond the last, counted from the task's first, and the first range and one beyond the last.
     pub groups: &'a [[u32; 4]],
-    /// Of each range the first source and one beyond the last.
-    pub ranges: &'a [[u32; 2]],
+    /// Of each range the first source, one beyond the last, and 1 if the method knows that none of them is within its support, or closer than [`least_distance`], of any
+    /// target of the group; else 0.
+    pub ranges: &'a [[u32; 3]],
 }
 
 /// A task, as the method sees it.
@@ -61,7 +62,7 @@ pub(in crate::field) struct NearCall<'a, T> {
 pub(super) fn each_group(
     groups: Option<Groups<'_>>,
     targets: usize,
-) -> impl Iterator<Item = (Range<usize>, Option<&[[u32; 2]]>)> {
+) -> impl Iterator<Item = (Range<usize>, Option<&[[u32; 3]]>)> {
     let whole = groups.is_none().then_some((0..targets, None));
     let (groups, ranges) = groups.map_or((&[][..], &[][..]), |Groups { groups, ranges }| (groups, ranges));
     whole.into_iter().chain(groups.iter().map(move |&[from, to, first, last]| {

@@ -41,7 +41,7 @@ impl<T: Real, const D: usize> Task<T> for Piece<'_, T, D> {
 
     fn add_near(&mut self, groups: Groups<'_>) {
         for (targets, ranges) in each_group(Some(groups), 0) {
-            let sources: u64 = ranges.unwrap_or_default().iter().map(|&[from, to]| u64::from(to - from)).sum();
+            let sources: u64 = ranges.unwrap_or_default().iter().map(|&[from, to, _]| u64::from(to - from)).sum();
             self.pairs += sources * targets.len() as u64;
         }
         let all = 0..self.targets.len();

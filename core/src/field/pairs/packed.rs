@@ -34,10 +34,15 @@ pub(super) const fn class_width<T: Real>() -> i32 {
     if T::DIGITS > 24 { 900 } else { 100 }
 }
 
-/// 2^-this is the least r^2, in units, of the lanes' fast path: m / (r^2 s^2) and 1 / r^3 stay normal, f64's r^2 is in f32's range too
+/// 2^-this is the least r^2, in units, of the lanes' fast path: m over a product of two r^2 (f64: of four) and 1 / r^3 stay normal, f64's r^2 is in f32's range too
 /// (where the 3D seed is made).
 pub(super) const fn least_square_exponent<T: Real>() -> i32 {
     if T::DIGITS > 24 { 120 } else { 56 }
+}
+
+/// The least distance that lanes serve, in units.
+pub(in crate::field) fn least_distance<T: Real>() -> T {
+    T::ONE.ldexp(least_square_exponent::<T>() / -2)
 }
 
 /// 2^n, for |n| below the largest exponent.
@@ -275,8 +280,9 @@ impl<'w, T: Real, const D: usize> Packed<'w, T, D> {
 }
 
 impl<'a, T: Real, const D: usize> Class<'a, T, D> {
-    /// Blocks of at most [`BLOCK`] sources with their bounds and where they begin: of all sources, or of some ranges of them, for which the bounds are those of all points.
-    pub fn blocks(&self, ranges: Option<&'a [[u32; 2]]>) -> Blocks<'a, T, D> {
+    /// Blocks of at most [`BLOCK`] sources, with their bounds, what [`super::near::Groups`] says of their range, and where they begin: of all sources, or of some ranges of
+    /// them, for which the bounds are those of all points.
+    pub fn blocks(&self, ranges: Option<&'a [[u32; 3]]>) -> Blocks<'a, T, D> {
         let (positions, masses, boxes) = (self.positions, self.masses, self.boxes);
         let end = if ranges.is_some() { 0 } else { positions.len() };
         Blocks {
@@ -287,6 +293,7 @@ impl<'a, T: Real, const D: usize> Class<'a, T, D> {
             ranges: ranges.unwrap_or_default().iter(),
             at: 0,
             end,
+            apart: false,
         }
     }
 }
@@ -297,25 +304,26 @@ pub(in crate::field) struct Blocks<'a, T, const D: usize> {
     masses: &'a [T],
     boxes: &'a [Bounds<T, D>],
     listed: bool,
-    ranges: core::slice::Iter<'a, [u32; 2]>,
+    ranges: core::slice::Iter<'a, [u32; 3]>,
     at: usize,
     end: usize,
+    apart: bool,
 }
 
 impl<'a, T: Real, const D: usize> Iterator for Blocks<'a, T, D> {
-    type Item = (usize, Bounds<T, D>, List<'a, T, D>);
+    type Item = (usize, (Bounds<T, D>, bool), List<'a, T, D>);
 
     #[inline(always)]
     fn next(&mut self) -> Option<Self::Item> {
         while self.at >= self.end {
-            let &[from, to] = self.ranges.next()?;
-            (self.at, self.end) = (from as usize, to as usize);
+            let &[from, to, apart] = self.ranges.next()?;
+            (self.at, self.end, self.apart) = (from as usize, to as usize, apart == 1);
         }
         let start = self.at;
         self.at = (start + BLOCK).min(self.end);
         // Coordinates are at most 1 in units.
         let bounds = if self.listed { [[-T::TWO; D], [T::TWO; D]] } else { *self.boxes.get(start / BLOCK)? };
-        Some((start, bounds, (self.positions.get(start..self.at)?, self.masses.get(start..self.at)?)))
+        Some((start, (bounds, self.apart), (self.positions.get(start..self.at)?, self.masses.get(start..self.at)?)))
     }
 }
 

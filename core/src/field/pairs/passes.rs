@@ -72,6 +72,7 @@ impl<T: Real, I: Isa<T>, const D: usize, const NB: usize> Part<T, I> for Drive<'
         let Pass { shared, targets: (targets, radii), mut outputs, row, groups, counted } = pass;
         let mut counts = Statistics::default();
         let mut results = Results::ZERO;
+        let mut noted = [Deferred::new(), Deferred::new()];
         let want = Want {
             potential: outputs.potential.is_some(),
             gradient: outputs.gradient.is_some() || row.is_some(),
@@ -94,7 +95,7 @@ impl<T: Real, I: Isa<T>, const D: usize, const NB: usize> Part<T, I> for Drive<'
                         want,
                         (targets, of_block, &mut results),
                         (number, &class, ranges),
-                        &mut counts,
+                        (&mut noted, &mut counts),
                     );
                     let scales = scales(shared, shared.units, number, want);
                     output::add(isa, (&mut results, targets.len()), &totals, &scales);
@@ -122,8 +123,8 @@ fn class_sums<T: Real, I: Isa<T>, const D: usize, const NB: usize>(
     (shared, kernel): (&Shared<'_, T, D>, &dyn ErasedLanes<T, I, D, NB>),
     want: Want,
     (targets, radii, results): (&[[T; D]], &[T], &mut Results<T, D>),
-    (number, class, ranges): (usize, &Class<'_, T, D>, Option<&[[u32; 2]]>),
-    counts: &mut Statistics,
+    (number, class, ranges): (usize, &Class<'_, T, D>, Option<&[[u32; 3]]>),
+    (noted, counts): (&mut [Deferred; 2], &mut Statistics),
 ) -> [Total<I::V, D>; NB] {
     let zero = isa.splat(T::ZERO);
     let mut axis = [zero; D];
@@ -151,17 +152,16 @@ fn class_sums<T: Real, I: Isa<T>, const D: usize, const NB: usize>(
     let compensated = shared.options.accumulation == Accumulation::Compensated;
     let each = if compensated { SHORT_BLOCK } else { BLOCK };
     let mut totals = [Total::splat(zero); NB];
-    let mut noted = [Deferred::new(), Deferred::new()];
     let mut close = None;
-    for (start, source_bounds, (positions, masses)) in class.blocks(ranges) {
+    for (start, (source_bounds, apart), (positions, masses)) in class.blocks(ranges) {
         for (k, sources) in positions.chunks(each).zip(masses.chunks(each)).enumerate() {
             let Want { potential, laplacian, .. } = want;
             let cores = if class.cores.is_empty() { &[] } else { class.cores.get(start + k * each..).present_or(&[]) };
             let strengths =
                 if class.strengths.is_empty() { &[] } else { class.strengths.get(start + k * each..).present_or(&[]) };
             let bounds = [&source_bounds, &in_units.bounds];
-            let block = Block { sources, cores, strengths, bounds, potential, laplacian, valid: &valid };
-            kernel.add_block(isa, &block, &mut groups, &mut noted, counts);
+            let block = Block { sources, cores, strengths, bounds, apart, potential, laplacian, valid: &valid };
+            kernel.add_block(isa, &block, &mut groups, noted, counts);
             if noted.iter().any(|list| !list.is_empty()) {
                 let left_out = LeftOut {
                     shared,
@@ -170,7 +170,7 @@ fn class_sums<T: Real, I: Isa<T>, const D: usize, const NB: usize>(
                     sources,
                     cores,
                     origins: class.origins.get(start + k * each..).present_or(&[]),
-                    noted: &mut noted,
+                    noted: &mut *noted,
                     close: &mut close,
                     groups: &groups,
                     valid: &valid,

@@ -659,8 +659,8 @@ impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: u8, const EAC
         let cores = if EACH { block.cores.get(start..).present_or(&[]) } else { &[] };
         let strengths = if VECTOR { block.strengths.get(start..).present_or(&[]) } else { &[] };
         let sources = (from(block.sources, start), cores, strengths);
-        let potential = wants_potential::<D, P>(block.potential);
-        far_run::<T, I, D, NB, P, EACH, VECTOR>(isa, (kernel, rule), sources, potential, start, noted, groups)
+        let ask = (wants_potential::<D, P>(block.potential), !block.apart);
+        far_run::<T, I, D, NB, P, EACH, VECTOR>(isa, (kernel, rule), sources, ask, start, noted, groups)
     }
 }
 
@@ -693,7 +693,7 @@ fn from<T, const D: usize>((positions, masses): List<'_, T, D>, n: usize) -> Lis
     (positions.get(n..).present_or(&[]), masses.get(n..).present_or(&[]))
 }
 
-/// Adds sources, but not where a lane is below the edge: such sources are noted, at their place after `start`. Stops where every lane
+/// Adds sources, but, if any pair may be near, not where a lane is below the edge: such sources are noted, at their place after `start`. Stops where every lane
 /// is inside the support, which [`near_run`] does without dividing, and on machines that add in order behind a source that it noted.
 /// Returns how many it did.
 ///
@@ -703,7 +703,7 @@ fn far_run<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: u8, con
     isa: I,
     (kernel, rule): (&Softened<I::V>, PairRadius),
     (sources, of_sources, strengths): (List<'_, T, D>, &[T], &[[T; D]]),
-    potential: bool,
+    (potential, may_be_near): (bool, bool),
     start: usize,
     noted: &mut Deferred,
     groups: &mut [Group<I::V, D>; NB],
@@ -716,11 +716,13 @@ fn far_run<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: u8, con
         let (mut d, mut r2) = distances(isa, x, &local);
         let mass = isa.splat(m);
         let mut edges = [kernel.edge; NB];
-        if EACH {
+        if EACH && may_be_near {
             edges = self::edges(isa, rule, of_sources.next().copied().present_or(T::ZERO), &local);
         }
         let mut stop = false;
-        let any = if NB == 1 {
+        let any = if !may_be_near {
+            false
+        } else if NB == 1 {
             isa.any_below(&margins(isa, &r2, &edges), zero)
         } else {
             isa.any_below(&r2, edges.first().copied().present_or(kernel.edge))
