@@ -3,7 +3,7 @@
 //! Both sum the potentials and gradients of the same points at the points themselves. The error is that of the gradients in the l2 norm, relative to the gradients, over a sample of
 //! targets whose sums are computed pair by pair in double words.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use clap::Args;
@@ -44,10 +44,13 @@ pub struct Fmm2d {
 
 /// A setting, microseconds a point and the error.
 #[derive(Clone, Copy, Debug)]
-struct Row {
-    setting: f64,
-    micros: f64,
-    error: f64,
+pub struct Row {
+    /// The tolerance.
+    pub setting: f64,
+    /// Microseconds of CPU time a point.
+    pub micros: f64,
+    /// See [`error`].
+    pub error: f64,
 }
 
 impl Fmm2d {
@@ -67,18 +70,12 @@ impl Fmm2d {
             println!("  {error:8.1e} {:8.4} (tolerance {:.1e})", row.micros, row.setting);
         }
         let Some(path) = &self.library else { return Ok(()) };
-        // SAFETY: the user names the library, which has no code that runs when it is loaded.
-        #[expect(unsafe_code, reason = "a library by path")]
-        let library = unsafe { libloading::Library::new(path)? };
-        // SAFETY: FMM2D's documentation has this signature.
-        #[expect(unsafe_code, reason = "a function of a library")]
-        let sum = unsafe { library.get::<Sum>(b"rfmm2d_s_c_g_\0")? };
         println!("FMM2D: eps, us a point, error; mollis at no larger an error; ratio");
-        for eps in PEER {
-            let row = self.peer(&scene, &exact, *sum, eps)?;
+        for row in self.peers(path, &scene, &exact)? {
             let best = fastest(&ours, row.error).or(ours.last().copied()).context("rows")?;
             println!(
-                "  {eps:8.1e} {:8.4} {:8.1e}   {:8.4} {:8.1e}   {:.1}",
+                "  {:8.1e} {:8.4} {:8.1e}   {:8.4} {:8.1e}   {:.1}",
+                row.setting,
                 row.micros,
                 row.error,
                 best.micros,
@@ -89,8 +86,24 @@ impl Fmm2d {
         Ok(())
     }
 
+    /// The measurement of so many points.
+    pub fn of(n: usize) -> Self {
+        Self { library: None, n, repetitions: 3, potential: false, sample: 200 }
+    }
+
+    /// FMM2D's times and errors.
+    pub fn peers(&self, path: &Path, scene: &Scene<2>, exact: &[(usize, [f64; 2])]) -> Result<Vec<Row>> {
+        // SAFETY: the user names the library, which has no code that runs when it is loaded.
+        #[expect(unsafe_code, reason = "a library by path")]
+        let library = unsafe { libloading::Library::new(path)? };
+        // SAFETY: FMM2D's documentation has this signature.
+        #[expect(unsafe_code, reason = "a function of a library")]
+        let sum = unsafe { library.get::<Sum>(b"rfmm2d_s_c_g_\0")? };
+        PEER.into_iter().map(|eps| self.peer(scene, exact, *sum, eps)).collect()
+    }
+
     /// The targets of the sample and their gradients.
-    fn exact(&self, scene: &Scene<2>) -> Vec<(usize, [f64; 2])> {
+    pub fn exact(&self, scene: &Scene<2>) -> Vec<(usize, [f64; 2])> {
         let step = self.n.div_ceil(self.sample.max(1)).max(1);
         let gradient = |i: usize| {
             let mut sums = [DoubleWord::<f64>::ZERO; 2];
@@ -161,7 +174,7 @@ fn fastest(rows: &[Row], error: f64) -> Option<Row> {
 }
 
 /// The relative error of gradients in the l2 norm.
-fn error(exact: &[(usize, [f64; 2])], of: impl Fn(usize) -> [f64; 2]) -> f64 {
+pub fn error(exact: &[(usize, [f64; 2])], of: impl Fn(usize) -> [f64; 2]) -> f64 {
     let (mut difference, mut size) = (0.0, 0.0);
     for &(i, [x, y]) in exact {
         let [u, v] = of(i);

@@ -8,6 +8,7 @@ mod peers;
 mod pks;
 mod scene;
 mod skips;
+mod work;
 
 use clap::{Parser, Subcommand};
 
@@ -31,6 +32,8 @@ enum What {
     Codes,
     /// Fixed cases whose instructions are counted (`cargo xtask counts`).
     Count(count::Count),
+    /// Run time against error, as pictures and a page (`cargo xtask bench`).
+    Work(work::Work),
     /// Sums without pairs: moments, and one sort in one dimension.
     Skips,
 }
@@ -42,6 +45,7 @@ fn main() -> anyhow::Result<()> {
         What::Pks(pks) => pks.run(),
         What::Codes => codes::run(),
         What::Count(count) => count.run(),
+        What::Work(work) => work.run(),
         What::Skips => skips::run(),
     }
 }

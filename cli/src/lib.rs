@@ -19,7 +19,7 @@ mod measure;
 mod model;
 mod output;
 mod particles;
-mod plot;
+pub mod plot;
 mod points;
 mod results;
 mod run;

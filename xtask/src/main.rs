@@ -4,6 +4,7 @@
 //! all of them and counts.
 
 mod avx512;
+mod bench;
 mod counts;
 mod coverage;
 mod evidence;
@@ -87,6 +88,8 @@ enum Command {
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         filter: Vec<String>,
     },
+    /// Measures run time against error and writes `bench/results/README.md` with its pictures.
+    Bench(bench::Args),
     /// Counts the instructions of fixed cases by callgrind, and compares them with `bench/counts.txt`.
     Counts {
         /// Records the counts.
@@ -143,6 +146,7 @@ fn run(command: Command) -> Result<()> {
         Command::Figures { quick, threads, scenes } => figures::run(quick, threads, &scenes),
         Command::Firmware => firmware::run().map(|_| ()),
         Command::Avx512 { emulate } => avx512::run(emulate).map(|_| ()),
+        Command::Bench(args) => bench::run(&args),
         Command::Counts { write, cases } => counts::run(write, &cases),
         Command::Neon { filter } => neon::run(&filter),
         Command::Install { prefix } => install::run(&prefix),

@@ -14,7 +14,7 @@ const ALLOWED: [&str; 4] = ["libc.so", "libm.so", "libpthread.so", "ld-linux"];
 pub fn check() -> Result<usize> {
     tools::need(&[("python3", "python3"), ("readelf", "binutils")])?;
     let folder = shell::scratch("python")?.canonicalize()?;
-    let environment = environment(&folder)?;
+    let environment = environment(&folder, &["numpy", "cffi", "pytest"])?;
     let wheel = wheel(&environment, &folder.join("wheel"))?;
     let name = wheel.file_name().context("no name")?.to_string_lossy().into_owned();
     ensure!(
@@ -39,8 +39,8 @@ kernel = mollis.Kernel(mollis.kernels.newtonian(), mollis.mollifiers.plummer(), 
 assert mollis.field(kernel, [[0.0, 0.0], [1.0, 0.0]], 1.0, gradient=True).gradient[1, 0] > 0.1
 print(mollis.__file__)";
 
-/// A virtual environment with what the tests need, from the package index that pip is configured with.
-fn environment(folder: &Path) -> Result<PathBuf> {
+/// A virtual environment with some packages, from the package index that pip is configured with.
+pub fn environment(folder: &Path, packages: &[&str]) -> Result<PathBuf> {
     let environment = folder.join("environment");
     if !environment.join("bin/pip").exists() {
         // Debian has the module that puts pip into an environment in a package of its own.
@@ -50,7 +50,7 @@ fn environment(folder: &Path) -> Result<PathBuf> {
         tools::need(&[(&ensurepip, "python3-venv")])?;
         shell::run(shell::program("python3").args(["-m", "venv", "--clear"]).arg(&environment))?;
     }
-    shell::run(pip(&environment, &["install"]).args(["numpy", "cffi", "pytest"]))?;
+    shell::run(pip(&environment, &["install"]).args(packages))?;
     Ok(environment)
 }
 

@@ -147,7 +147,8 @@ impl Canvas {
         Ok(bytes)
     }
 
-    fn svg(&self) -> Result<String> {
+    /// The picture as SVG.
+    pub fn svg(&self) -> Result<String> {
         let [width, height] = self.size;
         let mut text = String::new();
         let mut backend = SVGBackend::with_string(&mut text, (width * FINE, height * FINE));

@@ -1,11 +1,11 @@
 //! Pictures of runs, written as PNG and SVG.
 //!
-//! [`canvas`] draws, [`axis`] finds round ticks, [`chart`] makes frames with curves, maps and legends; [`curves`] and
-//! [`planes`] turn runs into charts.
+//! [`canvas`] draws, [`axis`] finds round ticks, [`chart`] makes frames with curves, maps and legends; `curves` and
+//! `planes` turn runs into charts.
 
-mod axis;
+pub mod axis;
 pub mod canvas;
-mod chart;
+pub mod chart;
 mod curves;
 mod planes;
 

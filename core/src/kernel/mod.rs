@@ -96,6 +96,8 @@ impl<T> Others<'_, T> {
 impl<T: Real, const D: usize> Kernel<'_, T, D> {
     /// The Newtonian kernel times `coefficient` (+1 attracts, -1 repels). Needs no memory.
     ///
+    /// Under a Gaussian mollifier near pairs are then evaluated one by one, a thousand times as slowly as others: for sums take [`Kernel::prepare`], which tabulates its field.
+    ///
     /// # Errors
     /// Those of [`Blob::new`]; [`crate::Error::NotFinite`]: the coefficient.
     pub fn newtonian(coefficient: T, mollifier: Mollifier, delta: T) -> Result<Kernel<'static, T, D>> {

@@ -11,15 +11,15 @@
 //! A register block of targets meets one source after the other. If no lane is inside, no polynomial is evaluated ([`far_run`]); if all are,
 //! nothing is divided ([`near_run`]); a block with some lanes inside adds the others and is noted, and gets its polynomials later
 //! ([`inside_pairs`]), so that the common loop keeps its registers. In 2D the mass goes into the numerator, m / r2, with one division for two
-//! vectors; in 3D m / r^3 comes from the machine's square root and a shared division (AVX2) or from a 14-bit seed y and the series of
+//! vectors (four: f64, AVX-512); in 3D m / r^3 comes from the machine's square root and a shared division (AVX2) or from a 14-bit seed y and the series of
 //! (1 - e)^(-3/2), e = 1 - r2 y^2 (AVX-512). In one and two dimensions potentials have a pass of their own.
 //!
 //! A Gaussian mollifier's field is Newtonian to rounding beyond some lengths delta; within them it is read from the kernel's table
 //! ([`super::tabulated`]) where it was prepared with one.
 //!
 //! # Rounding
-//! With u the unit roundoff and to first order: a coordinate difference has 1 u, r2 has 5 u. Outside, g has in 1D 2 u, in 2D 8 u (r2, 3 u of
-//! the shared division), in 3D 12 u (1.5 times r2's, square root, product, shared division, or the series and its cut); inside at most
+//! With u the unit roundoff and to first order: a coordinate difference has 1 u, r2 has 5 u. Outside, g has in 1D 2 u, in 2D 10 u (r2, 3 to 5 u
+//! of the shared division), in 3D 12 u (1.5 times r2's, square root, product, shared division, or the series and its cut); inside at most
 //! 12 u for orders 2 and 4 (`Polynomials`). The products by d and by the coefficient add 4 u: c = 16. At orders 6 and 8 the polynomials have
 //! coefficients of both signs: c = 16 + 12 q, q the sum of their magnitudes over the function's maximum (up to 8, at order 8, M = 8, D = 3).
 //! The 2D potential is the logarithm of a rounded number, which has a zero at r = 1: its error is relative to |log r| + 1. The density has zeros too:
