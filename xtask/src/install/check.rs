@@ -38,6 +38,7 @@ pub fn check() -> Result<usize> {
     let (spaced, moved) = (work.join("with space"), work.join("moved"));
     fs::rename(&prefix, &spaced)?;
     checks += cmade(&spaced, &work)?;
+    checks += within(&work)?;
     fs::rename(&spaced, &moved)?;
     checks += made(&moved, &work, "pkg-config --define-prefix")?;
     fs::rename(&moved, &prefix)?;
@@ -183,6 +184,23 @@ fn cmade(prefix: &Path, work: &Path) -> Result<usize> {
         ("mt_static", None),
         ("cpp", Some("mollis_mt")),
     ];
+    for (target, library) in targets {
+        ran(&build.join(target), library, None)?;
+    }
+    Ok(targets.len())
+}
+
+/// Builds within a CMake project and runs: there is no installation.
+fn within(work: &Path) -> Result<usize> {
+    let build = work.join("subdirectory");
+    if build.exists() {
+        fs::remove_dir_all(&build)?;
+    }
+    let mut configure = shell::program("cmake");
+    configure.arg("-S").arg(shell::root().join("tests/installed/subdirectory")).arg("-B").arg(&build);
+    shell::output(configure.arg(format!("-DMOLLIS={}", shell::root().display())))?;
+    shell::output(shell::program("cmake").arg("--build").arg(&build))?;
+    let targets = [("static", None), ("cpp", Some("mollis_mt"))];
     for (target, library) in targets {
         ran(&build.join(target), library, None)?;
     }
