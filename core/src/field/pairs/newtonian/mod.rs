@@ -358,7 +358,12 @@ impl<'a, T: Real, const D: usize, const EACH: bool, const VECTOR: bool> PairKern
             start = n;
         }
         while start < n {
-            start += isa.apart(FarRun::<_, _, D, NB, P, EACH, VECTOR> { kernel, rule, block, start, noted, groups });
+            // (Only the plane has a method that knows it.)
+            start += if const { D == 2 && !VECTOR } && block.apart {
+                isa.apart(FarRun::<_, _, D, NB, P, EACH, VECTOR, false> { kernel, rule, block, start, noted, groups })
+            } else {
+                isa.apart(FarRun::<_, _, D, NB, P, EACH, VECTOR, true> { kernel, rule, block, start, noted, groups })
+            };
             if I::IN_ORDER && !noted.is_empty() {
                 add_noted::<T, I, D, NB, P, EACH, VECTOR>(isa, prepared, block, groups, noted, counts);
             }
@@ -639,7 +644,17 @@ impl<
 }
 
 /// [`far_run`] as a function of its own, from `start` on.
-struct FarRun<'a, T, V, const D: usize, const NB: usize, const P: u8, const EACH: bool, const VECTOR: bool> {
+struct FarRun<
+    'a,
+    T,
+    V,
+    const D: usize,
+    const NB: usize,
+    const P: u8,
+    const EACH: bool,
+    const VECTOR: bool,
+    const TEST: bool,
+> {
     kernel: &'a Softened<V>,
     rule: PairRadius,
     block: &'a Block<'a, T, D>,
@@ -648,8 +663,16 @@ struct FarRun<'a, T, V, const D: usize, const NB: usize, const P: u8, const EACH
     groups: &'a mut [Group<V, D>; NB],
 }
 
-impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: u8, const EACH: bool, const VECTOR: bool> Part<T, I>
-    for FarRun<'_, T, I::V, D, NB, P, EACH, VECTOR>
+impl<
+    T: Real,
+    I: Isa<T>,
+    const D: usize,
+    const NB: usize,
+    const P: u8,
+    const EACH: bool,
+    const VECTOR: bool,
+    const TEST: bool,
+> Part<T, I> for FarRun<'_, T, I::V, D, NB, P, EACH, VECTOR, TEST>
 {
     type Out = usize;
 
@@ -659,8 +682,8 @@ impl<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: u8, const EAC
         let cores = if EACH { block.cores.get(start..).present_or(&[]) } else { &[] };
         let strengths = if VECTOR { block.strengths.get(start..).present_or(&[]) } else { &[] };
         let sources = (from(block.sources, start), cores, strengths);
-        let ask = (wants_potential::<D, P>(block.potential), !block.apart);
-        far_run::<T, I, D, NB, P, EACH, VECTOR>(isa, (kernel, rule), sources, ask, start, noted, groups)
+        let potential = wants_potential::<D, P>(block.potential);
+        far_run::<T, I, D, NB, P, EACH, VECTOR, TEST>(isa, (kernel, rule), sources, potential, start, noted, groups)
     }
 }
 
@@ -693,17 +716,26 @@ fn from<T, const D: usize>((positions, masses): List<'_, T, D>, n: usize) -> Lis
     (positions.get(n..).present_or(&[]), masses.get(n..).present_or(&[]))
 }
 
-/// Adds sources, but, if any pair may be near, not where a lane is below the edge: such sources are noted, at their place after `start`. Stops where every lane
+/// Adds sources, but, unless the caller knows that there is none (`TEST` is false), not where a lane is below the edge: such sources are noted, at their place after `start`. Stops where every lane
 /// is inside the support, which [`near_run`] does without dividing, and on machines that add in order behind a source that it noted.
 /// Returns how many it did.
 ///
 /// Targets and sums live in registers here: this loop is where a sum without near pairs spends its time.
 #[inline(always)]
-fn far_run<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: u8, const EACH: bool, const VECTOR: bool>(
+fn far_run<
+    T: Real,
+    I: Isa<T>,
+    const D: usize,
+    const NB: usize,
+    const P: u8,
+    const EACH: bool,
+    const VECTOR: bool,
+    const TEST: bool,
+>(
     isa: I,
     (kernel, rule): (&Softened<I::V>, PairRadius),
     (sources, of_sources, strengths): (List<'_, T, D>, &[T], &[[T; D]]),
-    (potential, may_be_near): (bool, bool),
+    potential: bool,
     start: usize,
     noted: &mut Deferred,
     groups: &mut [Group<I::V, D>; NB],
@@ -716,11 +748,11 @@ fn far_run<T: Real, I: Isa<T>, const D: usize, const NB: usize, const P: u8, con
         let (mut d, mut r2) = distances(isa, x, &local);
         let mass = isa.splat(m);
         let mut edges = [kernel.edge; NB];
-        if EACH && may_be_near {
+        if EACH && TEST {
             edges = self::edges(isa, rule, of_sources.next().copied().present_or(T::ZERO), &local);
         }
         let mut stop = false;
-        let any = if !may_be_near {
+        let any = if !TEST {
             false
         } else if NB == 1 {
             isa.any_below(&margins(isa, &r2, &edges), zero)
