@@ -286,8 +286,9 @@ typedef struct mollis_field_options {
   double combination[2];
   /**
    * The error that may be spent for speed (`MOLLIS_METHOD_FMM`): of each output, in the l2 norm over the targets, relative to that of sum_j |m_j| |K_j|; with
-   * masses of one sign relative to the output itself. 0 asks for rounding alone, and so does any tolerance where that method does not serve: under
-   * Plummer's, the algebraic and Vatistas' mollifier, in space, and for other kernels. Not negative.
+   * masses of one sign relative to the output itself. (Where most targets lie in one place, their errors do not average: ten times the tolerance have been seen.)
+   * 0 asks for rounding alone, and so does any tolerance where that method does not serve: under Plummer's, the algebraic and Vatistas' mollifier, in space, and for
+   * other kernels. Not negative.
    */
   double tolerance;
 } mollis_field_options;
@@ -1125,7 +1126,7 @@ mollis_status mollis_field3_text_f32(const void *kernel, size_t kernel_bytes, co
  *
  * * Second derivatives: s is d |K'/r| and the Laplacian's s together; c = 128, and 1500 in double where a Laplacian's is 1000.
  *
- * Results do not depend on the number of threads, bit for bit; but for level portable the last bits of a target's may depend on the other targets of its block of 128. A refused call writes nothing (but `run->first_bad`, with
+ * Results do not depend on the number of threads, bit for bit. At other levels than portable the last bits of a target's may depend on the other targets of its block of 128: two targets in one place may differ there. A refused call writes nothing (but `run->first_bad`, with
  * MOLLIS_ERR_NOT_FINITE: sources, then targets); a stopped one has written some outputs, if these are arrays without gaps that are overwritten. Refused:
  * MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_OVERLAP, MOLLIS_ERR_NOT_FINITE, MOLLIS_ERR_DELTA (a core radius that is not positive), MOLLIS_ERR_LENGTH_MISMATCH (targets without the core radii that `pair_radius` asks for),
  * MOLLIS_ERR_OUT_OF_DOMAIN (a negative tolerance), MOLLIS_ERR_UNSUPPORTED, MOLLIS_ERR_UNKNOWN_VALUE, MOLLIS_ERR_WORKSPACE_TOO_SMALL, MOLLIS_ERR_NOT_PREPARED and those of an unprepared kernel.

@@ -1,5 +1,7 @@
 //! Helpers for several tests.
 
+#[cfg(target_arch = "x86_64")]
+pub mod control;
 pub mod exceptions;
 pub mod positional;
 pub mod sums;

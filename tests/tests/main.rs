@@ -35,5 +35,6 @@ mod ranges;
 mod softenings;
 mod stable_steps;
 mod step_layouts;
+mod stress;
 mod sum_layouts;
 mod traps;

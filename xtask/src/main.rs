@@ -18,6 +18,7 @@ mod layers;
 mod neon;
 mod python;
 mod shell;
+mod stress;
 mod suites;
 mod symbols;
 mod templates;
@@ -98,6 +99,12 @@ enum Command {
         /// Cases; all if none is named.
         cases: Vec<String>,
     },
+    /// Runs the stability tests in their long sizes: more scales and seeds, and a million steps.
+    Stress {
+        /// A module or test of `tests/tests/stress/`; all if none is named.
+        #[arg(default_value = "")]
+        filter: String,
+    },
     /// Runs all scenes, or those named, and writes a gallery of pictures with the papers' numbers and the measured ones.
     Figures {
         /// Uses the quick sizes of the scenes.
@@ -143,6 +150,7 @@ fn run(command: Command) -> Result<()> {
         Command::Features => features::run(),
         Command::Coverage => coverage::run(),
         Command::Evidence { arguments } => evidence::run(&arguments),
+        Command::Stress { filter } => stress::run(&filter),
         Command::Figures { quick, threads, scenes } => figures::run(quick, threads, &scenes),
         Command::Firmware => firmware::run().map(|_| ()),
         Command::Avx512 { emulate } => avx512::run(emulate).map(|_| ()),

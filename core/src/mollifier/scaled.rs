@@ -77,9 +77,13 @@ impl<T: Real> Scaled<T> {
         self.value.ldexp(self.exponent)
     }
 
-    /// Rounded to `T`.
+    /// Rounded to `T`; infinite beyond its range, without the exception that a host may trap.
     pub fn round(self) -> T {
-        self.value.hi.ldexp(self.exponent)
+        let hi = self.value.hi;
+        if hi != T::ZERO && hi.frexp().1.saturating_add(self.exponent) > T::MAX_EXPONENT + 1 {
+            return if hi < T::ZERO { -T::INFINITY } else { T::INFINITY };
+        }
+        hi.ldexp(self.exponent)
     }
 }
 

@@ -537,7 +537,7 @@ pub unsafe extern "C" fn mollis_field3_text_f32(
 ///
 /// * Second derivatives: s is d |K'/r| and the Laplacian's s together; c = 128, and 1500 in double where a Laplacian's is 1000.
 ///
-/// Results do not depend on the number of threads, bit for bit; but for level portable the last bits of a target's may depend on the other targets of its block of 128. A refused call writes nothing (but `run->first_bad`, with
+/// Results do not depend on the number of threads, bit for bit. At other levels than portable the last bits of a target's may depend on the other targets of its block of 128: two targets in one place may differ there. A refused call writes nothing (but `run->first_bad`, with
 /// MOLLIS_ERR_NOT_FINITE: sources, then targets); a stopped one has written some outputs, if these are arrays without gaps that are overwritten. Refused:
 /// MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_OVERLAP, MOLLIS_ERR_NOT_FINITE, MOLLIS_ERR_DELTA (a core radius that is not positive), MOLLIS_ERR_LENGTH_MISMATCH (targets without the core radii that `pair_radius` asks for),
 /// MOLLIS_ERR_OUT_OF_DOMAIN (a negative tolerance), MOLLIS_ERR_UNSUPPORTED, MOLLIS_ERR_UNKNOWN_VALUE, MOLLIS_ERR_WORKSPACE_TOO_SMALL, MOLLIS_ERR_NOT_PREPARED and those of an unprepared kernel.
