@@ -286,9 +286,8 @@ typedef struct mollis_field_options {
   double combination[2];
   /**
    * The error that may be spent for speed (`MOLLIS_METHOD_FMM`): of each output, in the l2 norm over the targets, relative to that of sum_j |m_j| |K_j|; with
-   * masses of one sign relative to the output itself. (Where most targets lie in one place, their errors do not average: ten times the tolerance have been seen.)
-   * 0 asks for rounding alone, and so does any tolerance where that method does not serve: under Plummer's, the algebraic and Vatistas' mollifier, in space, and for
-   * other kernels. Not negative.
+   * masses of one sign relative to the output itself. 0 asks for rounding alone, and so does any tolerance where that method does not serve: under
+   * Plummer's, the algebraic and Vatistas' mollifier, in space, and for other kernels. Not negative.
    */
   double tolerance;
 } mollis_field_options;

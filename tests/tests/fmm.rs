@@ -8,7 +8,7 @@ use mollis_core::kernel::{Kernel, Law, Term};
 use mollis_core::mollifier::{Blob, Mollifier};
 use mollis_core::simd::Level;
 use mollis_core::{Error, Real};
-use mollis_reference::field::newtonian;
+use mollis_reference::field::{Soft, newtonian};
 use mollis_tests::{Aligned, Split, Threads};
 
 const ALL: Wanted = Wanted { potential: true, gradient: true, laplacian: true, hessian: false };
@@ -153,19 +153,18 @@ impl<'a, T: Real> Case<'a, T> {
         let accumulation = Accumulation::Compensated;
         let options = Options { method: Some(Method::Direct), accumulation, ..Options::default() };
         let (want, _) = self.run(&sample, wanted, &options, &Serial, Level::best());
-        self.errors_from(&want, (targets, &sample), got, wanted, delta)
+        self.errors_from(&want, (&sample, each(targets.len(), 50)), got, wanted, delta)
     }
 
-    /// The same, of sums that are given for the sample.
+    /// The same, of sums that are given for a sample of which every `each`-th target is one.
     fn errors_from<U: Real>(
         &self,
         want: &Sums<U>,
-        (targets, sample): (&[[T; 2]], &[[T; 2]]),
+        (sample, each): (&[[T; 2]], usize),
         got: &Sums<T>,
         wanted: Wanted,
         delta: f64,
     ) -> [[f64; 2]; 4] {
-        let each = (targets.len() / sample.len().max(1)).max(1);
         let mut squares = [[0.0_f64; 3]; 4];
         for (k, x) in sample.iter().enumerate() {
             let sizes = self.sizes(x, delta);
@@ -196,7 +195,12 @@ impl<'a, T: Real> Case<'a, T> {
 
 /// About so many of the targets.
 fn sample<T: Real>(targets: &[[T; 2]], n: usize) -> Vec<[T; 2]> {
-    targets.iter().step_by((targets.len() / n).max(1)).copied().collect()
+    targets.iter().step_by(each(targets.len(), n)).copied().collect()
+}
+
+/// How far apart they stand.
+fn each(targets: usize, n: usize) -> usize {
+    (targets / n).max(1)
 }
 
 /// Potentials and gradients of the bare kernel in double-double arithmetic, rounded.
@@ -227,15 +231,14 @@ fn tolerances<T: Real>(n: usize, tolerances: &[f64]) {
             let want = exact(&case, &some);
             for &tolerance in tolerances {
                 let (got, counts) = case.fmm(&x, FIELD, tolerance);
-                let errors = case.errors_from(&want, (&x, &some), &got, FIELD, kernel.delta().to_f64());
+                let errors = case.errors_from(&want, (&some, each(n, 20)), &got, FIELD, kernel.delta().to_f64());
                 let [potential, gradient, ..] = errors;
                 println!("{kind:?} {signed} {tolerance:e}: {errors:?}, {} pairs", counts.pairs as f64 / n as f64);
                 assert!(
                     potential[0] <= tolerance && gradient[0] <= tolerance,
                     "{kind:?} {signed} {tolerance}: {errors:?}"
                 );
-                // Lattices with masses of both signs are the worst; the errors of all others are below the tolerance.
-                assert!(gradient[1] <= 4.0 * tolerance, "{kind:?} {signed} {tolerance}: {errors:?}");
+                assert!(gradient[1] <= tolerance, "{kind:?} {signed} {tolerance}: {errors:?}");
                 assert!(counts.pairs < (n * n / 2) as u64, "{kind:?}: {}", counts.pairs);
                 let (got, _) = case.fmm(&x, HESSIANS, tolerance);
                 let [.., hessian] = case.errors(&x, &got, HESSIANS, kernel.delta().to_f64());
@@ -250,6 +253,46 @@ fn tolerances<T: Real>(n: usize, tolerances: &[f64]) {
 #[test]
 fn every_tolerance_on_every_kind_of_points() {
     tolerances::<f64>(5000, &[1e-3, 1e-6, 1e-9, 1e-12, 1e-13]);
+}
+
+/// Half of the targets within 1e-7, and half of these in one place: their errors do not average. What is near is mollified, so that all of their field comes from afar.
+#[test]
+fn crowds_of_targets_keep_the_tolerance() {
+    let delta = 0.01;
+    let soft = Soft { order: 2, exponent: 4, delta };
+    let kernel = blob::<f64>(Mollifier::Compact { order: 2, exponent: 4 }, delta);
+    let mut worst = [0.0_f64; 2];
+    for seed in 0..6 {
+        let mut numbers = Split(seed);
+        let mut x: Vec<[f64; 2]> = (0..400).map(|_| [0, 1].map(|_| 2.0 * numbers.uniform() - 1.0)).collect();
+        for k in (0..400).step_by(4) {
+            x[k] = x[k].map(|c| 1e-7 * c);
+            x[k + 1] = x[k];
+        }
+        for one_dominates in [false, true] {
+            let mass = |u: f64| if one_dominates { 10_f64.powf(60.0 * u - 30.0) } else { u };
+            let m: Vec<f64> = (0..400).map(|_| mass(numbers.uniform())).collect();
+            let want: Vec<_> = x.iter().map(|at| newtonian::<2>(Some(soft), &x, &m, at)).collect();
+            for tolerance in [1e-3, 1e-6, 1e-9, 1e-12, 1e-13] {
+                let (got, _) = Case::new(&kernel, &x, &m).fmm(&x, FIELD, tolerance);
+                let mut squares = [[0.0_f64; 2]; 2];
+                for ((u, g), want) in got.potential.iter().zip(&got.gradient).zip(&want) {
+                    squares[0][0] += (u - want.potential.value()).powi(2);
+                    squares[0][1] += want.potential_size.powi(2);
+                    for k in 0..2 {
+                        squares[1][0] += (g[k] - want.gradient[k].value()).powi(2);
+                        squares[1][1] += want.gradient_size[k].powi(2);
+                    }
+                }
+                for (worst, [error, size]) in worst.iter_mut().zip(squares) {
+                    let share = (error / size).sqrt() / tolerance;
+                    println!("{seed} {one_dominates} {tolerance:e}: {share:.3} of the tolerance");
+                    *worst = worst.max(share);
+                }
+            }
+        }
+    }
+    assert!(worst.iter().all(|&share| share <= 1.0), "{worst:?} times the tolerance");
 }
 
 #[test]

@@ -34,7 +34,7 @@ pub struct Options {
     /// gradient, `(0, 1)` its rotation (vortex flow). Other dimensions take `(1, 0)` only.
     pub combination: (f64, f64),
     /// Error allowed to [`Method::Fmm`], in the l2 norm over targets relative to that of `sum_j |m_j| |K_j|`, for each output; masses of one sign: relative to the output
-    /// itself. (Where most targets lie in one place their errors do not average: ten times the tolerance have been seen.) From 1e-13 on (f32: 1e-5) the plan may choose that method; below, 0 included, only rounding is allowed. Not negative.
+    /// itself. From 1e-13 on (f32: 1e-5) the plan may choose that method; below, 0 included, only rounding is allowed. Not negative.
     pub tolerance: f64,
     /// Forces a method; `None` lets the plan choose.
     pub method: Option<Method>,

@@ -155,8 +155,8 @@ impl<T: Real> BlockJob<T> for Gather<'_, T> {
 
     #[inline(always)]
     fn run<I: Isa<T>, const N: usize>(self, isa: I) {
-        if self.order.terms <= 16 {
-            self.with_room::<I, N, 16>(isa);
+        if self.order.terms <= 24 {
+            self.with_room::<I, N, 24>(isa);
         } else {
             self.with_room::<I, N, MAX_TERMS>(isa);
         }

@@ -35,7 +35,7 @@ impl<T: Real> Job<T> for Translate<'_, '_, T> {
     #[inline(always)]
     fn run<I: Isa<T>>(self, isa: I) {
         match self.order.terms {
-            0..=20 => self.with_room::<I, 20>(isa),
+            0..=24 => self.with_room::<I, 24>(isa),
             _ => self.with_room::<I, MAX_TERMS>(isa),
         }
     }

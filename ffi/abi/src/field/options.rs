@@ -52,9 +52,8 @@ pub struct mollis_field_options {
     /// (a, b): in 2D the gradient output is a grad u + b (grad u rotated by +90 degrees), of the rounded gradient; else (1, 0).
     pub combination: [f64; 2],
     /// The error that may be spent for speed (`MOLLIS_METHOD_FMM`): of each output, in the l2 norm over the targets, relative to that of sum_j |m_j| |K_j|; with
-    /// masses of one sign relative to the output itself. (Where most targets lie in one place, their errors do not average: ten times the tolerance have been seen.)
-    /// 0 asks for rounding alone, and so does any tolerance where that method does not serve: under Plummer's, the algebraic and Vatistas' mollifier, in space, and for
-    /// other kernels. Not negative.
+    /// masses of one sign relative to the output itself. 0 asks for rounding alone, and so does any tolerance where that method does not serve: under
+    /// Plummer's, the algebraic and Vatistas' mollifier, in space, and for other kernels. Not negative.
     pub tolerance: f64,
 }
 
