@@ -279,9 +279,9 @@ fn crowds_of_targets_keep_the_tolerance() {
                 for ((u, g), want) in got.potential.iter().zip(&got.gradient).zip(&want) {
                     squares[0][0] += (u - want.potential.value()).powi(2);
                     squares[0][1] += want.potential_size.powi(2);
-                    for k in 0..2 {
-                        squares[1][0] += (g[k] - want.gradient[k].value()).powi(2);
-                        squares[1][1] += want.gradient_size[k].powi(2);
+                    for (g, (sum, size)) in g.iter().zip(want.gradient.iter().zip(want.gradient_size)) {
+                        squares[1][0] += (g - sum.value()).powi(2);
+                        squares[1][1] += size.powi(2);
                     }
                 }
                 for (worst, [error, size]) in worst.iter_mut().zip(squares) {

@@ -409,10 +409,17 @@ impl<T: Real> BlockJob<T> for Scatter<'_, T> {
         let (imaginary, constant) = rest.split_at_checked(stride).unwrap_or_default();
         let constant = constant.first().copied().unwrap_or(T::ZERO);
         // Of f', of f over the radius, and of R f'', lowest power first; as far as they are wanted.
-        let coefficients = |of: bool, first: usize, weights: usize| -> Coefficients<T> {
+        let coefficients = |of: bool, first: usize, weights: usize| {
             let weights = factorials.inverse.iter().skip(weights);
             let all = real.iter().zip(imaginary).take(if of { terms } else { 0 }).skip(first).zip(weights);
-            all.map(|((&a, &b), &weight)| [a * weight, b * weight]).collect()
+            let mut list = Coefficients::new();
+            for ((&a, &b), &weight) in all {
+                // There is room for the most terms. (To collect them would be a way to panic.)
+                if list.push([a * weight, b * weight]).is_err() {
+                    break;
+                }
+            }
+            list
         };
         let slope = coefficients(gradient.is_some(), 0, 0);
         let value = coefficients(potential.is_some(), 0, 1);
