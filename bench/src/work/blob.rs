@@ -11,7 +11,7 @@ use mollis_core::field::Options;
 use mollis_core::kernel::Law;
 use mollis_core::mollifier::Mollifier;
 
-use super::{Curve, Row, Study, Work};
+use super::{Curve, Row, Study, Work, fastest};
 use crate::field::{KernelName, cpu_time, prepared};
 use crate::scene::aligned;
 
@@ -132,11 +132,10 @@ fn peer(path: &std::path::Path) -> Result<Curve> {
     Ok(Curve { name: format!("NumPy and VODE: Gaussian, order 4, {kernel}"), rows })
 }
 
-/// How many times as long a row takes as the fastest row of the library's with at most its error.
+/// How many times as long a row takes as the fastest of these curves with at most its error.
 fn ratio(curves: &[Curve], peer: &Row) -> Option<String> {
-    let rows = curves.iter().filter(|curve| !curve.name.starts_with("NumPy")).flat_map(|curve| &curve.rows);
-    let best = rows.filter(|row| row.error <= peer.error).map(|row| row.time).reduce(f64::min)?;
-    Some(format!("{:.0} times as long at {:.1e}", peer.time / best, peer.error))
+    let (_, best) = fastest(curves, peer.error)?;
+    Some(format!("{:.0} times as long at {:.1e}", peer.time / best.time, peer.error))
 }
 
 /// The paper's data, beside the paper's way to compute.
@@ -159,13 +158,13 @@ pub fn paper(work: &Work) -> Result<Study> {
         )?,
         curve("mollis: particle method", 2, &h, Choice { mollifier: Mollifier::None, ..common })?,
     ];
-    let mut notes = Vec::new();
-    for path in &work.numpy {
-        let peer = peer(path)?;
+    let peers = work.numpy.iter().map(|path| peer(path)).collect::<Result<Vec<Curve>>>()?;
+    let note = |peer: &Curve| {
         let ratios: Vec<String> = peer.rows.iter().filter_map(|row| ratio(&curves, row)).collect();
-        notes.push(format!("{}, over the fastest above with at most its error: {}.", peer.name, ratios.join(", ")));
-        curves.push(peer);
-    }
+        format!("{}, over the fastest above with at most its error: {}.", peer.name, ratios.join(", "))
+    };
+    let notes = peers.iter().map(note).collect();
+    curves.extend(peers);
     Ok(Study {
         name: "blob",
         question: "How long does the blob method take to a given error, beside the way that its authors describe?",

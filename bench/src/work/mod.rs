@@ -74,12 +74,10 @@ struct Study {
     notes: Vec<String>,
 }
 
-impl Study {
-    /// The fastest setting with at most this error, and the name of its curve.
-    fn fastest(&self, error: f64) -> Option<(&str, &Row)> {
-        let all = self.curves.iter().flat_map(|curve| curve.rows.iter().map(|row| (curve.name.as_str(), row)));
-        all.filter(|(_, row)| row.error <= error).min_by(|(_, a), (_, b)| a.time.total_cmp(&b.time))
-    }
+/// The fastest setting with at most this error, and the name of its curve.
+fn fastest(curves: &[Curve], error: f64) -> Option<(&str, &Row)> {
+    let all = curves.iter().flat_map(|curve| curve.rows.iter().map(|row| (curve.name.as_str(), row)));
+    all.filter(|(_, row)| row.error <= error).min_by(|(_, a), (_, b)| a.time.total_cmp(&b.time))
 }
 
 /// A study's function.

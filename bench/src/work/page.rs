@@ -5,9 +5,9 @@ use std::path::Path;
 
 use anyhow::{Context, Result};
 use mollis_cli::plot::axis::Axis;
-use mollis_cli::plot::chart::{COLORS, Chart, Curve as Line, MARKS, Mark, sheet};
+use mollis_cli::plot::chart::{COLORS, Chart, Curve as Line, MARKS, sheet};
 
-use super::{Curve, Study};
+use super::{Curve, Study, fastest};
 
 /// Writes `NAME.json`, `NAME.svg` and `NAME.md`.
 pub fn write(folder: &Path, study: &Study) -> Result<()> {
@@ -54,8 +54,7 @@ fn picture(study: &Study) -> mollis_cli::plot::canvas::Canvas {
         // Rounding errors below the axis are drawn nowhere.
         let points: Vec<[f64; 2]> =
             rows.iter().filter(|row| row.error > 0.0).map(|row| [row.error, row.time]).collect();
-        let marks: [Mark; 4] = MARKS;
-        chart.curves.push(Line { mark: Some((marks[index % marks.len()], 4.0)), ..Line::line(name, points, color) });
+        chart.curves.push(Line { mark: Some((MARKS[index % MARKS.len()], 4.0)), ..Line::line(name, points, color) });
         for row in rows {
             if let Some(spread) = row.spread {
                 let ends = [(row.error - spread).max(x.low), row.error + spread].map(|error| [error, row.time]);
@@ -71,7 +70,7 @@ fn text(study: &Study, machine: &str) -> Result<String> {
     writeln!(text, "## {}\n\n{} {machine}\n", study.question, study.about)?;
     writeln!(text, "![{} against {}]({}.svg)\n", study.unit, study.error, study.name)?;
     for &digits in study.digits {
-        match study.fastest(10_f64.powi(-digits)) {
+        match fastest(&study.curves, 10_f64.powi(-digits)) {
             Some((curve, row)) => writeln!(
                 text,
                 "{ANSWER}{digits} digit{}: **{curve}, {}** ({} {}, error {:.1e}).",

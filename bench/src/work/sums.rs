@@ -77,7 +77,7 @@ pub fn study(work: &Work) -> Result<Study> {
         },
     ];
     // Within so small a length there is no other particle, but the loop divides by the distance from the particle to itself without one.
-    let softened = Scene { delta: Some(1e-6), ..Scene::<2>::uniform(n, None, 1) };
+    let softened = Scene::<2>::uniform(n, Some(1e-6), 1);
     if let Some(mut plain) = Peer::new(&softened, n, true, false) {
         let seconds = least_time(|| {
             plain.run();
