@@ -63,6 +63,7 @@ module mollis
   integer(c_int32_t), parameter :: MOLLIS_METHOD_NEIGHBOURS = 4
   integer(c_int32_t), parameter :: MOLLIS_METHOD_SPLIT = 5
   integer(c_int32_t), parameter :: MOLLIS_METHOD_FMM = 6
+  integer(c_int32_t), parameter :: MOLLIS_METHOD_TREE = 7
   integer(c_int32_t), parameter :: MOLLIS_ACCUMULATION_BLOCKED = 0
   integer(c_int32_t), parameter :: MOLLIS_ACCUMULATION_COMPENSATED = 1
   integer(c_int32_t), parameter :: MOLLIS_PAIR_RADIUS_SOURCE = 0

@@ -152,6 +152,13 @@
  * below 2^-1022 of the largest (single precision: 2^-126) count as zero in the end.
  */
 #define MOLLIS_METHOD_FMM 6
+
+/**
+ * Any kernel that is smooth away from zero, in one, two and three dimensions: cells, and the kernel interpolated between those that do not touch, to the tolerance (at least 1e-12,
+ * single precision 1e-5). Potentials and gradients, and Laplacians of Newtonian kernels; no core radii and no vector strengths. Where a kernel cannot be interpolated, as about
+ * an edge of it, pairs are summed one by one. Masses below 2^-1022 of the largest (single precision: 2^-126) count as zero in the end.
+ */
+#define MOLLIS_METHOD_TREE 7
 /** Terms are added up in blocks. */
 #define MOLLIS_ACCUMULATION_BLOCKED 0
 /** Each addition's error is carried along: for diagnostics. */
@@ -285,9 +292,9 @@ typedef struct mollis_field_options {
   /** (a, b): in 2D the gradient output is a grad u + b (grad u rotated by +90 degrees), of the rounded gradient; else (1, 0). */
   double combination[2];
   /**
-   * The error that may be spent for speed (`MOLLIS_METHOD_FMM`): of each output, in the l2 norm over the targets, relative to that of sum_j |m_j| |K_j|; with
-   * masses of one sign relative to the output itself. 0 asks for rounding alone, and so does any tolerance where that method does not serve: under
-   * Plummer's, the algebraic and Vatistas' mollifier, in space, and for other kernels. Not negative.
+   * The error that may be spent for speed (`MOLLIS_METHOD_FMM`, `MOLLIS_METHOD_TREE`): of each output, in the l2 norm over the targets, relative to that of sum_j |m_j| |K_j|; with
+   * masses of one sign relative to the output itself. 0 asks for rounding alone, and so does any tolerance that is too
+   * small for these methods, or where they serve no sum of this kind. Not negative.
    */
   double tolerance;
 } mollis_field_options;
@@ -557,7 +564,7 @@ typedef struct mollis_outputs3_f32 {
 
 /** What a sum did. Added to, when the call succeeds. */
 typedef struct mollis_field_counts {
-  /** Pairs of a target and a source with mass; by the fast multipole method those that are summed one by one. */
+  /** Pairs of a target and a source with mass; by the fast multipole method and the tree those that are summed one by one. */
   uint64_t pairs;
   /** Of these, pairs closer than delta. */
   uint64_t near_pairs;
@@ -1103,7 +1110,7 @@ mollis_status mollis_field3_text_f32(const void *kernel, size_t kernel_bytes, co
  * Arrays of equal strides may lie within each other like the members of structures. Where they are no arrays without gaps, or results are added or multiplied, the workspace holds a copy of
  * each: some nanoseconds a particle.
  *
- * By the fast multipole method (MOLLIS_METHOD_FMM, or chosen for a tolerance) the error is the tolerance, see mollis_field_options. Else it
+ * By the fast multipole method and the tree (MOLLIS_METHOD_FMM, MOLLIS_METHOD_TREE, or chosen for a tolerance) the error is the tolerance, see mollis_field_options. Else it
  * is at most (c + 256 + n/256) u S, u the unit roundoff; with MOLLIS_ACCUMULATION_COMPENSATED (c + 12) u S + (n/4) u^2 S. S is the
  * sum of |m_j| s_j, componentwise for gradients. With K the kernel that mollis_kernel2_eval returns, r = |x_i - x_j|:
  *

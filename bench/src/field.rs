@@ -19,6 +19,7 @@ enum MethodName {
     Auto,
     Direct,
     Fmm,
+    Tree,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
@@ -278,6 +279,7 @@ impl Field {
                 MethodName::Auto => None,
                 MethodName::Direct => Some(Method::Direct),
                 MethodName::Fmm => Some(Method::Fmm),
+                MethodName::Tree => Some(Method::Tree),
             },
             tolerance: self.tolerance,
             radii: self.radii,
@@ -336,7 +338,7 @@ impl Field {
             Times { seconds_min: least, seconds_median: median, pairs_per_second: pairs / least }
         };
         let each = self.radii.then_some(&radii[..]);
-        let relative_error = if plan.method() == Method::Fmm {
+        let relative_error = if matches!(plan.method(), Method::Fmm | Method::Tree) {
             error_of_sample::<T, D>(&scene, &accurate, each, wanted, &results)?
         } else {
             error::<T, D>(&scene, &accurate, each, wanted, &results)?

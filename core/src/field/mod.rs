@@ -7,7 +7,7 @@
 
 mod evaluate;
 mod finite;
-#[cfg_attr(feature = "small", path = "no_fmm.rs")]
+#[cfg_attr(feature = "small", path = "no_expansions.rs")]
 mod fmm;
 mod kernels;
 mod moments;
@@ -16,8 +16,12 @@ mod options;
 mod pairs;
 mod plan;
 mod problem;
+#[cfg(not(feature = "small"))]
+mod results;
 mod skips;
 mod sorted;
+#[cfg_attr(feature = "small", path = "no_expansions.rs")]
+mod tree;
 
 pub use evaluate::evaluate;
 pub(crate) use evaluate::{drift, drift_bytes, flow};

@@ -33,8 +33,8 @@ pub struct Options {
     /// In two dimensions the gradient output is `a grad u + b (grad u rotated by +90 degrees)`: `(1, 0)` is the
     /// gradient, `(0, 1)` its rotation (vortex flow). Other dimensions take `(1, 0)` only.
     pub combination: (f64, f64),
-    /// Error allowed to [`Method::Fmm`], in the l2 norm over targets relative to that of `sum_j |m_j| |K_j|`, for each output; masses of one sign: relative to the output
-    /// itself. From 1e-13 on (f32: 1e-5) the plan may choose that method; below, 0 included, only rounding is allowed. Not negative.
+    /// Error allowed to [`Method::Fmm`] and [`Method::Tree`], in the l2 norm over targets relative to that of `sum_j |m_j| |K_j|`, for each output; masses of one sign: relative to the output
+    /// itself. From 1e-13 on (the tree: 1e-12; f32: 1e-5) the plan may choose these methods; below, 0 included, only rounding is allowed. Not negative.
     pub tolerance: f64,
     /// Forces a method; `None` lets the plan choose.
     pub method: Option<Method>,
@@ -83,6 +83,9 @@ pub enum Method {
     /// Newtonian kernels in the plane, without a mollifier or with a compact or Gaussian one: the fast multipole method, to [`Options::tolerance`] (forced with less than
     /// its least one: to that). Masses below 2^-1022 of the largest (f32: 2^-126) count as zero in the end.
     Fmm,
+    /// Any kernel that is smooth away from zero, in one, two and three dimensions: cells, and interpolation of the kernel between those that are not adjacent, to
+    /// [`Options::tolerance`] (forced with less than its least one: to that). Masses below 2^-1022 of the largest (f32: 2^-126) count as zero in the end.
+    Tree,
 }
 
 /// Why a method was chosen.
@@ -99,7 +102,7 @@ pub enum Reason {
     CompactLaplacian,
     /// Some terms are even powers.
     SomeEvenPowers,
-    /// A Newtonian kernel in the plane, and the tolerance and the number of particles are large enough.
+    /// The tolerance and the number of particles are large enough.
     Tolerance,
     /// No faster method serves this kernel and size.
     NothingFaster,

@@ -2,7 +2,7 @@
 
 use super::options::{Method, Options, PairRadius, Reason};
 use super::problem::{Interaction, Wanted};
-use super::{fmm, pairs, skips};
+use super::{fmm, pairs, skips, tree};
 use crate::build;
 use crate::error::{Error, Result};
 use crate::exec::MAX_WORKERS;
@@ -20,8 +20,16 @@ pub struct Plan {
     reason: Reason,
     bytes: usize,
     bytes_per_worker: usize,
-    /// Of the fast multipole method.
-    expansions: Option<fmm::Settings>,
+    expansions: Option<Expansions>,
+}
+
+/// What a plan says of a method of expansions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Expansions {
+    terms: usize,
+    leaf: usize,
+    /// The numbers of sources and targets from which it is faster.
+    least: usize,
 }
 
 /// Whether sums of the kernel take core radii, those of a pair, and vector strengths, if these are asked for.
@@ -76,7 +84,19 @@ pub fn plan<T: Real, const D: usize>(
         let one = skips::workspace_bytes(kernel, method, (sizes, needed), options, 1)?;
         let bytes_per_worker = skips::workspace_bytes(kernel, method, (sizes, needed), options, 2)?.saturating_sub(one);
         let bytes = one.saturating_sub(bytes_per_worker);
-        let expansions = if method == Method::Fmm { fmm::settings(kernel, wanted, options) } else { None };
+        let expansions = match method {
+            Method::Fmm => fmm::settings(kernel, wanted, options).map(|of| Expansions {
+                terms: of.terms,
+                leaf: of.leaf,
+                least: fmm::least_size(of),
+            }),
+            Method::Tree => tree::settings(kernel, wanted, options).map(|of| Expansions {
+                terms: of.terms,
+                leaf: of.leaf,
+                least: tree::least_size(of),
+            }),
+            _ => None,
+        };
         let options = *options;
         return Ok(Plan { n_sources, n_targets, wanted, options, method, reason, bytes, bytes_per_worker, expansions });
     }
@@ -164,6 +184,7 @@ impl Plan {
             Method::Neighbours => "neighbours (pairs closer than delta)",
             Method::Split => "split (even powers from moments, the other terms over all pairs)",
             Method::Fmm => "fast multipole method (expansions of distant sources, near pairs exactly)",
+            Method::Tree => "tree (the kernel interpolated between distant cells, near pairs exactly)",
         });
         take(": ");
         take(match self.reason {
@@ -172,7 +193,7 @@ impl Plan {
             Reason::OneDimension => "one dimension, and polynomials of the distance",
             Reason::CompactLaplacian => "only the Laplacian is wanted, which has compact support",
             Reason::SomeEvenPowers => "some terms are even powers",
-            Reason::Tolerance => "a Newtonian kernel in the plane, and the tolerance allows it",
+            Reason::Tolerance => "the tolerance and the number of particles allow it",
             Reason::NothingFaster => "no faster method serves this kernel, mollifier, dimension, tolerance and size",
         });
         let mut count = |number: usize, what: &str| {
@@ -183,10 +204,10 @@ impl Plan {
         count(self.n_sources, " sources");
         count(self.n_targets, " targets");
         count(self.bytes, " workspace bytes, without copies of arrays with gaps");
-        if let Some(settings) = self.expansions {
-            count(settings.terms, " terms an expansion");
-            count(settings.leaf, " points in a leaf at most");
-            count(fmm::least_size(settings), " sources and targets or more make it faster than all pairs");
+        if let Some(expansions) = self.expansions {
+            count(expansions.terms, " terms an expansion");
+            count(expansions.leaf, " points in a leaf at most");
+            count(expansions.least, " sources and targets or more make it faster than all pairs");
         }
         let outputs = [
             (self.wanted.potential, "; potential computed", "; potential skipped"),
@@ -198,7 +219,7 @@ impl Plan {
             take(if wanted { computed } else { skipped });
         }
         take("; massless sources skipped");
-        if matches!(self.method, Method::Direct | Method::Fmm) {
+        if matches!(self.method, Method::Direct | Method::Fmm | Method::Tree) {
             take("; a mollifier of compact support evaluated only where a block of targets has a near pair");
         }
     }

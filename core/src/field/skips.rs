@@ -2,7 +2,7 @@
 
 use super::options::{Method, Options, Reason};
 use super::problem::{Interaction, Outputs, Sources, Wanted};
-use super::{fmm, moments, neighbours, pairs, sorted};
+use super::{fmm, moments, neighbours, pairs, sorted, tree};
 use crate::build;
 use crate::error::{Error, Result};
 use crate::exec::Run;
@@ -96,10 +96,17 @@ pub(super) fn choose<T: Real, const D: usize>(
             Some(_) => Ok(Some((Method::Fmm, Reason::Forced))),
             None => Err(Error::Unsupported),
         },
+        (Some(Method::Tree), _) => match tree::settings(kernel, wanted, options) {
+            Some(_) => Ok(Some((Method::Tree, Reason::Forced))),
+            None => Err(Error::Unsupported),
+        },
         (Some(_), _) => Ok(None),
         (None, None) => {
-            let chosen = fmm::settings(kernel, wanted, options).filter(|&settings| fmm::pays(settings, sizes));
-            Ok(chosen.map(|_| (Method::Fmm, Reason::Tolerance)))
+            if let Some(settings) = fmm::settings(kernel, wanted, options) {
+                return Ok(fmm::pays(settings, sizes).then_some((Method::Fmm, Reason::Tolerance)));
+            }
+            let chosen = tree::settings(kernel, wanted, options).filter(|&settings| tree::pays(settings, sizes));
+            Ok(chosen.map(|_| (Method::Tree, Reason::Tolerance)))
         }
         (None, Some((Method::Sorted | Method::Split, _))) if sizes.0.saturating_mul(sizes.1) < FEW_PAIRS => Ok(None),
         (None, found) => Ok(found),
@@ -128,6 +135,10 @@ pub(super) fn workspace_bytes<T: Real, const D: usize>(
         Method::Fmm => {
             let settings = fmm::settings(kernel, wanted, options).ok_or(Error::Unsupported)?;
             fmm::workspace_bytes::<T>(settings, sizes, wanted, options, workers)
+        }
+        Method::Tree => {
+            let settings = tree::settings(kernel, wanted, options).ok_or(Error::Unsupported)?;
+            tree::workspace_bytes::<T>(settings, sizes, wanted, options, workers)
         }
         Method::Direct => Ok(0),
     }
@@ -224,6 +235,10 @@ pub(super) fn evaluate<T: Real, const D: usize>(
     if method == Method::Fmm {
         fmm::settings(kernel, wanted, options).ok_or(Error::Unsupported)?;
         return fmm::evaluate((kernel, wanted), options, (sources, targets), outputs, workspace, run);
+    }
+    if method == Method::Tree {
+        tree::settings(kernel, wanted, options).ok_or(Error::Unsupported)?;
+        return tree::evaluate((kernel, wanted), options, (sources, targets), outputs, workspace, run);
     }
     let kernel = kernel.sum().ok_or(Error::Unsupported)?;
     let skip = skip(kernel, wanted).filter(|skip| skip.method().0 == method).ok_or(Error::Unsupported)?;

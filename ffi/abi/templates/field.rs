@@ -126,7 +126,7 @@ pub unsafe extern "C" fn mollis_field{d}_text{f}(
 /// Arrays of equal strides may lie within each other like the members of structures. Where they are no arrays without gaps, or results are added or multiplied, the workspace holds a copy of
 /// each: some nanoseconds a particle.
 ///
-/// By the fast multipole method (MOLLIS_METHOD_FMM, or chosen for a tolerance) the error is the tolerance, see mollis_field_options. Else it
+/// By the fast multipole method and the tree (MOLLIS_METHOD_FMM, MOLLIS_METHOD_TREE, or chosen for a tolerance) the error is the tolerance, see mollis_field_options. Else it
 /// is at most (c + 256 + n/256) u S, u the unit roundoff; with MOLLIS_ACCUMULATION_COMPENSATED (c + 12) u S + (n/4) u^2 S. S is the
 /// sum of |m_j| s_j, componentwise for gradients. With K the kernel that mollis_kernel2_eval returns, r = |x_i - x_j|:
 ///

@@ -40,6 +40,7 @@ use core::ops::Range;
 use super::options::{Options, PairRadius};
 use super::pairs::{self, Call, ErasedCall, NearCall, Packed, Units, largest};
 use super::problem::{Interaction, Outputs, Sources, Wanted};
+use super::results::{Output, bring_back};
 use crate::checked::Present;
 use crate::error::{Error, Result};
 use crate::exec::{Chunks, MAX_WORKERS, Run, par_chunks};
@@ -346,59 +347,6 @@ fn place_targets<T: Real>(targets: &[[T; 2]], words: &[u64], points: &mut [[T; 2
     })
 }
 
-/// Results in the order of the boxes.
-type Sorted<'a, T> = (&'a [T], &'a [[T; 2]], &'a [T], &'a [[[T; 2]; 2]]);
-
-/// Where they go.
-type Results<'a, T> =
-    (Option<&'a mut [T]>, Option<&'a mut [[T; 2]]>, Option<&'a mut [T]>, Option<&'a mut [[[T; 2]; 2]]>);
-
-/// Brings results to the caller's order, and combines the gradient's components.
-fn bring_back<T: Real>(
-    ranks: &[u32],
-    (potential, gradient, laplacian, hessian): Sorted<'_, T>,
-    to: Results<'_, T>,
-    (a, b): (f64, f64),
-    run: &Run<'_>,
-) -> Result<()> {
-    let pieces = (
-        to.0.map(|to| Chunks::new(to, COPIES)),
-        to.1.map(|to| Chunks::new(to, COPIES)),
-        to.2.map(|to| Chunks::new(to, COPIES)),
-        to.3.map(|to| Chunks::new(to, COPIES)),
-    );
-    let combination = ((a, b) != (1.0, 0.0)).then(|| (T::from_f64(a), T::from_f64(b)));
-    par_chunks(
-        run.executor,
-        ranks.len().div_ceil(COPIES),
-        pieces,
-        (),
-        &|task, (to_potential, to_gradient, to_laplacian, to_hessian), ()| {
-            let ranks = ranks.get(task.saturating_mul(COPIES)..).present()?;
-            for (to, from) in [(to_potential, potential), (to_laplacian, laplacian)] {
-                for (to, &rank) in to.unwrap_or_default().iter_mut().zip(ranks) {
-                    *to = from.get(rank as usize).copied().present()?;
-                }
-            }
-            for (to, &rank) in to_hessian.unwrap_or_default().iter_mut().zip(ranks) {
-                *to = hessian.get(rank as usize).copied().present()?;
-            }
-            for (to, &rank) in to_gradient.unwrap_or_default().iter_mut().zip(ranks) {
-                let [x, y] = gradient.get(rank as usize).copied().present()?;
-                *to = match combination {
-                    None => [x, y],
-                    // A factor of zero takes nothing from a component that has overflowed.
-                    Some((a, b)) => {
-                        let times = |factor: T, x: T| if factor == T::ZERO { T::ZERO } else { factor * x };
-                        [times(a, x) - times(b, y), times(a, y) + times(b, x)]
-                    }
-                };
-            }
-            Ok(())
-        },
-    )
-}
-
 /// The whole method; `of_pairs` is the engine for pairs.
 fn sums<T: Real>(
     call: ErasedCall<'_, T>,
@@ -547,7 +495,12 @@ fn sums<T: Real>(
         ..call
     };
     of_pairs(near, packed, run)?;
-    let to_hessian = to_hessian.map(|to| to.as_chunks_mut::<2>().0.as_chunks_mut::<2>().0);
-    let to = (to_potential, to_gradient.map(|to| to.as_chunks_mut::<2>().0), to_laplacian, to_hessian);
-    bring_back(ranks, (potential, gradient, laplacian, hessian), to, options.combination, run)
+    let hessian = hessian.as_flattened().as_flattened();
+    let outputs = [
+        Output { each: 1, from: potential, to: to_potential },
+        Output { each: 2, from: gradient.as_flattened(), to: to_gradient },
+        Output { each: 1, from: laplacian, to: to_laplacian },
+        Output { each: 4, from: hessian, to: to_hessian },
+    ];
+    bring_back(ranks, outputs, options.combination, run)
 }

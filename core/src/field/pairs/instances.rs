@@ -4,7 +4,7 @@
 //! call of plain slices, and the functions that turn them into types again have none: they are compiled with this crate, once.
 
 use super::called::{Called, Radial};
-use super::newtonian::Newtonian;
+use super::newtonian::{Newtonian, support};
 use super::smooth::{Form, Smooth};
 use super::tabulated::Tabulated;
 use super::{Call, NearCall, sums};
@@ -39,6 +39,8 @@ pub(in crate::field) struct ErasedCall<'a, T> {
     pub newtonian: Option<(T, Mollifier, T)>,
     pub table: Option<(&'a [T], TableHead)>,
     pub kernel: &'a dyn Radial,
+    /// Where the kernel's mollifier ends, if it does.
+    pub reach: T,
     pub options: &'a Options,
     pub positions: &'a [T],
     pub masses: &'a [T],
@@ -82,6 +84,8 @@ pub(in crate::field) fn erased<T: Real, const D: usize>(
     }
     let table = kernel.sum().filter(|_| others).and_then(Kernel::table);
     let seen = ErasedInteraction(kernel);
+    let blob = kernel.newtonian().map(|(_, blob)| blob).or(kernel.sum().map(Kernel::blob));
+    let reach = blob.map_or(T::ZERO, |blob| support::<T>(D, blob.mollifier()).map_or(T::ZERO, |s| s * blob.delta()));
     let Call { options, sources, targets, outputs, near: _ } = call;
     let (positions, targets) = (sources.positions.as_flattened(), targets.as_flattened());
     let Outputs { potential, gradient, laplacian, hessian } = outputs;
@@ -100,6 +104,7 @@ pub(in crate::field) fn erased<T: Real, const D: usize>(
                         .map(|(coefficient, mollifier, delta)| (named(coefficient), mollifier, named(delta))),
                     table: table.and_then(|table| Some((T::$of(table.rows.as_flattened())?, table.head))),
                     kernel: &seen,
+                    reach: named(reach),
                     options,
                     positions,
                     masses,

@@ -22,6 +22,10 @@ pub const MOLLIS_METHOD_SPLIT: i32 = 5;
 /// Newtonian kernels in the plane, without a mollifier or with a compact or Gaussian one: the fast multipole method, to the tolerance (at least 1e-13, single precision 1e-5). Masses
 /// below 2^-1022 of the largest (single precision: 2^-126) count as zero in the end.
 pub const MOLLIS_METHOD_FMM: i32 = 6;
+/// Any kernel that is smooth away from zero, in one, two and three dimensions: cells, and the kernel interpolated between those that do not touch, to the tolerance (at least 1e-12,
+/// single precision 1e-5). Potentials and gradients, and Laplacians of Newtonian kernels; no core radii and no vector strengths. Where a kernel cannot be interpolated, as about
+/// an edge of it, pairs are summed one by one. Masses below 2^-1022 of the largest (single precision: 2^-126) count as zero in the end.
+pub const MOLLIS_METHOD_TREE: i32 = 7;
 
 /// Terms are added up in blocks.
 pub const MOLLIS_ACCUMULATION_BLOCKED: i32 = 0;
@@ -51,9 +55,9 @@ pub struct mollis_field_options {
     pub pair_radius: i32,
     /// (a, b): in 2D the gradient output is a grad u + b (grad u rotated by +90 degrees), of the rounded gradient; else (1, 0).
     pub combination: [f64; 2],
-    /// The error that may be spent for speed (`MOLLIS_METHOD_FMM`): of each output, in the l2 norm over the targets, relative to that of sum_j |m_j| |K_j|; with
-    /// masses of one sign relative to the output itself. 0 asks for rounding alone, and so does any tolerance where that method does not serve: under
-    /// Plummer's, the algebraic and Vatistas' mollifier, in space, and for other kernels. Not negative.
+    /// The error that may be spent for speed (`MOLLIS_METHOD_FMM`, `MOLLIS_METHOD_TREE`): of each output, in the l2 norm over the targets, relative to that of sum_j |m_j| |K_j|; with
+    /// masses of one sign relative to the output itself. 0 asks for rounding alone, and so does any tolerance that is too
+    /// small for these methods, or where they serve no sum of this kind. Not negative.
     pub tolerance: f64,
 }
 
@@ -93,6 +97,7 @@ impl mollis_field_options {
                 MOLLIS_METHOD_NEIGHBOURS => Some(Method::Neighbours),
                 MOLLIS_METHOD_SPLIT => Some(Method::Split),
                 MOLLIS_METHOD_FMM => Some(Method::Fmm),
+                MOLLIS_METHOD_TREE => Some(Method::Tree),
                 _ => return Err(Error::UnknownValue),
             },
         })
@@ -103,7 +108,7 @@ impl mollis_field_options {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default)]
 pub struct mollis_field_counts {
-    /// Pairs of a target and a source with mass; by the fast multipole method those that are summed one by one.
+    /// Pairs of a target and a source with mass; by the fast multipole method and the tree those that are summed one by one.
     pub pairs: u64,
     /// Of these, pairs closer than delta.
     pub near_pairs: u64,

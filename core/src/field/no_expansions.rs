@@ -1,4 +1,4 @@
-//! Firmware has no fast multipole method.
+//! Firmware has no methods of expansions: this file stands for each of them.
 
 use super::options::Options;
 use super::problem::{Interaction, Outputs, Sources, Wanted};

@@ -1,0 +1,429 @@
+//! Products of Chebyshev polynomials on a cell, and the operators within the tree.
+//!
+//! In a cell with centre c and width w the coordinates are x = 2 (y - c) / w, and the basis is T_a(x) = T_a1(x_1) T_a2(x_2) T_a3(x_3) for all exponents a with |a| < p in the
+//! Euclidean norm. A smooth function's coefficients fall with that norm, whatever its direction.
+//!
+//! * The *moments* of a cell's sources are M_a = sum_j m_j T_a(x_j).
+//! * Its *local expansion* is a field sum_d L_d T_d(x).
+//!
+//! On the way to a larger cell, T_a((x + s) / 2) = sum_(b <= a) C_ab T_b(x) along each axis, s = 1 or -1, is exact: moments of the parts add up to those of the whole, and a
+//! local expansion of the whole is one of each part. The module `operators` leads from moments to local expansions.
+
+use super::cells::Cell;
+use crate::checked::Present;
+use crate::error::Result;
+use crate::memory::Space;
+use crate::real::Real;
+use crate::simd::{BlockJob, Isa, Job, MAX_LANES};
+use crate::sort;
+
+/// The largest p, and one up to which arrays are shorter.
+pub(super) const MAX_ORDER: usize = 20;
+const FEW: usize = 10;
+
+/// The basis.
+pub(super) struct Basis<'w, T> {
+    pub dimension: usize,
+    /// p.
+    pub order: usize,
+    /// The exponents in order of their norm, with its square.
+    pub exponents: &'w mut [[u16; 4]],
+    /// The number of each exponent in that order, by a_1 + p a_2 + p^2 a_3; [`OUTSIDE`] for one that is not in the basis.
+    ranks: &'w mut [u16],
+    /// Rows of equal a_2 and a_3: these, and how many a_1 there are.
+    rows: &'w mut [[u8; 4]],
+    /// The numbers of the exponents, row by row.
+    by_rows: &'w mut [u16],
+    /// C_ab for s = 1, by a p + b; for s = -1 times (-1)^(a + b).
+    shifts: &'w mut [T],
+    /// The signs of all T_a under reflections, a row for each set of axes.
+    signs: &'w mut [T],
+    /// The length of a row of signs, of moments and of local expansions.
+    pub stride: usize,
+}
+
+/// No number of an exponent.
+const OUTSIDE: u16 = u16::MAX;
+
+/// Exponents with |a| < p.
+pub(super) fn count(dimension: usize, order: usize) -> usize {
+    each_exponent(dimension, order).filter(|e| usize::from(e[3]) < order * order).count()
+}
+
+/// All exponents below p along each axis, a_1 first, with the squares of their norms.
+fn each_exponent(dimension: usize, order: usize) -> impl Iterator<Item = [u16; 4]> {
+    let limit = move |axis: usize| if axis < dimension { order as u16 } else { 1 };
+    (0..limit(2)).flat_map(move |c| {
+        (0..limit(1)).flat_map(move |b| (0..limit(0)).map(move |a| [a, b, c, a * a + b * b + c * c]))
+    })
+}
+
+/// The cube of exponents.
+fn cube(dimension: usize, order: usize) -> usize {
+    order * if dimension > 1 { order } else { 1 } * if dimension > 2 { order } else { 1 }
+}
+
+impl<'w, T: Real> Basis<'w, T> {
+    /// Room for a basis.
+    pub fn layout(space: &mut impl Space<'w>, dimension: usize, order: usize) -> Result<Self> {
+        let (n, cube) = (count(dimension, order), cube(dimension, order));
+        let stride = n.next_multiple_of(MAX_LANES);
+        Ok(Self {
+            dimension,
+            order,
+            exponents: space.try_array(n)?,
+            ranks: space.try_array(cube)?,
+            rows: space.try_array(cube / order)?,
+            by_rows: space.try_array(n)?,
+            shifts: space.try_array(order * order)?,
+            signs: space.try_array(stride << dimension)?,
+            stride,
+        })
+    }
+
+    /// Fills the tables.
+    pub fn prepare(&mut self) -> Result<()> {
+        let order = self.order;
+        let within = move |e: &[u16; 4]| usize::from(e[3]) < order * order;
+        let dimension = self.dimension;
+        let all = || each_exponent(dimension, order).filter(within);
+        let mut starts = [0_u32; MAX_ORDER * MAX_ORDER];
+        for e in all() {
+            *starts.get_mut(usize::from(e[3])).present()? += 1;
+        }
+        sort::words::starts(&mut starts);
+        for e in all() {
+            let place = starts.get_mut(usize::from(e[3])).present()?;
+            *self.exponents.get_mut(*place as usize).present()? = e;
+            *place += 1;
+        }
+        self.ranks.fill(OUTSIDE);
+        for (rank, &[a, b, c, _]) in self.exponents.iter().enumerate() {
+            let at = usize::from(a) + order * (usize::from(b) + order * usize::from(c));
+            *self.ranks.get_mut(at).present()? = rank as u16;
+        }
+        let mut by_rows = self.by_rows.iter_mut();
+        for (row, (number, ranks)) in self.rows.iter_mut().zip(self.ranks.chunks(order).enumerate()) {
+            let inside = ranks.iter().take_while(|&&rank| rank != OUTSIDE);
+            *row = [(number % order) as u8, (number / order) as u8, inside.clone().count() as u8, 0];
+            inside.zip(&mut by_rows).for_each(|(&rank, to)| *to = rank);
+        }
+        // T_(a+1)(u) = 2 u T_a(u) - T_(a-1)(u), and 2 u = x + 1.
+        self.shifts.fill(T::ZERO);
+        for a in 0..order {
+            let (before, rest) = self.shifts.split_at_mut_checked(a * order).present()?;
+            let row = rest.get_mut(..order).present()?;
+            let Some(last) = a.checked_sub(1).and_then(|last| before.get(last * order..)) else {
+                *row.first_mut().present()? = T::ONE;
+                continue;
+            };
+            let scale = if a == 1 { T::HALF } else { T::ONE };
+            for (b, &c) in last.iter().enumerate().take(a) {
+                // x T_b = (T_(b+1) + T_|b-1|) / 2
+                *row.get_mut(b).present()? += scale * c;
+                *row.get_mut(b + 1).present()? += scale * T::HALF * c;
+                *row.get_mut(b.abs_diff(1)).present()? += scale * T::HALF * c;
+            }
+            let earlier = a.checked_sub(2).and_then(|earlier| before.get(earlier * order..)).unwrap_or_default();
+            row.iter_mut().zip(earlier).for_each(|(to, &c)| *to -= c);
+        }
+        for (axes, row) in self.signs.chunks_mut(self.stride).enumerate() {
+            row.fill(T::ZERO);
+            for (to, exponent) in row.iter_mut().zip(&*self.exponents) {
+                let odd = exponent.iter().enumerate().take(3).filter(|(axis, a)| axes >> axis & 1 == 1 && **a % 2 == 1);
+                *to = if odd.count() % 2 == 1 { -T::ONE } else { T::ONE };
+            }
+        }
+        Ok(())
+    }
+
+    /// The number of an exponent.
+    pub fn rank(&self, [a, b, c]: [usize; 3]) -> Option<usize> {
+        let order = self.order;
+        let inside = a < order && b < order && c < order;
+        let rank = self.ranks.get(a + order * (b + order * c)).filter(|&&rank| inside && rank != OUTSIDE)?;
+        Some(usize::from(*rank))
+    }
+
+    /// The signs of all T_a under reflection of a set of axes, one bit each.
+    pub fn signs(&self, axes: usize) -> &[T] {
+        self.signs.get(axes * self.stride..).and_then(|rest| rest.get(..self.stride)).present_or(&[])
+    }
+
+    /// Adds the moments of a part to those of the cell around it, or the local expansion of a cell to that of its part (`DOWN`). `scratch`: two cubes.
+    pub fn shift<const DOWN: bool>(&self, part: &Cell, from: &[T], to: &mut [T], scratch: &mut [T]) -> Result<()> {
+        let (order, size) = (self.order, self.ranks.len());
+        let (mut a, rest) = scratch.split_at_mut_checked(size).present()?;
+        let mut b = rest.get_mut(..size).present()?;
+        for (to, &rank) in a.iter_mut().zip(&*self.ranks) {
+            *to = from.get(usize::from(rank)).copied().filter(|_| rank != OUTSIDE).unwrap_or(T::ZERO);
+        }
+        let mut pitch = 1;
+        for &place in part.place.iter().take(self.dimension) {
+            let sign = if place % 2 == 1 { T::ONE } else { -T::ONE };
+            b.fill(T::ZERO);
+            for (to, from) in b.chunks_mut(pitch * order).zip(a.chunks(pitch * order)) {
+                for (above, row) in self.shifts.chunks(order).enumerate() {
+                    let mut flip = if above % 2 == 1 { sign } else { T::ONE };
+                    for (below, &c) in row.iter().enumerate().take(above + 1) {
+                        let factor = c * flip;
+                        flip *= sign;
+                        let (target, source) = if DOWN { (below, above) } else { (above, below) };
+                        let to = to.get_mut(target * pitch..).unwrap_or_default();
+                        let from = from.get(source * pitch..).unwrap_or_default();
+                        to.iter_mut().zip(from).take(pitch).for_each(|(to, &x)| *to += factor * x);
+                    }
+                }
+            }
+            core::mem::swap(&mut a, &mut b);
+            pitch *= order;
+        }
+        for (&x, &rank) in a.iter().zip(&*self.ranks) {
+            if rank != OUTSIDE {
+                *to.get_mut(usize::from(rank)).present()? += x;
+            }
+        }
+        Ok(())
+    }
+
+    /// Numbers of scratch that [`Basis::shift`] needs.
+    pub fn shift_scratch(dimension: usize, order: usize) -> usize {
+        2 * cube(dimension, order)
+    }
+}
+
+/// T_k of the vectors of a coordinate, for all k in use.
+type Polynomials<V, const N: usize, const ROOM: usize> = [[V; N]; ROOM];
+
+/// T_k(x), and its derivatives if they are wanted.
+#[inline(always)]
+fn polynomials<T: Real, I: Isa<T>, const N: usize, const ROOM: usize>(
+    isa: I,
+    x: &[I::V; N],
+    order: usize,
+    slopes: bool,
+) -> [Polynomials<I::V, N, ROOM>; 2] {
+    let (zero, one) = (isa.splat(T::ZERO), isa.splat(T::ONE));
+    let mut all = [[[zero; N]; ROOM]; 2];
+    let [values, derivatives] = &mut all;
+    // 2 x, T_k and T_(k+1), and their derivatives.
+    let mut states = x.map(|x| (isa.add(x, x), [one, x], [zero, one]));
+    for (value, derivative) in values.iter_mut().zip(derivatives).take(order) {
+        let slots = value.iter_mut().zip(derivative);
+        for ((twice, [last, next], [last_slope, next_slope]), (value, derivative)) in states.iter_mut().zip(slots) {
+            *value = *last;
+            (*last, *next) = (*next, isa.sub(isa.mul(*twice, *next), *last));
+            if slopes {
+                *derivative = *last_slope;
+                // T_(k+2)' = 2 T_(k+1) + 2 x T_(k+1)' - T_k'; T_(k+1) is now `last`.
+                let sum = isa.mul_add(*twice, *next_slope, isa.add(*last, *last));
+                (*last_slope, *next_slope) = (*next_slope, isa.sub(sum, *last_slope));
+            }
+        }
+    }
+    all
+}
+
+/// The vectors of some points' coordinates in their cell; lanes beyond the last point hold zeros.
+#[inline(always)]
+fn load_points<T: Real, I: Isa<T>, const N: usize>(
+    isa: I,
+    points: &[T],
+    dimension: usize,
+    frame: &Frame<T>,
+) -> [[I::V; N]; 3] {
+    let mut vectors = [[isa.splat(T::ZERO); N]; 3];
+    let inverse = isa.splat(frame.per_half);
+    for (axis, (vectors, &centre)) in vectors.iter_mut().zip(&frame.centre).enumerate().take(dimension) {
+        for (vector, points) in vectors.iter_mut().zip(points.chunks(I::LANES * dimension)) {
+            let mut lanes = [centre; MAX_LANES];
+            let coordinates = points.iter().skip(axis).step_by(dimension);
+            lanes.iter_mut().zip(coordinates).for_each(|(to, &x)| *to = x * frame.factor);
+            *vector = isa.mul(isa.sub(isa.load(&lanes), isa.splat(centre)), inverse);
+        }
+    }
+    vectors
+}
+
+/// Where a cell is.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Frame<T> {
+    pub centre: [T; 3],
+    /// One over half the width.
+    pub per_half: T,
+    /// What coordinates are multiplied by first.
+    pub factor: T,
+}
+
+/// Adds the moments of sources: lanes are sources.
+pub(super) struct Moments<'a, 'w, T> {
+    pub basis: &'a Basis<'w, T>,
+    pub points: &'a [T],
+    pub masses: &'a [T],
+    pub frame: Frame<T>,
+    pub sums: &'a mut [[T; MAX_LANES]],
+    pub to: &'a mut [T],
+}
+
+impl<T: Real> Job<T> for Moments<'_, '_, T> {
+    type Out = ();
+
+    #[inline(always)]
+    fn run<I: Isa<T>>(self, isa: I) {
+        isa.in_blocks(self);
+    }
+}
+
+impl<T: Real> BlockJob<T> for Moments<'_, '_, T> {
+    type Out = ();
+
+    #[inline(always)]
+    fn run<I: Isa<T>, const N: usize>(self, isa: I) {
+        match self.basis.order {
+            0..=FEW => self.with_room::<I, N, FEW>(isa),
+            _ => self.with_room::<I, N, MAX_ORDER>(isa),
+        }
+    }
+}
+
+impl<T: Real> Moments<'_, '_, T> {
+    /// The moments, in arrays with room for so many polynomials: these are filled with zeros for each block of points.
+    #[inline(always)]
+    fn with_room<I: Isa<T>, const N: usize, const ROOM: usize>(self, isa: I) {
+        let Self { basis, points, masses, frame, sums, to } = self;
+        let zero = isa.splat(T::ZERO);
+        sums.iter_mut().for_each(|sum| *sum = [T::ZERO; MAX_LANES]);
+        let each = N * I::LANES;
+        for (points, masses) in points.chunks(each * basis.dimension).zip(masses.chunks(each)) {
+            let [x, y, z] = load_points::<T, I, N>(isa, points, basis.dimension, &frame);
+            let [x, _] = polynomials::<T, I, N, ROOM>(isa, &x, basis.order, false);
+            let [y, _] =
+                polynomials::<T, I, N, ROOM>(isa, &y, if basis.dimension > 1 { basis.order } else { 1 }, false);
+            let [z, _] =
+                polynomials::<T, I, N, ROOM>(isa, &z, if basis.dimension > 2 { basis.order } else { 1 }, false);
+            let mut mass = [zero; N];
+            for (mass, masses) in mass.iter_mut().zip(masses.chunks(I::LANES)) {
+                let mut lanes = [T::ZERO; MAX_LANES];
+                lanes.iter_mut().zip(masses).for_each(|(to, &m)| *to = m);
+                *mass = isa.load(&lanes);
+            }
+            let mut sums = sums.iter_mut();
+            for &[b, c, len, _] in &*basis.rows {
+                let (Some(y), Some(z)) = (y.get(usize::from(b)), z.get(usize::from(c))) else { break };
+                let mut weight = mass;
+                for (weight, (&y, &z)) in weight.iter_mut().zip(y.iter().zip(z)) {
+                    *weight = isa.mul(*weight, isa.mul(y, z));
+                }
+                for (x, sum) in x.iter().take(usize::from(len)).zip(&mut sums) {
+                    let mut total = isa.load(sum);
+                    for (&x, &weight) in x.iter().zip(&weight) {
+                        total = isa.mul_add(x, weight, total);
+                    }
+                    *sum = isa.store(total);
+                }
+            }
+        }
+        for (sum, &rank) in sums.iter().zip(&*basis.by_rows) {
+            let sum = sum.iter().take(I::LANES).fold(T::ZERO, |sum, &x| sum + x);
+            to.get_mut(usize::from(rank)).into_iter().for_each(|to| *to += sum);
+        }
+    }
+}
+
+/// Adds the values of a local expansion at targets: lanes are targets.
+pub(super) struct Values<'a, 'w, T> {
+    pub basis: &'a Basis<'w, T>,
+    pub from: &'a [T],
+    pub points: &'a [T],
+    pub frame: Frame<T>,
+    /// Room for an expansion.
+    pub scratch: &'a mut [T],
+    pub potential: Option<&'a mut [T]>,
+    pub gradient: Option<&'a mut [T]>,
+    /// Factors of the gradient, multiplied one after the other.
+    pub scales: [T; 2],
+}
+
+impl<T: Real> Job<T> for Values<'_, '_, T> {
+    type Out = ();
+
+    #[inline(always)]
+    fn run<I: Isa<T>>(self, isa: I) {
+        isa.in_blocks(self);
+    }
+}
+
+impl<T: Real> BlockJob<T> for Values<'_, '_, T> {
+    type Out = ();
+
+    #[inline(always)]
+    fn run<I: Isa<T>, const N: usize>(self, isa: I) {
+        match self.basis.order {
+            0..=FEW => self.with_room::<I, N, FEW>(isa),
+            _ => self.with_room::<I, N, MAX_ORDER>(isa),
+        }
+    }
+}
+
+impl<T: Real> Values<'_, '_, T> {
+    /// The values, in arrays with room for so many polynomials.
+    #[inline(always)]
+    fn with_room<I: Isa<T>, const N: usize, const ROOM: usize>(self, isa: I) {
+        let Self { basis, from, points, frame, scratch, mut potential, mut gradient, scales: [first, second] } = self;
+        let (dimension, order) = (basis.dimension, basis.order);
+        for (to, &rank) in scratch.iter_mut().zip(&*basis.by_rows) {
+            *to = from.get(usize::from(rank)).copied().present_or(T::ZERO);
+        }
+        let (zero, slopes, each) = (isa.splat(T::ZERO), gradient.is_some(), N * I::LANES);
+        for (block, points) in points.chunks(each * dimension).enumerate() {
+            let [x, y, z] = load_points::<T, I, N>(isa, points, dimension, &frame);
+            let [x, dx] = polynomials::<T, I, N, ROOM>(isa, &x, order, slopes);
+            let [y, dy] = polynomials::<T, I, N, ROOM>(isa, &y, if dimension > 1 { order } else { 1 }, slopes);
+            let [z, dz] = polynomials::<T, I, N, ROOM>(isa, &z, if dimension > 2 { order } else { 1 }, slopes);
+            // Of each vector the value, and the slope along each axis.
+            let mut totals = [(zero, [zero; 3]); N];
+            let mut coefficients = &*scratch;
+            for &[b, c, len, _] in &*basis.rows {
+                let (b, c) = (usize::from(b), usize::from(c));
+                let (row, rest) = coefficients.split_at_checked(usize::from(len)).unwrap_or_default();
+                coefficients = rest;
+                let mut sums = [[zero; 2]; N];
+                for ((&coefficient, x), dx) in row.iter().zip(&x).zip(&dx) {
+                    let coefficient = isa.splat(coefficient);
+                    for ([sum, along], (&x, &dx)) in sums.iter_mut().zip(x.iter().zip(dx)) {
+                        *sum = isa.mul_add(coefficient, x, *sum);
+                        if slopes {
+                            *along = isa.mul_add(coefficient, dx, *along);
+                        }
+                    }
+                }
+                let (Some(y), Some(z), Some(dy), Some(dz)) = (y.get(b), z.get(c), dy.get(b), dz.get(c)) else { break };
+                let factors = y.iter().zip(z).zip(dy.iter().zip(dz));
+                for (((value, [along_x, along_y, along_z]), &[sum, along]), ((&y, &z), (&dy, &dz))) in
+                    totals.iter_mut().zip(&sums).zip(factors)
+                {
+                    let product = isa.mul(y, z);
+                    *value = isa.mul_add(sum, product, *value);
+                    if slopes {
+                        *along_x = isa.mul_add(along, product, *along_x);
+                        *along_y = isa.mul_add(sum, isa.mul(dy, z), *along_y);
+                        *along_z = isa.mul_add(sum, isa.mul(y, dz), *along_z);
+                    }
+                }
+            }
+            for (v, (value, slope)) in totals.into_iter().enumerate() {
+                let start = block * each + v * I::LANES;
+                if let Some(potential) = potential.as_deref_mut() {
+                    let to = potential.iter_mut().skip(start).take(I::LANES);
+                    to.zip(&isa.store(value)).for_each(|(to, &value)| *to += value);
+                }
+                if let Some(gradient) = gradient.as_deref_mut() {
+                    for (axis, slope) in slope.iter().enumerate().take(dimension) {
+                        let to = gradient.iter_mut().skip(start * dimension + axis).step_by(dimension).take(I::LANES);
+                        to.zip(&isa.store(*slope)).for_each(|(to, &slope)| *to += slope * first * second);
+                    }
+                }
+            }
+        }
+    }
+}
