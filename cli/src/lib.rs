@@ -5,7 +5,7 @@
 //!
 //! `scene` reads a scene, `initial` makes its `particles` (or `points` reads them), `model` moves them and fills a
 //! `history`, `measure`, `plot` and `output` turn the `results` into numbers, pictures and tables, `checkpoint`
-//! holds what a stopped run needs; `files` writes. `run` puts these together.
+//! holds what a stopped run needs; `files` writes. `run` puts these together. `inputs` reads scenes and points for checks.
 
 use std::process::ExitCode;
 
@@ -15,6 +15,7 @@ mod checkpoint;
 mod files;
 mod history;
 mod initial;
+pub mod inputs;
 mod measure;
 mod model;
 mod output;

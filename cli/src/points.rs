@@ -4,12 +4,15 @@
 //! quoted or not; comments after `#`, one of which may be the header, as NumPy writes it; Fortran's exponents.
 
 use std::fs::File;
-use std::io::{BufRead, BufReader, Seek};
+use std::io::{BufRead, BufReader, Read, Seek};
 use std::path::Path;
 
 use anyhow::{Context, Result, bail, ensure};
 
 use crate::particles::Particles;
+
+/// The most bytes before the first value of an NPY file.
+const HEADER: u64 = 4096;
 
 /// What the name of a table may end in.
 const TABLES: [&str; 4] = ["csv", "tsv", "txt", "dat"];
@@ -220,12 +223,40 @@ fn line_of(path: &Path, n: usize) -> Option<usize> {
     lines.enumerate().filter(|(_, line)| is_record(line)).nth(n - 1).map(|(index, _)| index + 1)
 }
 
+/// Refuses an NPY header that would take all of the stack (brackets within brackets) or overflow (sizes), and returns to its start. What is no NPY file
+/// passes.
+fn is_plain(reader: &mut BufReader<File>) -> Result<()> {
+    let mut bytes = Vec::new();
+    reader.by_ref().take(HEADER).read_to_end(&mut bytes)?;
+    reader.rewind()?;
+    // The length of the text has two bytes in version 1, four later.
+    let (start, length) = match bytes[..] {
+        [0x93, b'N', b'U', b'M', b'P', b'Y', 1, _, a, b, ..] => (10, usize::from(a) | usize::from(b) << 8),
+        [0x93, b'N', b'U', b'M', b'P', b'Y', _, _, a, b, c, d, ..] => (12, u32::from_le_bytes([a, b, c, d]) as usize),
+        _ => return Ok(()),
+    };
+    ensure!(length <= HEADER as usize - 12, "its header has {length} bytes");
+    let text = &bytes[start..bytes.len().min(start + length)];
+    let brackets = text.iter().filter(|byte| b"([{".contains(byte)).count();
+    ensure!(brackets <= 64, "its header holds {brackets} brackets");
+    let mut product = 1_u64;
+    for word in text.split(|byte| !byte.is_ascii_alphanumeric()) {
+        if word.first().is_some_and(u8::is_ascii_digit) {
+            let number = std::str::from_utf8(word).ok().and_then(|word| word.parse::<u64>().ok());
+            let number = number.context("its header holds a size that is no whole number below 2^64")?;
+            product = product.checked_mul(number.max(1)).context("its header states too many values")?;
+        }
+    }
+    Ok(())
+}
+
 /// An NPY file at its first value, and its number of rows.
 fn npy_head(path: &Path, d: usize) -> Result<(npyz::NpyFile<BufReader<File>>, usize)> {
     let shown = path.display();
     let file = File::open(path).with_context(|| format!("{shown}"))?;
     let length = file.metadata().with_context(|| format!("{shown}"))?.len();
     let mut reader = BufReader::new(file);
+    is_plain(&mut reader).with_context(|| format!("{shown}"))?;
     let header = npyz::NpyHeader::from_reader(&mut reader)
         .with_context(|| format!("{shown}: not an NPY file, or cut short in its header"))?;
     let shape = header.shape().to_vec();
@@ -239,11 +270,11 @@ fn npy_head(path: &Path, d: usize) -> Result<(npyz::NpyFile<BufReader<File>>, us
     );
     let size = header.dtype().num_bytes().unwrap_or(0) as u64;
     let held = length.saturating_sub(reader.stream_position().with_context(|| format!("{shown}"))?);
-    let stated = rows.saturating_mul(columns * size);
+    let size = columns.saturating_mul(size);
+    let stated = rows.saturating_mul(size);
     ensure!(
         held >= stated,
-        "{shown}: cut short: its header states {rows} rows of {} bytes, and {held} bytes follow it",
-        columns * size
+        "{shown}: cut short: its header states {rows} rows of {size} bytes, and {held} bytes follow it"
     );
     let rows = usize::try_from(rows).with_context(|| format!("{shown}"))?;
     Ok((npyz::NpyFile::with_header(header, reader), rows))
@@ -458,6 +489,12 @@ mod tests {
             assert!(refused(&whole[..length]).starts_with(" not an NPY file, or cut short in its header"), "{length}");
         }
         assert!(refused(&array(&header("<f8", "(999999999999999, 3)"), &[0; 48])).starts_with(" cut short"));
+        // What would overflow in the reader of headers, or take its stack.
+        let product = refused(&array(&header("<f8", "(6148914691236517206, 3)"), &[0; 48]));
+        assert_eq!(product, " its header states too many values");
+        assert!(refused(&array(&header("<f8", "(18446744073709551616, 3)"), &[0; 48])).contains("below 2^64"));
+        assert!(refused(&array(&header("<f8", &"(".repeat(3000)), &[])).ends_with(" brackets"));
+        assert!(refused(&array(&header("<f8", &"(".repeat(60_000)), &[])).ends_with(" bytes"));
         assert!(refused(&array(&header("<f8", "(3, 2)"), &[0; 48])).starts_with(" shape [3, 2]"));
         assert!(refused(&array(&header("<f8", "(6,)"), &[0; 48])).starts_with(" shape [6]"));
         assert!(refused(&array(&header("<i8", "(2, 3)"), &[0; 48])).contains("must hold float64 or float32"));

@@ -186,7 +186,7 @@ pub fn all(valgrind: bool) -> Result<usize> {
 }
 
 /// Whether a program is for several processes that exchange messages: `mpi_NAME.c`.
-fn is_mpi(file: &Path) -> bool {
+pub fn is_mpi(file: &Path) -> bool {
     file.file_stem().is_some_and(|name| name.to_string_lossy().starts_with("mpi_"))
 }
 

@@ -12,11 +12,13 @@ mod examples;
 mod features;
 mod figures;
 mod firmware;
+mod fuzz;
 mod header;
 mod install;
 mod layers;
 mod neon;
 mod python;
+mod sanitize;
 mod shell;
 mod stress;
 mod suites;
@@ -105,6 +107,19 @@ enum Command {
         #[arg(default_value = "")]
         filter: String,
     },
+    /// Runs the checks of `fuzz/` with inputs that libFuzzer finds; `cargo test` replays those that are kept.
+    Fuzz {
+        /// A check; all if none is named.
+        target: Option<String>,
+        /// How long each runs.
+        #[arg(long, default_value_t = 60)]
+        seconds: u32,
+        /// Runs this input alone.
+        #[arg(long, requires = "target")]
+        input: Option<std::path::PathBuf>,
+    },
+    /// Runs the programs in C and C++ under AddressSanitizer, UndefinedBehaviorSanitizer, ThreadSanitizer and valgrind.
+    Sanitize,
     /// Runs all scenes, or those named, and writes a gallery of pictures with the papers' numbers and the measured ones.
     Figures {
         /// Uses the quick sizes of the scenes.
@@ -151,6 +166,8 @@ fn run(command: Command) -> Result<()> {
         Command::Coverage => coverage::run(),
         Command::Evidence { arguments } => evidence::run(&arguments),
         Command::Stress { filter } => stress::run(&filter),
+        Command::Fuzz { target, seconds, input } => fuzz::run(target.as_deref(), seconds, input.as_deref()),
+        Command::Sanitize => sanitize::run(),
         Command::Figures { quick, threads, scenes } => figures::run(quick, threads, &scenes),
         Command::Firmware => firmware::run().map(|_| ()),
         Command::Avx512 { emulate } => avx512::run(emulate).map(|_| ()),

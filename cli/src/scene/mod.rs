@@ -26,6 +26,6 @@ pub use command::{Args, main};
 pub use density::Density;
 pub use exact::Exact;
 pub use folders::{CHECKPOINT, SUMMARY};
-pub use read::load;
+pub use read::{load, parse};
 pub use records::SLACK;
 pub use types::*;
