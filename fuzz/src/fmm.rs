@@ -65,6 +65,10 @@ pub fn fmm(bytes: &[u8]) {
         *target = [0, 1].map(|k| target[k] + scale * draw.plain());
     }
 
+    if std::env::var_os("MOLLIS_FUZZ_LOG").is_some() {
+        eprintln!("tolerance {tolerance:e}, mollifier {soft:?}, delta {delta:e}, radii {radii:?}");
+        eprintln!("sources {x:?}\nmasses {m:?}\ntargets {targets:?}");
+    }
     let sources = Sources::new(&x, &m);
     let sources = if with_radii { sources.with_radii(&radii) } else { sources };
     let mollifier = soft.map_or(Mollifier::None, |(order, exponent)| Mollifier::Compact { order, exponent });
