@@ -14,6 +14,9 @@ pub use fmm::fmm;
 pub use readers::{points, scene};
 pub use search::search;
 
+/// A check; it panics where a promise is broken.
+pub type Check = fn(&[u8]);
+
 /// The checks by name, as their folders below `corpus/`.
-pub const TARGETS: [(&str, fn(&[u8])); 5] =
+pub const TARGETS: [(&str, Check); 5] =
     [("abi", abi), ("scene", scene), ("points", points), ("fmm", fmm), ("search", search)];

@@ -36,7 +36,7 @@ pub fn search(bytes: &[u8]) {
         let shift = draw.byte();
         let x = match positions.last() {
             // Near the last one, or in its place.
-            Some(last) if shift % 4 > 0 => {
+            Some(last) if !shift.is_multiple_of(4) => {
                 let size = 2_f64.powi(-i32::from(shift / 4 % 31));
                 [0, 1].map(|k| last[k] + size * (x[k] - 32768.0) / 32768.0)
             }

@@ -13,20 +13,37 @@ use crate::{examples, fuzz, shell, symbols, tools};
 
 const TARGET: &str = "x86_64-unknown-linux-gnu";
 
-/// A sanitizer: its name for Rust, gcc's option, and what else is set.
+/// A sanitizer: its name for Rust, gcc's options with the library as released and with an instrumented one, and what else is set.
 struct Sanitizer {
     rust: &'static str,
     c: &'static str,
+    with_rust: &'static str,
+    /// The library that is linked with an instrumented one: gcc's own lacks functions that Rust calls.
+    runtime: &'static str,
     environment: (&'static str, &'static str),
 }
 
 const ADDRESS: Sanitizer = Sanitizer {
     rust: "address",
     c: "-fsanitize=address,undefined",
+    with_rust: "-fsanitize=address",
+    runtime: "librustc-nightly_rt.asan.a",
     environment: ("ASAN_OPTIONS", "detect_stack_use_after_return=1:strict_string_checks=1"),
 };
-const THREAD: Sanitizer =
-    Sanitizer { rust: "thread", c: "-fsanitize=thread", environment: ("TSAN_OPTIONS", "halt_on_error=1") };
+const THREAD: Sanitizer = Sanitizer {
+    rust: "thread",
+    c: "-fsanitize=thread",
+    with_rust: "-fsanitize=thread",
+    runtime: "librustc-nightly_rt.tsan.a",
+    environment: ("TSAN_OPTIONS", "halt_on_error=1"),
+};
+
+/// A form of the library.
+enum Library {
+    Released(PathBuf),
+    /// With the folder of the nightly compiler's libraries.
+    Instrumented(PathBuf, PathBuf),
+}
 
 /// Runs all of it.
 pub fn run() -> Result<()> {
@@ -39,16 +56,17 @@ pub fn run() -> Result<()> {
     programs.extend(threads.iter().cloned());
     let mut count = 0;
     for (sanitizer, files) in [(&ADDRESS, &programs), (&THREAD, &threads)] {
-        let mut libraries = vec![("as released", plain.clone())];
-        if instruments() {
-            libraries.push(("instrumented", instrumented(sanitizer)?));
+        let mut libraries = vec![("as released", Library::Released(plain.clone()))];
+        if let Some(sysroot) = nightly() {
+            let runtimes = sysroot.join("lib/rustlib").join(TARGET).join("lib");
+            libraries.push(("instrumented", Library::Instrumented(instrumented(sanitizer)?, runtimes)));
         } else {
             println!("no nightly compiler with rust-src: the library itself is not instrumented");
         }
-        for (form, library) in libraries {
+        for (form, library) in &libraries {
             for file in files {
                 println!("{} {}, library {form}", sanitizer.c, shell::short(file));
-                program(file, sanitizer, &library)?;
+                program(file, sanitizer, library)?;
                 count += 1;
             }
         }
@@ -62,14 +80,14 @@ pub fn run() -> Result<()> {
     Ok(())
 }
 
-/// Whether there is a nightly compiler with the source of `core`, which the library needs instrumented too.
-fn instruments() -> bool {
+/// The folder of a nightly compiler with the source of `core`, which the library needs instrumented too.
+fn nightly() -> Option<PathBuf> {
     let mut rustc = shell::program("rustc");
     rustc.env_remove("RUSTUP_TOOLCHAIN").args(["+nightly", "--print", "sysroot"]).stderr(Stdio::null());
-    let sysroot = rustc.output().ok().filter(|output| output.status.success());
-    let sysroot = sysroot.and_then(|output| String::from_utf8(output.stdout).ok());
-    cfg!(all(target_arch = "x86_64", target_os = "linux"))
-        && sysroot.is_some_and(|path| Path::new(path.trim()).join("lib/rustlib/src/rust/library/core").is_dir())
+    let output = rustc.output().ok().filter(|output| output.status.success())?;
+    let path = PathBuf::from(String::from_utf8(output.stdout).ok()?.trim());
+    let complete = path.join("lib/rustlib/src/rust/library/core").is_dir();
+    (complete && cfg!(all(target_arch = "x86_64", target_os = "linux"))).then_some(path)
 }
 
 /// The static library and `core` in it, instrumented.
@@ -83,18 +101,30 @@ fn instrumented(sanitizer: &Sanitizer) -> Result<PathBuf> {
 }
 
 /// Compiles and runs a program. A finding ends it with another status than 0.
-fn program(file: &Path, sanitizer: &Sanitizer, library: &Path) -> Result<()> {
+fn program(file: &Path, sanitizer: &Sanitizer, library: &Library) -> Result<()> {
     let image = shell::scratch("sanitize")?.join(file.file_stem().context("no name")?);
+    let object = image.with_extension("o");
     let source = shell::read(file)?;
     let is_c = file.extension().is_some_and(|ending| ending == "c");
-    let mut compiler = shell::program(if is_c { "gcc" } else { "g++" });
-    compiler.arg(if is_c { "-std=gnu11" } else { "-std=c++17" });
-    compiler.args(["-O1", "-g", "-fno-omit-frame-pointer", "-fno-sanitize-recover=all", "-Iinclude", sanitizer.c]);
-    if source.contains("<omp.h>") {
-        compiler.arg("-fopenmp");
-    }
-    compiler.arg(file).arg(library).args(["-lm", "-pthread", "-o"]).arg(&image);
-    shell::run(&mut compiler)?;
+    let (name, standard) = if is_c { ("gcc", "-std=gnu11") } else { ("g++", "-std=c++17") };
+    let option = match library {
+        Library::Released(_) => sanitizer.c,
+        Library::Instrumented(..) => sanitizer.with_rust,
+    };
+    let openmp = if source.contains("<omp.h>") { &["-fopenmp"][..] } else { &[] };
+    let mut compiler = shell::program(name);
+    compiler.args([standard, "-O1", "-g", "-fno-omit-frame-pointer", "-fno-sanitize-recover=all", "-Iinclude", option]);
+    shell::run(compiler.args(openmp).arg("-c").arg(file).arg("-o").arg(&object))?;
+    let mut linker = shell::program(name);
+    linker.args(openmp).arg(&object);
+    match library {
+        Library::Released(archive) => linker.arg(option).arg(archive),
+        Library::Instrumented(archive, runtimes) => {
+            linker.arg(archive).arg("-rdynamic").arg("-Wl,--whole-archive").arg(runtimes.join(sanitizer.runtime));
+            linker.args(["-Wl,--no-whole-archive", "-ldl", "-lrt"])
+        }
+    };
+    shell::run(linker.args(["-lm", "-pthread", "-o"]).arg(&image))?;
     let mut command = shell::program(image);
     let (name, value) = sanitizer.environment;
     command.env(name, value).env("UBSAN_OPTIONS", "print_stacktrace=1").stdout(Stdio::null());
