@@ -108,6 +108,7 @@ module mollis
     real(c_double) :: tolerance = 0
     type(c_funptr) :: after_step = c_null_funptr
     type(c_ptr) :: context = c_null_ptr
+    real(c_double) :: combination(2) = 0
   end type
 
   type, bind(c) :: mollis_field_options

@@ -261,8 +261,9 @@ typedef struct mollis_blob_options {
   /** Bytes of this structure, as `mollis_blob_options_init` sets it. */
   uint32_t size;
   /**
-   * Nonzero: watch the regularised energy, and stop with `MOLLIS_ERR_ENERGY_ROSE` when it rises beyond rounding. Its rate is -sum_i m_i
-   * |grad u(x_i)|^2, so it falls if no mass is negative: one that is is refused with `MOLLIS_ERR_MASS`. Default 0.
+   * Nonzero: watch the regularised energy, and stop with `MOLLIS_ERR_ENERGY_ROSE` when it rises beyond rounding. Its rate is -a sum_i m_i
+   * |grad u(x_i)|^2, with a = 1 or of `combination`. So for a > 0 it falls if no mass is negative: one that is is refused with `MOLLIS_ERR_MASS`. For a <= 0 it is
+   * only reported, for masses of any sign; for a = 0 it is constant, up to the error of the steps. Default 0.
    */
   int32_t watch_energy;
   /** The relative error that field sums may spend for speed; 0 (the default) asks for rounding alone. */
@@ -275,6 +276,13 @@ typedef struct mollis_blob_options {
   int32_t (*after_step)(void *context, size_t steps, const void *positions, const void *density);
   /** Passed to `after_step`. */
   void *context;
+  /**
+   * (a, b), in 2D: the velocity is -(a grad u + b (grad u rotated by +90 degrees)). The default (1, 0) is the aggregation equation. (0, -1) with a positive Newtonian
+   * kernel and circulations as masses is the vortex blob method: counter-clockwise about a positive circulation. (Sums return a grad u + b (...) without the minus sign, so
+   * there the velocity of vortices is (0, 1).) Densities grow, and velocities diverge, at a times the rate. Else than (1, 0) it is refused with `MOLLIS_ERR_UNSUPPORTED`
+   * in 1D and 3D, and in a library with the feature `small`; not finite: `MOLLIS_ERR_NOT_FINITE`. Divide the steps of `mollis_stable_step2` by 1.07 sqrt(a^2 + b^2).
+   */
+  double combination[2];
 } mollis_blob_options;
 
 /** How a sum is computed. Fill it with `mollis_field_options_init`, then change what you want; null means the defaults. */
@@ -939,7 +947,7 @@ mollis_status mollis_blob3_workspace_bytes_f32(const void *kernel, size_t kernel
  * Advances a solution of the aggregation equation by `steps` steps of length `dt` of the classical Runge-Kutta method
  * (Craig & Bertozzi, Definitions 2.2 and 2.3; without a mollifier: the particle method).
  *
- * The velocity at x is `-sum_j masses[j] grad K(x - positions[j])`. `tracers`, `options`, `run` and `report` may be null. `steps` may be 0 (then `dt` is not looked at): the
+ * The velocity at x is `-sum_j masses[j] grad K(x - positions[j])`, in 2D or what `options->combination` makes of it: vortices, for example. `tracers`, `options`, `run` and `report` may be null. `steps` may be 0 (then `dt` is not looked at): the
  * velocities and divergences of the state as it is. The workspace is garbage afterwards. Cost: four field evaluations a step, one more if velocity, divergence or energy are
  * wanted; arrays with gaps are copied once a call.
  *
@@ -992,7 +1000,8 @@ mollis_status mollis_moments3_f32(size_t n, const float (*positions)[3], const f
 /**
  * Writes a time step with which the classical Runge-Kutta method is stable at this state of n particles in two dimensions: 2.785
  * over a bound of the Jacobian's spectral radius; infinity where nothing moves. Ask again when particles have moved by a
- * good part of delta. Cost: n (n - 1) kernel evaluations.
+ * good part of delta. Cost: n (n - 1) kernel evaluations. With `combination` (a, b) of mollis_blob_options divide it by 1.07 sqrt(a^2 + b^2): then no mode grows that does not
+ * grow in the exact solution, as those of vortices do where they strain each other.
  *
  * Without a mollifier a pair at one place has such a step only if each term of the kernel is a power with p >= 2.
  *
@@ -1015,7 +1024,8 @@ mollis_status mollis_stable_step3_f32(const void *kernel, size_t kernel_bytes, s
 
 /**
  * Writes a time step with which the Runge-Kutta method is stable at every state of this total |mass| in which no two
- * particles are farther apart than `diameter`, in two dimensions: shorter than `mollis_stable_step2`'s, but good for a whole run.
+ * particles are farther apart than `diameter`, in two dimensions: shorter than `mollis_stable_step2`'s, but good for a whole run. With
+ * `combination` (a, b) divide it by 1.07 sqrt(a^2 + b^2) too.
  *
  * Refused, with `step` as it was: MOLLIS_ERR_NOT_FINITE (an argument, or no such step: a kernel without a mollifier, unless each of its
  * terms is a power with p >= 2; a host's own kernel is not known to be one; or the kernel's second derivatives leave the scalar's range within

@@ -1019,12 +1019,14 @@ template <class T, std::size_t D> struct particles {
 
 /** How a run of the blob method is done, as in mollis_blob_options. */
 template <class T, std::size_t D> struct blob_options {
-  /** Stops with MOLLIS_ERR_ENERGY_ROSE when the energy rises beyond rounding. */
+  /** Stops with MOLLIS_ERR_ENERGY_ROSE when the energy rises beyond rounding; only reports it for combination[0] <= 0. */
   bool watch_energy = false;
   double tolerance = 0.0;
   /** Called after each step with the steps completed, positions and densities; true ends the run with MOLLIS_ERR_STOPPED. */
   function_ref<bool(std::size_t, points<const T, D>, column<const T>)> after_step{};
   mollis::run run{};
+  /** (a, b), in 2D: the velocity is -(a grad u + b (grad u rotated by +90 degrees)). (0, -1) with circulations as masses: vortices. */
+  double combination[2] = {1.0, 0.0};
 };
 
 /**
@@ -1062,6 +1064,8 @@ mollis_blob_report blob_step(const kernel<T, D> &by, const detail::given<particl
   mollis_blob_options_init(&blob, sizeof blob);
   blob.watch_energy = options.watch_energy ? 1 : 0;
   blob.tolerance = options.tolerance;
+  blob.combination[0] = options.combination[0];
+  blob.combination[1] = options.combination[1];
   if (options.after_step) {
     blob.context = &context;
     blob.after_step = [](void *pointer, std::size_t done, const void *positions, const void *density) -> std::int32_t {
@@ -1270,7 +1274,7 @@ moments_of<T, D> moments(const detail::given<points<const T, D>> &x, const detai
   return out;
 }
 
-/** A time step with which RK4 is stable at this state (mollis_stable_step2). */
+/** A time step with which RK4 is stable at this state (mollis_stable_step2); with blob_options::combination divide it by 1.07 sqrt(a^2 + b^2). */
 template <class T, std::size_t D>
 T stable_step(const kernel<T, D> &by, const detail::given<points<const T, D>> &x, const detail::given<column<const T>> &masses,
               errors to = {}) {

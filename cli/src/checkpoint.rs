@@ -9,7 +9,7 @@ use anyhow::{Context, Result, bail, ensure};
 use crate::files;
 
 /// What the file begins with; the last figure is the format's version.
-const MAGIC: &[u8] = b"mollis checkpoint 2\n";
+const MAGIC: &[u8] = b"mollis checkpoint 3\n";
 
 /// Collects what a checkpoint holds.
 #[derive(Debug, Default)]

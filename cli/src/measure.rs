@@ -63,6 +63,7 @@ fn measure(expectation: &Expectation, result: &CaseResult<'_>) -> Result<f64> {
             let logs = |points: Vec<[f64; 2]>| points.into_iter().map(|[t, y]| [t, y.ln()]).collect::<Vec<_>>();
             fit(&logs(within(&column("second_moment")?)))?.slope
         }
+        "rotation_rate" => fit(&within(&column("axis_angle")?))?.slope,
         "part_slope" => fit(&within(&column(&part_column)?))?.slope,
         "part_nonlinearity" => {
             let points = within(&column(&part_column)?);
@@ -93,6 +94,11 @@ fn measure(expectation: &Expectation, result: &CaseResult<'_>) -> Result<f64> {
             let energy = column("energy")?;
             let scale = energy.iter().map(|point| point[1].abs()).fold(0.0, f64::max);
             energy.windows(2).map(|pair| (pair[1][1] - pair[0][1]) / scale).fold(f64::NEG_INFINITY, f64::max)
+        }
+        "energy_drift" => {
+            let energy = column("energy")?;
+            let first = energy.first().context("no row")?[1];
+            energy.iter().map(|point| ((point[1] - first) / first).abs()).fold(0.0, f64::max)
         }
         other => bail!("{other} is not measured"),
     })

@@ -147,6 +147,23 @@ mod tests {
         assert!((1.0 + z / 2.0 + z * z / 6.0 + z * z * z / 24.0).abs() < 1e-9);
     }
 
+    /// |R(z)| is at most 1 for |z| at most 2.615 and a real part of at most 0. (The largest such radius is 2.6156, at an angle of 122 degrees.)
+    #[test]
+    fn half_disc() {
+        for (turn, part) in (0..=180).flat_map(|turn| (1..=20).map(move |part| (turn, part))) {
+            let angle = core::f64::consts::FRAC_PI_2 * (1.0 + f64::from(turn) / 180.0);
+            let r = 2.615 * f64::from(part) / 20.0;
+            let z = [r * angle.cos().min(0.0), r * angle.sin()];
+            let times = |[a, b]: [f64; 2]| [z[0] * a - z[1] * b, z[0] * b + z[1] * a];
+            // Horner's rule.
+            let factor = [4.0, 3.0, 2.0, 1.0].iter().fold([1.0, 0.0], |sum, k| {
+                let [a, b] = times(sum);
+                [1.0 + a / k, b / k]
+            });
+            assert!(factor[0].hypot(factor[1]) <= 1.0 + 1e-14, "{z:?}");
+        }
+    }
+
     #[test]
     fn a_failed_step_leaves_the_state() {
         let order = core::cell::RefCell::new(Vec::new());

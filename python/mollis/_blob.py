@@ -52,7 +52,7 @@ def blob(
     kernel: Kernel, positions: NDArray[Any], masses: ArrayLike, dt: float, steps: int, *,
     density: NDArray[Any] | None = None, velocity: _Asked = False, divergence: _Asked = False,
     tracers: NDArray[Any] | None = None, tracer_density: NDArray[Any] | None = None, tracer_velocity: _Asked = False,
-    watch_energy: bool = False, tolerance: float = 0.0,
+    watch_energy: bool = False, tolerance: float = 0.0, combination: tuple[float, float] = (1.0, 0.0),
     progress: Callable[[int, NDArray[Any], NDArray[Any] | None], object] | None = None,
     threads: int | None = None, level: str = "best",
 ) -> BlobRun:  # fmt: skip
@@ -68,10 +68,16 @@ def blob(
     `divergence` and `tracer_velocity` are True, for a new array, or an array that is overwritten with the values at
     the end. `steps` may be 0: the velocities of the state as it is.
 
+    In 2D velocities are -(a grad u + b (grad u rotated by +90 degrees)) for `combination` = (a, b), with u = sum_j m_j
+    K_delta(x - x_j). (0, -1) with a Newtonian kernel and circulations as masses is the vortex blob method:
+    counter-clockwise about a positive circulation. (`field` returns a grad u + b (...), without the minus sign.)
+    Densities grow at a times the rate.
+
     `progress(steps, positions, density)` is called after each step with views of the state at that step, which are
     valid until it returns: copy what you keep, write nothing. If it returns True the run ends, without an exception;
     an exception that it raises ends the run and is raised again. `watch_energy` ends a run whose energy rises beyond
-    rounding (masses must not be negative). `tolerance` and `threads` are those of `field`.
+    rounding (masses must not be negative); for a <= 0 it only reports the energy, which is constant for a = 0, up to
+    the error of the steps. `tolerance` and `threads` are those of `field`.
 
     However a run ends, the arrays hold the state after the last completed step. Ctrl-C raises KeyboardInterrupt, and
     errors raise `mollis.Error` (BECAME_NOT_FINITE, ENERGY_ROSE, NOT_FINITE with `first_bad`: particles, then tracers;
@@ -109,6 +115,7 @@ def blob(
             _put_particles(api, others, points, None, points_rho, points_v, None)
         options = frame.options("mollis_blob_options")
         options.watch_energy, options.tolerance = watch_energy, tolerance
+        options.combination[0], options.combination[1] = combination
         callbacks = _library.Callbacks(frame)
         after_step = None
         if progress is not None:

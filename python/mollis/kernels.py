@@ -185,7 +185,7 @@ class Kernel:
 
     def stable_step(self, positions: ArrayLike, masses: ArrayLike) -> float:
         """A time step with which the blob method is stable at this state; infinity where nothing moves. Cost: n (n -
-        1) evaluations.
+        1) evaluations. With `combination` (a, b) divide it by 1.07 sqrt(a^2 + b^2).
         """
         api = self._api
         x = _library.contiguous(api, positions, "positions")
@@ -197,7 +197,9 @@ class Kernel:
         return step[0]
 
     def stable_step_anywhere(self, absolute_mass: float, diameter: float) -> float:
-        """A time step with which the blob method is stable at every state of this total |mass| and diameter."""
+        """A time step with which the blob method is stable at every state of this total |mass| and diameter. With
+        `combination` (a, b) divide it by 1.07 sqrt(a^2 + b^2).
+        """
         step = ffi.new(self._api.array, 1)
         function = self._api["stable_step#_anywhere"]
         _library.check(function(self._pointer, self._bytes, absolute_mass, diameter, step))

@@ -103,6 +103,24 @@ def test_energy(particles, soft):
     assert caught.value.status is mollis.Status.MASS
 
 
+def test_vortices_turn(particles, soft):
+    """Velocities are minus the gradient output of a sum; a pair turns at (m + m') / (2 pi r^2), counter-clockwise."""
+    x, m = particles
+    run = mollis.blob(soft, x.copy(), m, 0.05, 0, velocity=True, divergence=True, combination=(0.5, -2))
+    mixed = mollis.field(soft, x, m, gradient=True, laplacian=True, combination=(0.5, -2))
+    np.testing.assert_array_equal(run.velocity, -mixed.gradient)
+    np.testing.assert_array_equal(run.divergence, -0.5 * mixed.laplacian)
+    pair = np.array([[0.5, 0.0], [-0.5, 0.0]])
+    time = np.pi**2  # a quarter of a turn
+    run = mollis.blob(soft, pair, [0.5, 0.5], time / 100, 100, combination=(0, -1), watch_energy=True)
+    np.testing.assert_allclose(pair, [[0, 0.5], [0, -0.5]], atol=1e-8)
+    assert run.energy_last == pytest.approx(run.energy_first, rel=1e-8)
+    line = mollis.Kernel(kernels.newtonian(), mollifiers.compact(2, 4), 0.3, dimension=1)
+    with pytest.raises(mollis.Error) as caught:
+        mollis.blob(line, np.zeros((1, 1)), [1.0], 0.1, 1, combination=(0, -1))
+    assert caught.value.status is mollis.Status.UNSUPPORTED
+
+
 def test_progress_sees_every_step(particles, soft):
     x, m = particles
     seen, caller = [], threading.current_thread()

@@ -557,6 +557,17 @@ static void vortices() {
   mollis::field(mollis::kernel<double, 2>(mollis::newtonian(), mollis::compact(2, 4), 0.1), {x2, circulation}, at2, {{}, turn},
                 workspace, options);
   EXPECT(turn[0][0] == 0 && near(turn[0][1], 2 / (2 * pi * 0.5), 1e-14));
+
+  /* Two of them turn about their centre a quarter in (pi r)^2 / (2 m), in steps of the blob method. */
+  places pair{{-0.5, 0}, {0.5, 0}};
+  const doubles equal{2.0, 2.0};
+  mollis::blob_options<double, 2> turning;
+  turning.combination[0] = 0;
+  turning.combination[1] = -1;
+  turning.watch_energy = true;
+  const mollis_blob_report told = mollis::blob_step(mollis::kernel<double, 2>(mollis::newtonian(), mollis::compact(2, 4), 0.1),
+                                                    {pair, equal}, {}, pi * pi / 4 / 50, 50, workspace, turning);
+  EXPECT(told.steps == 50 && near(pair[1][0], 0.0, 1e-5) && near(pair[1][1], 0.5, 1e-5));
 }
 
 /* A mesh. */

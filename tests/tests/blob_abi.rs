@@ -372,6 +372,60 @@ fn options_and_run() {
     refused(Error::OutOfDomain, |c| c.options.tolerance = -1e-6, none);
     refused(Error::OutOfDomain, |c| c.options.tolerance = -1e-3, none);
     refused(Error::UnknownValue, |c| c.run.level = 77, none);
+    refused(Error::NotFinite, |c| c.options.combination[0] = f64::NAN, none);
+    refused(Error::NotFinite, |c| c.options.combination[1] = f64::INFINITY, none);
+}
+
+/// What `combination` (a, b) makes of the velocity v and the divergence d of (1, 0): a v + b J v and a d, at particles and tracers. Options of an older header have (1, 0).
+#[test]
+fn combinations() {
+    let with = |combination: [f64; 2], size: usize| {
+        let mut call = Call::new();
+        call.options.combination = combination;
+        call.options.size = size as u32;
+        // Of no length: two steps of it are outputs of the state as it is, up to rounding.
+        call.dt = 1e-300;
+        assert_eq!(call.step(|_| {}), 0);
+        let velocities = [call.velocity.read::<[f64; 2]>(N), call.tracer_velocity.read(TRACERS)].concat();
+        (velocities, call.divergence.read::<f64>(N), call.positions.read::<[f64; 2]>(N))
+    };
+    let whole = size_of::<mollis_blob_options>();
+    let older = std::mem::offset_of!(mollis_blob_options, combination);
+    let (plain, divergence, x) = with([1.0, 0.0], whole);
+    assert_eq!((plain.clone(), divergence.clone(), x.clone()), with([0.0, -1.0], older));
+    for [a, b] in [[0.0, -1.0], [0.5, 2.0]] {
+        let (turned, scaled, same) = with([a, b], whole);
+        let moved = x.iter().zip(&same).map(|(x, y)| (x[0] - y[0]).hypot(x[1] - y[1])).fold(0.0, f64::max);
+        assert!(moved <= 1e-298, "{moved}");
+        for ([u, v], [x, y]) in turned.iter().zip(&plain) {
+            assert!((u - (a * x - b * y)).abs() <= 1e-15 && (v - (a * y + b * x)).abs() <= 1e-15, "{a} {b}");
+        }
+        assert!(scaled.iter().zip(&divergence).all(|(got, d)| (got - a * d).abs() <= 1e-15));
+    }
+}
+
+/// On the line and in space there is no turned gradient.
+#[test]
+fn combinations_are_of_the_plane() {
+    let mut call = Call::new();
+    call.options.combination = [0.0, -1.0];
+    let (options, mut bytes) = (&raw const call.options, 77_usize);
+    macro_rules! refuses {
+        ($t:ty, $d:literal, $size:ident) => {
+            let terms = [Term { law: Law::Newtonian, coefficient: 1.0 }];
+            let length = Kernel::<$t, $d>::workspace_bytes(&terms, Mollifier::None).unwrap();
+            let mut kernel = Block::new(length);
+            let start = kernel.start;
+            Kernel::<$t, $d>::prepare(&mut kernel.memory[start..start + length], &terms, Mollifier::None, 1.0).unwrap();
+            // SAFETY: pointers to live locals.
+            let code = unsafe { $size(kernel.pointer(), length, N, 0, 0, options, null(), &raw mut bytes) };
+            assert_eq!((Error::from_code(code), bytes), (Some(Error::Unsupported), 77));
+        };
+    }
+    refuses!(f64, 1, blob1_workspace_bytes);
+    refuses!(f64, 3, blob3_workspace_bytes);
+    refuses!(f32, 1, blob1_workspace_bytes_f32);
+    refuses!(f32, 3, blob3_workspace_bytes_f32);
 }
 
 #[test]
@@ -489,6 +543,13 @@ fn a_watched_energy_has_no_negative_mass() {
         };
         let call = refused(Error::Mass, change, |_| {});
         assert_eq!((call.report().steps, call.report().first_bad), (0, MOLLIS_NONE_BAD));
+        // The energy of vortices need not fall: it is reported for masses of either sign.
+        let mut call = Call::new();
+        change(&mut call);
+        call.options.combination = [0.0, -1.0];
+        assert_eq!(call.step(|_| {}), 0);
+        let (first, last) = (call.report().energy_first, call.report().energy_last);
+        assert!((last / first - 1.0).abs() <= 1e-3, "{first} {last}");
         // Without the watch negative masses are valid. With it a mass of 0 is valid.
         let mut call = Call::new();
         spoil(&mut call.masses, index, -0.1);

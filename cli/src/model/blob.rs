@@ -1,5 +1,7 @@
 //! The aggregation equation: blob method and particle method.
 
+use std::f64::consts::PI;
+
 use anyhow::{Context, Result, ensure};
 use mollis_core::aggregation::{self, Advance, Report, State, Trajectories, Wanted};
 use mollis_core::diagnostics;
@@ -31,8 +33,10 @@ pub struct Flow<'a, const D: usize> {
     start: Particles,
     followed: Vec<usize>,
     exact: Option<Exact>,
-    /// h^d, or 0 without a grid.
+    /// h^d, or 1 for given points.
     cell: f64,
+    /// The direction of the longest axis at the last row, for its angle to be continuous.
+    axis: Option<f64>,
     delta: Option<f64>,
     step: u64,
 }
@@ -72,7 +76,8 @@ impl<'a, const D: usize> Flow<'a, D> {
             followed: choose(n, scene.output.trajectories),
             exact: scene.exact(),
             start,
-            cell: h.map_or(0.0, |h| h.powi(D as i32)),
+            cell: h.map_or(1.0, |h| h.powi(D as i32)),
+            axis: None,
             delta: scene.mollifier.map(|softening| softening.delta(h)),
             step: 0,
         })
@@ -90,6 +95,33 @@ impl<'a, const D: usize> Flow<'a, D> {
         let mut run = run(self.pool);
         field::evaluate(plan, self.kernel, sources, &self.positions, outputs, self.memory.slice(), &mut run)?;
         Ok(Some(aggregation::energy_of(&self.start.masses, &potential)))
+    }
+
+    /// The centre of mass and the second moment about it over the whole mass. Where that is zero, the first moment and the second one about the origin over the
+    /// sum of |m|, which vortices keep.
+    fn moments(&self) -> Result<([f64; D], f64)> {
+        let moments = diagnostics::moments(&self.positions, &self.start.masses)?;
+        if moments.mass != 0.0 {
+            return Ok((moments.centre, moments.second / moments.mass));
+        }
+        let mut first = [0.0; D];
+        for (x, m) in self.positions.iter().zip(&self.start.masses) {
+            first.iter_mut().zip(x).for_each(|(sum, x)| *sum += m * x / moments.absolute_mass);
+        }
+        Ok((first, moments.second / moments.absolute_mass))
+    }
+
+    /// The angle of the longest axis of the second moments about `centre`, in two dimensions, continued over rows that are less than a quarter turn apart.
+    fn axis_angle(&mut self, centre: &[f64; D]) -> f64 {
+        let (mut difference, mut mixed) = (0.0, 0.0);
+        for (point, m) in self.positions.iter().zip(&self.start.masses) {
+            let [x, y] = [0, 1].map(|k| point[k] - centre[k]);
+            difference += m * (x * x - y * y);
+            mixed += m * 2.0 * x * y;
+        }
+        let angle = 0.5 * mixed.atan2(difference);
+        let turns = self.axis.map_or(0.0, |last| ((last - angle) / PI).round());
+        *self.axis.insert(angle + turns * PI)
     }
 
     /// L1 errors of positions and of densities against the exact solution, while there is one.
@@ -131,6 +163,7 @@ fn density<const D: usize>(scene: &Scene, start: &Particles, h: Option<f64>, poo
 
 fn options(scene: &Scene) -> Options {
     Options {
+        combination: scene.combination.into(),
         tolerance: if scene.direct { 0.0 } else { scene.tolerance },
         method: scene.direct.then_some(field::Method::Direct),
         ..Options::default()
@@ -173,10 +206,13 @@ impl<const D: usize> Simulation for Flow<'_, D> {
     }
 
     fn row(&mut self) -> Result<Vec<f64>> {
-        let moments = diagnostics::moments(&self.positions, &self.start.masses)?;
+        let (centre, second) = self.moments()?;
         let mut row = vec![self.time()];
-        row.extend(moments.centre);
-        row.push(moments.second / moments.mass);
+        row.extend(centre);
+        row.push(second);
+        if self.scene.turns() {
+            row.push(self.axis_angle(&centre));
+        }
         row.extend(self.energy()?);
         if let Some(density) = &self.density {
             row.push(density.iter().copied().fold(0.0, f64::max));
@@ -237,12 +273,14 @@ impl<const D: usize> Simulation for Flow<'_, D> {
         writer.count(self.step);
         writer.numbers(self.positions.as_flattened());
         writer.numbers(self.density.as_deref().unwrap_or(&[]));
+        writer.numbers(self.axis.as_slice());
     }
 
     fn restore(&mut self, reader: &mut Reader) -> Result<()> {
         self.step = reader.count()?;
         let positions = reader.numbers()?;
         let density = reader.numbers()?;
+        self.axis = reader.numbers()?.first().copied();
         let fits =
             positions.len() == self.positions.len() * D && density.len() == self.density.as_ref().map_or(0, Vec::len);
         anyhow::ensure!(fits, "the checkpoint is of another scene");

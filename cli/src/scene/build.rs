@@ -80,7 +80,7 @@ fn numbers(node: &Node, key: &str) -> Option<Vec<f64>> {
     node.get(key).map(|node| node.elements().iter().filter_map(Node::number).collect())
 }
 
-fn interval(node: &Node, key: &str) -> Option<[f64; 2]> {
+fn pair(node: &Node, key: &str) -> Option<[f64; 2]> {
     numbers(node, key)?.try_into().ok()
 }
 
@@ -100,6 +100,7 @@ fn scene(name: &str, tree: &Node, probe: Probe<'_>, mistakes: &mut Vec<Mistake>)
         mistakes.push(Mistake { line: tree.line_of("dimension"), text });
     }
     let kernel = kernel(part("kernel"), dimension, mistakes);
+    let combination = combination(tree, dimension, mistakes);
     let initial: Vec<Part> = part("initial")
         .elements()
         .iter()
@@ -153,6 +154,7 @@ fn scene(name: &str, tree: &Node, probe: Probe<'_>, mistakes: &mut Vec<Mistake>)
         dimension,
         seed: number(tree, "seed").unwrap_or(1.0) as u64,
         kernel,
+        combination,
         mollifier,
         initial,
         sampling,
@@ -220,6 +222,15 @@ fn stochastic(model: Model, initial: &[Part], pks: Option<&Pks>, tree: &Node, mi
         let text = "pks.heavy: is in critical masses, which are 0 for pks.mu = 0".to_owned();
         mistakes.push(Mistake { line: node.line_of("heavy"), text });
     }
+}
+
+fn combination(tree: &Node, dimension: usize, mistakes: &mut Vec<Mistake>) -> [f64; 2] {
+    let read = pair(tree, "combination").unwrap_or([1.0, 0.0]);
+    if dimension != 2 && read != [1.0, 0.0] {
+        let text = format!("combination = {read:?}: only in two dimensions; else [1, 0]");
+        mistakes.push(Mistake { line: tree.line_of("combination"), text });
+    }
+    read
 }
 
 fn kernel(list: &Node, dimension: usize, mistakes: &mut Vec<Mistake>) -> Vec<Term> {
@@ -353,8 +364,8 @@ fn pks(node: &Node, mistakes: &mut Vec<Mistake>) -> Pks {
         chi: number(node, "chi").unwrap_or(1.0),
         mu: number(node, "mu").unwrap_or(1.0),
         mesh: [mesh[0] as usize, mesh[1] as usize],
-        x: interval(node, "x").unwrap_or([-15.0, 15.0]),
-        y: interval(node, "y").unwrap_or([-15.0, 15.0]),
+        x: pair(node, "x").unwrap_or([-15.0, 15.0]),
+        y: pair(node, "y").unwrap_or([-15.0, 15.0]),
         quadrupole: text(node, "border").as_deref() == Some("quadrupole"),
         fourth: text(node, "scheme").as_deref() == Some("fourth"),
         heavy: number(node, "heavy"),
@@ -451,8 +462,8 @@ fn pictures(tree: &Node, title: &str, cases: &[Scene], mistakes: &mut Vec<Mistak
             kind: text(node, "kind").unwrap_or_default(),
             title: text(node, "title").unwrap_or_else(|| title.to_owned()),
             case: known_case(node, &path, cases, mistakes),
-            x: interval(node, "x"),
-            y: interval(node, "y"),
+            x: pair(node, "x"),
+            y: pair(node, "y"),
             exact: flag(node, "exact").unwrap_or(false),
             plane: text(node, "plane"),
             times: numbers(node, "times").unwrap_or_default(),

@@ -102,6 +102,10 @@ impl Checker {
                 (Value::List(elements), _) => self.numbers(name, elements, range),
                 _ => Some("must be a list of numbers, one for each dimension".to_owned()),
             },
+            Kind::Pair(range) => match &node.value {
+                Value::List(elements) if elements.len() == 2 => self.numbers(name, elements, range),
+                _ => Some("must be a list of two numbers".to_owned()),
+            },
             Kind::Points => {
                 let d = self.dimension;
                 let point = |node: &Node| {

@@ -192,7 +192,8 @@ pub fn expectation(expected: &Expectation, node: &Node, index: usize, cases: &[S
         "particles" | "merges" => "particles",
         "density_maximum" => "density_maximum",
         "centre_drift" => "centre_x",
-        "energy_rise" => "energy",
+        "energy_rise" | "energy_drift" => "energy",
+        "rotation_rate" => "axis_angle",
         "approximation_ratio" => "error_plain",
         "density_at_zero" | "potential_at_zero" => "potential",
         _ => "",
@@ -201,6 +202,7 @@ pub fn expectation(expected: &Expectation, node: &Node, index: usize, cases: &[S
         let hint = match column {
             "density_maximum" => case.lacks_density().unwrap_or(""),
             "energy" => "output.energy is not set",
+            "axis_angle" => "combination has no turned gradient",
             _ => "",
         };
         let hint = if hint.is_empty() { String::new() } else { format!(" ({hint})") };
@@ -245,7 +247,7 @@ fn in_time(expected: &Expectation, case: &Scene, place: &mut Place<'_>) {
         }
     }
     let least = match expected.quantity.as_str() {
-        "slope" | "decay_rate" | "part_slope" | "part_nonlinearity" => 2,
+        "slope" | "decay_rate" | "rotation_rate" | "part_slope" | "part_nonlinearity" => 2,
         // Two points are on their line: they have no deviation.
         "slope_error" => 3,
         _ => return,

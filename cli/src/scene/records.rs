@@ -34,6 +34,9 @@ impl Scene {
                 add(&["time"]);
                 add(&["centre_x", "centre_y", "centre_z"][..self.dimension]);
                 add(&["second_moment"]);
+                if self.turns() {
+                    add(&["axis_angle"]);
+                }
                 if self.output.energy {
                     add(&["energy"]);
                 }
@@ -71,9 +74,15 @@ impl Scene {
         }
     }
 
-    /// The exact solution that errors are measured against: its L1 norms need the cells of a grid.
+    /// The exact solution that errors are measured against: L1 norms of densities need the cells of a grid; of given points distances are added.
     pub fn exact(&self) -> Option<Exact> {
-        Exact::of(self).filter(|_| matches!(self.sampling, Some(Sampling::Grid { .. })))
+        let given = self.initial.iter().all(|part| !part.shape.is_sampled());
+        Exact::of(self).filter(|_| given || matches!(self.sampling, Some(Sampling::Grid { .. })))
+    }
+
+    /// Whether the velocity is partly a turned gradient.
+    pub fn turns(&self) -> bool {
+        self.combination[1] != 0.0
     }
 
     /// The step at which `time` is reached, if there is one.

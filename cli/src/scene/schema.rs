@@ -22,6 +22,8 @@ pub enum Kind {
     Numbers(Range),
     /// As many numbers as the scene has dimensions.
     Vector(Range),
+    /// Two numbers in a range.
+    Pair(Range),
     /// A list of points, each as many numbers as the scene has dimensions.
     Points,
     /// Two numbers, the first below the second.
@@ -109,8 +111,8 @@ const fn only(when: (&'static str, &'static [&'static str]), field: Field) -> Fi
 }
 
 use Kind::{
-    Choice, Choices, Count, Counts, Flag, Interval, Number, Numbers, Overlay, Overlays, Points, Table, Tables, Text,
-    Vector,
+    Choice, Choices, Count, Counts, Flag, Interval, Number, Numbers, Overlay, Overlays, Pair, Points, Table, Tables,
+    Text, Vector,
 };
 use Need::{Otherwise, Required};
 use Range::{Any, NonNegative, Open, Positive};
@@ -142,7 +144,17 @@ pub const SCENE: &[Field] = &[
             Tables(KERNEL),
             "",
             Required,
-            "terms of the kernel K, which are added; velocity = -grad K * rho",
+            "terms of the kernel K, which are added; velocity = -grad K * rho, or what `combination` makes of it",
+        ),
+    ),
+    only(
+        ("model", DETERMINISTIC),
+        field(
+            "combination",
+            Pair(Any),
+            "",
+            Otherwise("[1, 0]"),
+            "[a, b], in two dimensions: velocity = -(a grad u + b (grad u turned by +90 degrees)) with u = K * rho; [0, -1] with a newtonian kernel moves vortices, whose circulations are the masses",
         ),
     ),
     only(
@@ -383,7 +395,7 @@ const STUDY: &[Field] = &[
         "reference",
         Number(Positive),
         "length",
-        Otherwise("the exact radial solution"),
+        Otherwise("the exact solution"),
         "spacing of the run that errors are measured against; a half, a third ... of every spacing of `h`",
     ),
 ];
@@ -432,7 +444,7 @@ const PICTURE: &[Field] = &[
             Flag,
             "",
             Otherwise("false"),
-            "draw the exact radial solution beneath (Newtonian kernel, one round part): paths over time, or densities in 1D",
+            "draw the exact solution beneath (Newtonian kernel; one round part, an ellipse of vortices, or two points): paths over time, or densities in 1D",
         ),
     ),
     only(
@@ -499,6 +511,8 @@ pub const QUANTITIES: &[&str] = &[
     "second_moment",
     "centre_drift",
     "energy_rise",
+    "energy_drift",
+    "rotation_rate",
     "density_maximum",
     "merges",
     "density_at_zero",
@@ -519,8 +533,16 @@ const AT: &[&str] = &[
     "approximation_ratio",
 ];
 /// Quantities of an interval of spacings or of times.
-const INTERVAL: &[&str] =
-    &["rate_positions", "rate_density", "slope", "slope_error", "decay_rate", "part_slope", "part_nonlinearity"];
+const INTERVAL: &[&str] = &[
+    "rate_positions",
+    "rate_density",
+    "slope",
+    "slope_error",
+    "decay_rate",
+    "rotation_rate",
+    "part_slope",
+    "part_nonlinearity",
+];
 /// Quantities of one part of the initial data.
 const PART: &[&str] = &["part_slope", "part_nonlinearity"];
 
@@ -599,6 +621,7 @@ pub fn words(kind: Kind) -> String {
         Numbers(range) => format!("list of numbers, each {}", range.words()),
         Vector(range) => format!("list of `dimension` numbers, each {}", range.words()),
         Points => "list of points of `dimension` numbers".to_owned(),
+        Pair(range) => format!("list of two numbers, each {}", range.words()),
         Interval => "[low, high], low below high".to_owned(),
         Counts(n, low, high) => format!("{n} whole numbers from {low} to {high}"),
         Table(_) => "table".to_owned(),

@@ -36,6 +36,8 @@ pub struct Scene {
     pub seed: u64,
     /// Terms of the kernel.
     pub kernel: Vec<Term>,
+    /// (a, b): the velocity is -(a + b J) grad u, J the turn by +90 degrees.
+    pub combination: [f64; 2],
     /// What it is softened with; absent for the particle method.
     pub mollifier: Option<Softening>,
     /// Parts of the initial data.
@@ -208,7 +210,7 @@ pub struct Pks {
 pub struct Study {
     /// Spacings.
     pub h: Vec<f64>,
-    /// Spacing of the reference run; otherwise the exact radial solution.
+    /// Spacing of the reference run; otherwise the exact solution.
     pub reference: Option<f64>,
 }
 

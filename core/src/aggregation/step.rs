@@ -5,7 +5,19 @@
 //!
 //! `x' = -grad u(x)`, `rho' = -(div v) rho = Laplacian(u) rho`, `u(x) = sum_j m_j K_delta(x - x_j)`.
 //!
-//! With [`Options::combination`] (a, b) in the plane, `x' = -(a + b J) grad u` and `rho' = a Laplacian(u) rho`, as the turned gradient has no divergence.
+//! With [`Options::combination`] (a, b) in the plane, `x' = -(a + b J) grad u` and `rho' = a Laplacian(u) rho`. J turns by a right angle
+//! counter-clockwise, and the turned gradient has no divergence. (1, 0), the default, is the aggregation equation. (0, -1) with an attractive Newtonian kernel and
+//! circulations as masses is the vortex blob method for the Euler equations (Craig & Bertozzi (1.4)): `x' = J grad u`, counter-clockwise about a positive circulation.
+//! What holds for masses m and K even:
+//!
+//! | quantity                         | (a, b)                                   | (0, b)     |
+//! |----------------------------------|------------------------------------------|------------|
+//! | total mass, centre of mass       | constant                                 | constant   |
+//! | energy (2.4)                     | rate `-a sum_i m_i \|grad u(x_i)\|^2` | constant   |
+//! | `sum_i m_i \|x_i\|^2`            | rate `-a sum_ij m_i m_j r K_delta'(r)`   | constant   |
+//! | density along trajectories       | rate `a Laplacian(u) rho`                | constant   |
+//!
+//! RK4 keeps the mass, the densities for a = 0 and, to rounding, the centre. What else is constant it keeps to its error of order dt^4.
 //!
 //! Without a mollifier the same call performs the particle method.
 
@@ -30,7 +42,8 @@ pub struct Wanted {
     /// The velocity's divergence at the end, at the same cost.
     pub divergence: bool,
     /// Monitor the regularised energy (2.4): one potential sum per step, and one after the last. A rise beyond rounding
-    /// stops the run. The energy decreases if no mass is negative: its rate is `-sum_i m_i |grad u(x_i)|^2`.
+    /// stops the run. The energy decreases if no mass is negative: its rate is `-a sum_i m_i |grad u(x_i)|^2`, with a = 1 or of
+    /// [`Options::combination`]. For a <= 0 it is only reported, for masses of any sign: vortices (a = 0) keep it, up to the error of RK4.
     pub energy: bool,
 }
 
@@ -43,7 +56,7 @@ pub struct Plan {
     wanted: Wanted,
     /// The relative error allowed to the field sums; 0 means rounding alone.
     tolerance: f64,
-    /// The share of the gradient in the velocity ([`Options::combination`]): the rest, turned by a right angle, has no divergence.
+    /// The share a of the gradient in the velocity ([`Options::combination`]): the rest, turned by a right angle, has no divergence and does no work.
     gradient_share: f64,
     /// The field plan of k2 to k4.
     later: field::Plan,
@@ -55,7 +68,8 @@ pub struct Plan {
 ///
 /// # Errors
 /// [`Error::TooLarge`]: a size overflows; [`Error::Unsupported`]: what [`build`] has not, tracers (zero masses are carried
-/// along as well), the energy, and velocities and their divergence, which [`field::evaluate`] has; core radii and vector strengths; those of [`field::plan`].
+/// along as well), the energy, and velocities and their divergence, which [`field::evaluate`] has; core radii and vector strengths; those of [`field::plan`],
+/// such as an [`Options::combination`] other than (1, 0) on the line or in space.
 pub fn plan<T: Real, const D: usize>(
     kernel: &dyn Interaction<T, D>,
     particles: usize,
@@ -111,6 +125,11 @@ impl Plan {
     #[must_use]
     pub fn wanted(&self) -> Wanted {
         self.wanted
+    }
+
+    /// Whether the velocity lowers the energy.
+    fn dissipates(&self) -> bool {
+        self.gradient_share > 0.0
     }
 
     /// The plan of k1.
@@ -254,7 +273,7 @@ pub struct Report {
 ///
 /// # Errors
 /// Refused, with only `report` written: [`Error::LengthMismatch`], [`Error::TimeStep`], [`Error::NotFinite`],
-/// [`Error::Mass`] (negative while the energy is monitored), [`Error::WorkspaceTooSmall`], [`Error::Misaligned`]. Stopped, with the
+/// [`Error::Mass`] (negative while the energy is monitored and must fall), [`Error::WorkspaceTooSmall`], [`Error::Misaligned`]. Stopped, with the
 /// state of the last completed step and no output written: [`Error::BecameNotFinite`] (the state, or an output at its end);
 /// [`Error::Stopped`] by `after_step` or by `run.should_stop`;
 /// [`Error::EnergyRose`], with the state after the step that raised it; the errors of [`field::evaluate`].
@@ -293,7 +312,7 @@ pub fn step<T: Real, const D: usize>(
     if report.first_bad.is_some() {
         return Err(Error::NotFinite);
     }
-    if build::BESIDES && wanted.energy && masses.iter().any(|&m| m < T::ZERO) {
+    if build::BESIDES && wanted.energy && plan.dissipates() && masses.iter().any(|&m| m < T::ZERO) {
         return Err(Error::Mass);
     }
     load::<T, D>(arrays.state, &particles, &tracers);
@@ -452,6 +471,7 @@ fn store<T: Real, const D: usize>(
 
 /// Monitors the energy of a run, with a tolerance for rounding.
 struct Watch {
+    /// The rise that is allowed from one step to the next: infinite if the velocity does not lower the energy.
     tolerance: f64,
     first: Option<f64>,
     last: f64,
@@ -469,6 +489,10 @@ impl Watch {
     ) -> Result<Self> {
         let mut watch = Self { tolerance: 0.0, first: None, last: 0.0 };
         if !build::BESIDES || !plan.wanted.energy {
+            return Ok(watch);
+        }
+        if !plan.dissipates() {
+            watch.tolerance = f64::INFINITY;
             return Ok(watch);
         }
         let moments = moments(positions, masses)?;

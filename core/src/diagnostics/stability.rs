@@ -17,6 +17,11 @@ use crate::rk4::REAL_STABILITY;
 /// Only this slack covers changes of the state, so the step must be recomputed when particles have moved by a considerable
 /// part of delta. [`stable_step_anywhere`] needs no recomputation.
 ///
+/// With [`Options::combination`](crate::field::Options::combination) (a, b) divide the step by `1.07 sqrt(a^2 + b^2)`. The Jacobian is then multiplied by a + b J, whose
+/// norm is `sqrt(a^2 + b^2)`, and its eigenvalues may be complex. All z with `|z| <= 2.615` and a real part of at most 0 belong to RK4's region of stability
+/// (test `half_disc`), so no mode grows that does not grow in the exact solution. Modes with a positive real part, which vortices have where they strain each other, grow
+/// for any step.
+///
 /// | argument    | shape    | unit   |
 /// |-------------|----------|--------|
 /// | `positions` | `[n][D]` | length |
@@ -67,7 +72,7 @@ pub fn stable_step<T: Real, const D: usize>(
 /// particles are farther apart than `diameter`: as [`stable_step`], with `L = 2 sum |m_j| max_r |H(r)|`.
 ///
 /// It is shorter than most states need, by about the number of particles within delta, but holds along a whole run. With it the
-/// energy (2.4) never rises beyond rounding (test `energy_falls_below_the_step_estimate`). The maximum is taken over about 3000 distances up to
+/// energy (2.4) never rises beyond rounding (test `energy_falls_below_the_step_estimate`; not claimed for a combination with b != 0). The maximum is taken over about 3000 distances up to
 /// `diameter`: evenly spaced, geometrically down to a millionth of it or to delta, and evenly up to twice delta.
 ///
 /// A kernel without a mollifier is refused unless each term is a power with p >= 2. Other terms, including a user's own kernel, are assumed to

@@ -31,7 +31,8 @@ pub struct Options {
     /// How terms are added up.
     pub accumulation: Accumulation,
     /// In two dimensions the gradient output is `a grad u + b (grad u rotated by +90 degrees)`: `(1, 0)` is the
-    /// gradient, `(0, 1)` its rotation (vortex flow). Other dimensions take `(1, 0)` only.
+    /// gradient, `(0, 1)` its rotation (vortex flow). Other dimensions take `(1, 0)` only. The blob method moves particles by minus
+    /// this output, so there vortices have `(0, -1)`.
     pub combination: (f64, f64),
     /// Error allowed to [`Method::Fmm`] and [`Method::Tree`], in the l2 norm over targets relative to that of `sum_j |m_j| |K_j|`, for each output; masses of one sign: relative to the output
     /// itself. From 1e-13 on (the tree: 1e-12; f32: 1e-5) the plan may choose these methods; below, 0 included, only rounding is allowed. Not negative.

@@ -2,6 +2,7 @@
 
 use core::ffi::c_void;
 
+use mollis_core::build;
 use mollis_core::field;
 use mollis_core::{Error, Result, Scalar};
 
@@ -14,8 +15,9 @@ use crate::status::{mollis_status, status};
 pub struct mollis_blob_options {
     /// Bytes of this structure, as `mollis_blob_options_init` sets it.
     pub size: u32,
-    /// Nonzero: watch the regularised energy, and stop with `MOLLIS_ERR_ENERGY_ROSE` when it rises beyond rounding. Its rate is -sum_i m_i
-    /// |grad u(x_i)|^2, so it falls if no mass is negative: one that is is refused with `MOLLIS_ERR_MASS`. Default 0.
+    /// Nonzero: watch the regularised energy, and stop with `MOLLIS_ERR_ENERGY_ROSE` when it rises beyond rounding. Its rate is -a sum_i m_i
+    /// |grad u(x_i)|^2, with a = 1 or of `combination`. So for a > 0 it falls if no mass is negative: one that is is refused with `MOLLIS_ERR_MASS`. For a <= 0 it is
+    /// only reported, for masses of any sign; for a = 0 it is constant, up to the error of the steps. Default 0.
     pub watch_energy: i32,
     /// The relative error that field sums may spend for speed; 0 (the default) asks for rounding alone.
     pub tolerance: f64,
@@ -32,13 +34,19 @@ pub struct mollis_blob_options {
     >,
     /// Passed to `after_step`.
     pub context: *mut c_void,
+    /// (a, b), in 2D: the velocity is -(a grad u + b (grad u rotated by +90 degrees)). The default (1, 0) is the aggregation equation. (0, -1) with a positive Newtonian
+    /// kernel and circulations as masses is the vortex blob method: counter-clockwise about a positive circulation. (Sums return a grad u + b (...) without the minus sign, so
+    /// there the velocity of vortices is (0, 1).) Densities grow, and velocities diverge, at a times the rate. Else than (1, 0) it is refused with `MOLLIS_ERR_UNSUPPORTED`
+    /// in 1D and 3D, and in a library with the feature `small`; not finite: `MOLLIS_ERR_NOT_FINITE`. Divide the steps of `mollis_stable_step2` by 1.07 sqrt(a^2 + b^2).
+    pub combination: [f64; 2],
 }
 
 options::options!(mollis_blob_options {
     watch_energy: 0,
     tolerance: 0.0,
     after_step: None,
-    context: core::ptr::null_mut()
+    context: core::ptr::null_mut(),
+    combination: [1.0, 0.0]
 });
 
 /// What a run says about itself. Written by every step that got as far as reading its arrays, also when it then refuses or
@@ -71,10 +79,16 @@ pub(super) fn read_options(options: *const mollis_blob_options) -> Result<mollis
     if !Scalar::is_finite(options.tolerance) {
         return Err(Error::NotFinite);
     }
+    if !build::BESIDES && options.combination.map(f64::to_bits) != [1.0_f64.to_bits(), 0] {
+        return Err(Error::Unsupported);
+    }
     // By its bits, as a comparison of doubles is a function where there are none: negative and not -0.
     if options.tolerance.to_bits() > (-0.0_f64).to_bits() { Err(Error::OutOfDomain) } else { Ok(options) }
 }
 
+/// What the sums are told. In a build for firmware the combination is the default, which [`read_options`] has seen to.
 pub(super) fn field_options(options: &mollis_blob_options) -> field::Options {
-    field::Options { tolerance: options.tolerance, ..field::Options::default() }
+    let [a, b] = options.combination;
+    let combination = if build::BESIDES { (a, b) } else { (1.0, 0.0) };
+    field::Options { tolerance: options.tolerance, combination, ..field::Options::default() }
 }

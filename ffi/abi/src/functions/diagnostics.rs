@@ -106,7 +106,8 @@ pub unsafe extern "C" fn mollis_moments3_f32(
 
 /// Writes a time step with which the classical Runge-Kutta method is stable at this state of n particles in two dimensions: 2.785
 /// over a bound of the Jacobian's spectral radius; infinity where nothing moves. Ask again when particles have moved by a
-/// good part of delta. Cost: n (n - 1) kernel evaluations.
+/// good part of delta. Cost: n (n - 1) kernel evaluations. With `combination` (a, b) of mollis_blob_options divide it by 1.07 sqrt(a^2 + b^2): then no mode grows that does not
+/// grow in the exact solution, as those of vortices do where they strain each other.
 ///
 /// Without a mollifier a pair at one place has such a step only if each term of the kernel is a power with p >= 2.
 ///
@@ -197,7 +198,8 @@ pub unsafe extern "C" fn mollis_stable_step3_f32(
 }
 
 /// Writes a time step with which the Runge-Kutta method is stable at every state of this total |mass| in which no two
-/// particles are farther apart than `diameter`, in two dimensions: shorter than `mollis_stable_step2`'s, but good for a whole run.
+/// particles are farther apart than `diameter`, in two dimensions: shorter than `mollis_stable_step2`'s, but good for a whole run. With
+/// `combination` (a, b) divide it by 1.07 sqrt(a^2 + b^2) too.
 ///
 /// Refused, with `step` as it was: MOLLIS_ERR_NOT_FINITE (an argument, or no such step: a kernel without a mollifier, unless each of its
 /// terms is a power with p >= 2; a host's own kernel is not known to be one; or the kernel's second derivatives leave the scalar's range within
