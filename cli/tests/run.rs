@@ -26,6 +26,16 @@ fn a_scene_leaves_data_pictures_and_numbers() {
     assert!(String::from_utf8_lossy(&plan.stdout).contains("cost"));
 }
 
+/// Each compares with an exact motion.
+#[test]
+fn the_scenes_of_vortices_meet_their_expectations() {
+    for name in ["vortex-pair", "vortex-patch", "vortex-kirchhoff"] {
+        let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../scenes/{name}.toml"));
+        let out = folder(name);
+        succeeded(&mollis(&["run", text(&scene), "--quick", "--quiet", "--out", text(&out)]).output().unwrap());
+    }
+}
+
 /// Killed as soon as there is a checkpoint, a run goes on to the same final bytes.
 fn killed_and_resumed(name: &str, scene: &str) {
     let folder = folder(name);
@@ -60,6 +70,7 @@ fn a_killed_blob_run_resumes_to_the_same_bytes() {
 title = "killed"
 model = "blob"
 dimension = 2
+combination = [0.5, -1]
 [[kernel]]
 kind = "power"
 p = 3

@@ -71,7 +71,7 @@ def blob(
     In 2D velocities are -(a grad u + b (grad u rotated by +90 degrees)) for `combination` = (a, b), with u = sum_j m_j
     K_delta(x - x_j). (0, -1) with a Newtonian kernel and circulations as masses is the vortex blob method:
     counter-clockwise about a positive circulation. (`field` returns a grad u + b (...), without the minus sign.)
-    Densities grow at a times the rate.
+    Divergences and the rates of densities are a times those of (1, 0).
 
     `progress(steps, positions, density)` is called after each step with views of the state at that step, which are
     valid until it returns: copy what you keep, write nothing. If it returns True the run ends, without an exception;

@@ -131,3 +131,66 @@ impl Motion {
         (x != y).then_some(Self::Pair { points: [[x1, x2], [y1, y2]], masses: [m, n] })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::read::parse;
+    use super::*;
+
+    fn exact(combination: &str, initial: &str) -> Option<Exact> {
+        let text = format!(
+            "title = \"t\"\nmodel = \"blob\"\ndimension = 2\ncombination = {combination}\n\
+             [[kernel]]\nkind = \"newtonian\"\ncoefficient = 0.8\n[mollifier]\nkind = \"compact\"\norder = 4\n\
+             delta = 0.1\n[[initial]]\n{initial}\n[sampling]\nkind = \"grid\"\nh = 0.1\n[time]\nend = 1\ndt = 0.5\n"
+        );
+        parse(&text, false, &|_, _| Ok(false)).unwrap().cases[0].exact()
+    }
+
+    /// Velocities by central differences are those of the gradients that are known.
+    #[test]
+    fn paths_follow_the_velocity() {
+        let (t, dt) = (0.4, 1e-5);
+        let rate = |exact: &Exact, start: &[f64]| -> [f64; 2] {
+            let (after, before) = (exact.position(start, t + dt), exact.position(start, t - dt));
+            [0, 1].map(|k| (after[k] - before[k]) / (2.0 * dt))
+        };
+        let close = |got: [f64; 2], want: [f64; 2]| {
+            assert!((got[0] - want[0]).hypot(got[1] - want[1]) < 1e-7, "{got:?} {want:?}");
+        };
+        for (a, b) in [(1.0, 0.0), (0.0, -1.0), (0.5, 2.0), (-1.0, 0.25)] {
+            let combination = format!("[{a:?}, {b:?}]");
+            // A disc of density r: grad u = c r x / 2, with the density along the trajectory.
+            let disc = exact(&combination, "shape = \"disc\"\nheight = 1.5\ncenter = [0.3, -0.2]").unwrap();
+            let start = [0.6, 0.1];
+            let (at, r) = (disc.position(&start, t), disc.density(&start, t));
+            let (x, y) = (at[0] - 0.3, at[1] + 0.2);
+            let factor = -0.4 * r;
+            close(rate(&disc, &start), [factor * (a * x - b * y), factor * (a * y + b * x)]);
+            assert_eq!(disc.blow_up(), if a > 0.0 { 1.0 / (0.8 * a * 1.5) } else { f64::INFINITY });
+            // Two points of equal masses.
+            let given = "shape = \"points\"\npoints = [[0.5, 0], [-0.5, 0.5]]\nmasses = [2, 2]";
+            let pair = exact(&combination, given).unwrap();
+            let [first, second] = [[0.5, 0.0], [-0.5, 0.5]].map(|start| pair.position(&start, t));
+            let (x, y) = (first[0] - second[0], first[1] - second[1]);
+            let factor = -0.8 * 2.0 / (2.0 * std::f64::consts::PI * (x * x + y * y));
+            close(rate(&pair, &[0.5, 0.0]), [factor * (a * x - b * y), factor * (a * y + b * x)]);
+            close(rate(&pair, &[-0.5, 0.5]), [-factor * (a * x - b * y), -factor * (a * y + b * x)]);
+            let blow_up = 1.25 * std::f64::consts::PI / (0.8 * 4.0 * a);
+            assert!(if a > 0.0 {
+                (pair.blow_up() / blow_up - 1.0).abs() < 1e-14
+            } else {
+                pair.blow_up().is_infinite()
+            });
+            // An ellipse is known if nothing attracts.
+            let ellipse = exact(&combination, "shape = \"ellipse\"\naxes = [1, 0.5]\nheight = 1.5");
+            assert_eq!(ellipse.is_some(), a == 0.0);
+        }
+        // On the long axis, at the start: v = -b c rho q x / (p + q), across.
+        let ellipse = exact("[0, -1]", "shape = \"ellipse\"\naxes = [1, 0.5]\nheight = 1.5").unwrap();
+        let after = ellipse.position(&[0.8, 0.0], 1e-6);
+        assert!(
+            (after[1] / 1e-6 - 0.8 * 1.5 * 0.5 * 0.8 / 1.5).abs() < 1e-5 && ellipse.density(&[0.8, 0.0], 1.0) == 1.5
+        );
+        assert!(exact("[0, -1]", "shape = \"points\"\npoints = [[1, 0], [1, 0]]\nmasses = [1, 1]").is_none());
+    }
+}

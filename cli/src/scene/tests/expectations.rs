@@ -19,6 +19,7 @@ fn expectations_that_a_run_cannot_meet_are_mistakes() {
         ("blob", "", "quantity = \"slope\"\nfrom = 0.4\nto = 0.5"),
         ("blob", "", "quantity = \"slope_error\"\nfrom = 0.3"),
         ("blob", "energy = true", "quantity = \"energy_rise\""),
+        ("blob", "energy = true", "quantity = \"energy_drift\""),
         ("blob", "density = true", "quantity = \"density_maximum\"\nat = 0"),
         ("particle", "density = true", "quantity = \"density_maximum\""),
         ("pks", "", "quantity = \"heavy_mass\""),
@@ -69,6 +70,12 @@ fn expectations_that_a_run_cannot_meet_are_mistakes() {
             "",
             "quantity = \"energy_rise\"",
             ".quantity = \"energy_rise\": the run has no energy (output.energy is not set)",
+        ),
+        (
+            "blob",
+            "",
+            "quantity = \"rotation_rate\"",
+            ".quantity = \"rotation_rate\": the run has no axis_angle (combination has no turned gradient)",
         ),
         ("pks", "", "quantity = \"energy_rise\"", ".quantity = \"energy_rise\": the run has no energy"),
         (

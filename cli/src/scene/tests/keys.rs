@@ -75,6 +75,24 @@ fn mistakes_name_line_key_and_what_is_allowed() {
 }
 
 #[test]
+fn combinations_are_two_numbers_of_the_plane() {
+    let with = |value: &str| GOOD.replace("dimension = 2\n", &format!("dimension = 2\ncombination = {value}\n"));
+    assert_eq!(parse(GOOD, false).unwrap().cases[0].combination, [1.0, 0.0]);
+    assert_eq!(parse(&with("[0, -1]"), false).unwrap().cases[0].combination, [0.0, -1.0]);
+    assert_eq!(mistakes(&with("[1, 2, 3]")), ["5: combination = [1, 2, 3]: must be a list of two numbers"]);
+    assert_eq!(mistakes(&with("1")), ["5: combination = 1: must be a list of two numbers"]);
+    assert_eq!(mistakes(&with("[1, inf]")), ["5: combination[1] = inf: must be finite"]);
+    for dimension in [1, 3] {
+        let text = GOOD.replace("dimension = 2\n", &format!("dimension = {dimension}\ncombination = [0, 1]\n"));
+        assert_eq!(mistakes(&text), ["5: combination = [0.0, 1.0]: only in two dimensions; else [1, 0]"]);
+        // The default may be named.
+        assert_eq!(mistakes(&text.replace("[0, 1]", "[1, 0]")), [""; 0]);
+    }
+    let profile = with("[0, 1]").replace("\"blob\"", "\"profile\"");
+    assert!(mistakes(&profile).iter().any(|m| m.contains("combination: not used with model = \"profile\"")));
+}
+
+#[test]
 fn gaussians_have_few_orders() {
     let text = GOOD.replace("\"compact\"", "\"gaussian\"").replace("order = 4", "order = 8");
     assert_eq!(mistakes(&text), ["12: mollifier.order = 8: a gaussian has order 2, 4 or 6"]);
