@@ -279,8 +279,9 @@ typedef struct mollis_blob_options {
   /**
    * (a, b), in 2D: the velocity is -(a grad u + b (grad u rotated by +90 degrees)). The default (1, 0) is the aggregation equation. (0, -1) with a positive Newtonian
    * kernel and circulations as masses is the vortex blob method: counter-clockwise about a positive circulation. (Sums return a grad u + b (...) without the minus sign, so
-   * there the velocity of vortices is (0, 1).) Densities grow, and velocities diverge, at a times the rate. Else than (1, 0) it is refused with `MOLLIS_ERR_UNSUPPORTED`
-   * in 1D and 3D, and in a library with the feature `small`; not finite: `MOLLIS_ERR_NOT_FINITE`. Divide the steps of `mollis_stable_step2` by 1.07 sqrt(a^2 + b^2).
+   * there the velocity of vortices is (0, 1).) Divergences and the rates of densities are a times those of (1, 0). In 1D and 3D, and in a library with the feature
+   * `small`, any other value is refused with `MOLLIS_ERR_UNSUPPORTED`; in 2D one that is not finite with `MOLLIS_ERR_NOT_FINITE`. Divide steps of `mollis_stable_step2` by
+   * 1.07 sqrt(a^2 + b^2).
    */
   double combination[2];
 } mollis_blob_options;

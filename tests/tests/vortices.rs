@@ -230,7 +230,6 @@ fn kirchhoffs_ellipse_turns_at_the_known_rate() {
     for (order, least) in [(2, [2.8, 1.8]), (4, [2.8, 1.8])] {
         let [coarse, fine] = [0.4, 0.2].map(|delta| measure(order, delta, &mut patch));
         let orders = [0, 1].map(|k| f64::log2(coarse[k] / fine[k]));
-        println!("order {order}: rates {coarse:?} {fine:?}, orders {orders:?}");
         assert!(orders[0] >= least[0] && orders[1] >= least[1], "{orders:?}");
         assert!(fine[0] <= 5e-4, "{fine:?}");
     }
