@@ -130,8 +130,8 @@ fn a_patch_of_lamb_and_oseen_keeps_its_invariants() {
 /// counter-clockwise. Lattices of spacing delta / 2 see it to exp(-(2 pi)^2) = 7e-18, so what is left are roundings of sums and the masses left out.
 #[test]
 fn the_velocity_of_lamb_and_oseen() {
-    let delta = 0.6;
-    let mut patch = lamb_oseen(0.3);
+    let delta = 1.0;
+    let mut patch = lamb_oseen(0.5);
     patch.run(&newtonian(Mollifier::Gaussian { order: 2 }, delta), VORTICES, 0.0, 0).unwrap();
     for ([x, y], [u, v]) in patch.x.iter().zip(&patch.velocity) {
         let square = x * x + y * y;
@@ -208,10 +208,10 @@ fn ellipse(rings: usize, angles: usize) -> Vortices {
     Vortices::new(x, m)
 }
 
-/// Kirchhoff's ellipse turns at the rate p q / (p + q)^2, whichever of its numbers tells the rate. Against delta:
+/// Kirchhoff's ellipse turns at the rate p q / (p + q)^2. How errors fall with delta:
 ///
 /// * Velocities are exact farther than delta from the edge, and wrong by order delta within: in L1 of order 2, for any order of the mollifier.
-/// * The rate is that of the second moments. Errors of the velocity of the form J grad f(vorticity) do not change it, which are those of order 2. So it is of order 3.
+/// * The rate is that of the second moments. The velocity's error of order delta^2 is J grad f(vorticity), which moves no vorticity. So the rate is of order 3.
 #[test]
 fn kirchhoffs_ellipse_turns_at_the_known_rate() {
     let rate = vortex::ellipse_rate(1.0, AXES);
@@ -227,10 +227,10 @@ fn kirchhoffs_ellipse_turns_at_the_known_rate() {
         [(mixed / difference / rate - 1.0).abs(), wrong]
     };
     let mut patch = ellipse(24, 96);
-    for (order, least) in [(2, [2.8, 1.8]), (4, [2.8, 1.8])] {
+    for order in [2, 4] {
         let [coarse, fine] = [0.4, 0.2].map(|delta| measure(order, delta, &mut patch));
         let orders = [0, 1].map(|k| f64::log2(coarse[k] / fine[k]));
-        assert!(orders[0] >= least[0] && orders[1] >= least[1], "{orders:?}");
+        assert!(orders[0] >= 2.8 && orders[1] >= 1.8, "{orders:?}");
         assert!(fine[0] <= 5e-4, "{fine:?}");
     }
 }
