@@ -38,4 +38,5 @@ mod step_layouts;
 mod stress;
 mod sum_layouts;
 mod traps;
+mod tree;
 mod vortices;
