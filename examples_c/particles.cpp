@@ -1,6 +1,6 @@
 /*
- * Three uses of mollis from C++: the velocities of vortices that are an array of structures, a step of the blob method, and coalescing
- * particles with a random generator of the program's own. The result is 0 if what is known of each holds.
+ * Four uses of mollis from C++: the velocities of vortices that are an array of structures, steps of vortices and of blobs that attract each
+ * other, and coalescing particles with a random generator of the program's own. The result is 0 if what is known of each holds.
  *
  * At the portable level every machine computes the same bits, and particles.c, particles.f90 and this program print the same lines.
  */
@@ -74,6 +74,22 @@ bool vortices(mollis::workspace &workspace) {
   return std::fabs(v[1].velocity[1] - known) < 1e-15 && std::fabs(v[1].velocity[0]) < 1e-15;
 }
 
+/* Two equal vortices at the distance d turn about their centre at the rate g / (pi d^2), counter-clockwise, in steps of the blob method. Its velocity is minus the
+ * gradient output of a sum, so the combination is (0, -1). */
+bool turning(mollis::workspace &workspace) {
+  std::vector<place> x = {{0.25, 0.0}, {-0.25, 0.0}};
+  const std::vector<double> circulation = {2.0, 2.0};
+  const double quarter = std::acos(-1.0) * std::acos(-1.0) / 16;
+  const mollis::kernel<double, 2> kernel(mollis::newtonian(1.0), mollis::compact(4, 5), 0.1);
+  mollis::blob_options<double, 2> options;
+  options.combination[0] = 0;
+  options.combination[1] = -1;
+  options.run = portable();
+  const mollis_blob_report report = mollis::blob_step(kernel, {x, circulation}, {}, quarter / 50, 50, workspace, options);
+  std::printf("a quarter of a turn: the first at%24.16E%24.16E\n", x[0][0], x[0][1]);
+  return report.steps == 50 && std::fabs(x[0][0]) < 1e-7 && std::fabs(x[0][1] - 0.25) < 1e-7;
+}
+
 /* Blobs that attract each other keep their centre of mass. */
 bool blobs(mollis::workspace &workspace) {
   std::vector<place> x = places(128);
@@ -120,6 +136,6 @@ bool coalescence(mollis::workspace &workspace) {
 
 int main() {
   mollis::workspace workspace;
-  const bool good[] = {vortices(workspace), blobs(workspace), coalescence(workspace)};
-  return good[0] && good[1] && good[2] ? 0 : 1;
+  const bool good[] = {vortices(workspace), turning(workspace), blobs(workspace), coalescence(workspace)};
+  return good[0] && good[1] && good[2] && good[3] ? 0 : 1;
 }

@@ -1,5 +1,5 @@
-! Three uses of mollis from Fortran: the velocities of vortices that are an array of derived types, a step of the blob method, and
-! coalescing particles with a random generator of the host's own. The result is 0 if what is known of each holds.
+! Four uses of mollis from Fortran: the velocities of vortices that are an array of derived types, steps of vortices and of blobs that attract
+! each other, and coalescing particles with a random generator of the host's own. The result is 0 if what is known of each holds.
 !
 ! At the portable level every machine computes the same bits, and particles.c, particles.cpp and this program print the same lines.
 module host
@@ -43,6 +43,7 @@ program particles
   if (mollis_run_init(run, c_sizeof(run)) /= MOLLIS_OK) error stop
   run%level = MOLLIS_LEVEL_PORTABLE
   call vortices()
+  call turning()
   call blobs()
   call coalescence()
   if (.not. good) error stop 'not as known'
@@ -98,6 +99,32 @@ contains
     known = 2.0d0 * 0.5d0 / (2 * acos(-1.0d0) * sqrt(0.5d0**4 + 0.1d0**4))
     print '(a, 2es24.16)', 'vortices: velocity', v(2)%velocity
     good = good .and. abs(v(2)%velocity(2) - known) < 1d-15 .and. abs(v(2)%velocity(1)) < 1d-15
+  end subroutine
+
+  ! Two equal vortices at the distance d turn about their centre at the rate g / (pi d^2), counter-clockwise, in steps of the blob method. Its velocity
+  ! is minus the gradient output of a sum, so the combination is (0, -1).
+  subroutine turning()
+    real(c_double), target :: x(2, 2), circulation(2)
+    integer(c_int8_t), allocatable :: kernel(:), workspace(:)
+    integer(c_size_t) :: bytes
+    type(mollis_particles2) :: particles
+    type(mollis_blob_options) :: options
+    type(mollis_blob_report) :: report
+    real(c_double) :: quarter
+    x = reshape([0.25d0, 0.0d0, -0.25d0, 0.0d0], [2, 2])
+    circulation = 2.0d0
+    quarter = acos(-1.0d0) * acos(-1.0d0) / 16
+    call newtonian(1.0d0, mollis_mollifier(MOLLIS_MOLLIFIER_COMPACT, 4, 5), 0.1d0, kernel)
+    particles%n = 2
+    particles%positions(1) = mollis_at(x)
+    particles%masses = mollis_at(circulation)
+    if (mollis_blob_options_init(options, c_sizeof(options)) /= MOLLIS_OK) error stop
+    options%combination = [0.0d0, -1.0d0]
+    call blob2_workspace_bytes(kernel, particles, options=options, run=run, bytes=bytes)
+    allocate(workspace(bytes))
+    call blob2_step(kernel, particles, dt=quarter / 50, steps=50, options=options, run=run, workspace=workspace, report=report)
+    print '(a, 2es24.16)', 'a quarter of a turn: the first at', x(:, 1)
+    good = good .and. report%steps == 50 .and. all(abs(x(:, 1) - [0.0d0, 0.25d0]) < 1d-7)
   end subroutine
 
   ! Blobs that attract each other keep their centre of mass.
