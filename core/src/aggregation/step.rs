@@ -10,14 +10,14 @@
 //! circulations as masses is the vortex blob method for the Euler equations (Craig & Bertozzi (1.4)): `x' = J grad u`, counter-clockwise about a positive circulation.
 //! What holds for masses m and K even:
 //!
-//! | quantity                         | (a, b)                                   | (0, b)     |
-//! |----------------------------------|------------------------------------------|------------|
-//! | total mass, centre of mass       | constant                                 | constant   |
-//! | energy (2.4)                     | rate `-a sum_i m_i \|grad u(x_i)\|^2` | constant   |
-//! | `sum_i m_i \|x_i\|^2`            | rate `-a sum_ij m_i m_j r K_delta'(r)`   | constant   |
-//! | density along trajectories       | rate `a Laplacian(u) rho`                | constant   |
+//! | quantity                   | (a, b)                                 | (0, b)   |
+//! |----------------------------|----------------------------------------|----------|
+//! | total mass, centre of mass | constant                               | constant |
+//! | energy (2.4)               | rate `-a sum_i m_i \|grad u(x_i)\|^2`   | constant |
+//! | `sum_i m_i \|x_i\|^2`       | rate `-a sum_ij m_i m_j r K_delta'(r)` | constant |
+//! | density along trajectories | rate `a Laplacian(u) rho`              | constant |
 //!
-//! RK4 keeps the mass, the densities for a = 0 and, to rounding, the centre. What else is constant it keeps to its error of order dt^4.
+//! A run keeps the mass, the densities for a = 0 and, to the error of the sums, the centre. What else is constant it keeps to RK4's error of order dt^4.
 //!
 //! Without a mollifier the same call performs the particle method.
 

@@ -4,7 +4,7 @@
 //! ([`Options::combination`](crate::field::Options::combination)). (a, b) = (0, -1) and c = 1 are the Euler equations with circulations m and the
 //! vorticity `Laplacian(u)`: Craig & Bertozzi (1.4). A mollifier of compact support changes none of this for points farther apart than its length.
 //!
-//! Sources: Lamb, *Hydrodynamics*, 1932, sections 155 (pairs) and 159 (Kirchhoff's ellipse); Saffman, *Vortex Dynamics*, 1992, sections 7.1 and 9.3.
+//! Source: Lamb, *Hydrodynamics*, 1932, sections 155 (pairs) and 159 (Kirchhoff's ellipse).
 
 use crate::real::Real;
 
