@@ -48,6 +48,7 @@ const PAIRS: Sum = Sum {
     compensated: false,
     level: Level::Avx2,
 };
+const TREE: Sum = Sum { n: 10_000, wanted: BOTH, delta: 0.02, method: Method::Tree, tolerance: 1e-4, ..PAIRS };
 const FMM: Sum = Sum { n: 20_000, mollifier: Mollifier::None, delta: 0.0, method: Method::Fmm, ..PAIRS };
 
 /// What runs.
@@ -93,6 +94,8 @@ const CASES: &[(&str, Case)] = &[
     ("fmm-1e-3", Case::Double(2, Sum { tolerance: 1e-3, ..FMM })),
     ("fmm-1e-6", Case::Double(2, Sum { tolerance: 1e-6, ..FMM })),
     ("fmm-1e-12", Case::Double(2, Sum { tolerance: 1e-12, ..FMM })),
+    ("tree-3d", Case::Double(3, TREE)),
+    ("tree-screened", Case::Double(2, Sum { law: Law::Screened { k: 2.0 }, ..TREE })),
     ("blob-step", Case::Step),
     ("mesh", Case::Mesh),
     ("prepare-power", Case::Prepare),

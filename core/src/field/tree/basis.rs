@@ -14,7 +14,7 @@ use crate::checked::Present;
 use crate::error::Result;
 use crate::memory::Space;
 use crate::real::Real;
-use crate::simd::{BlockJob, Isa, Job, MAX_LANES};
+use crate::simd::{BlockJob, Isa, Job, Level, Loops, MAX_LANES, with_simd};
 use crate::sort;
 
 /// The largest p, and one up to which arrays are shorter.
@@ -34,7 +34,7 @@ pub(super) struct Basis<'w, T> {
     rows: &'w mut [[u8; 4]],
     /// The numbers of the exponents, row by row.
     by_rows: &'w mut [u16],
-    /// C_ab for s = 1, by a p + b; for s = -1 times (-1)^(a + b).
+    /// C_ab by a p + b, and by b p + a, for s = -1; the same for s = 1.
     shifts: &'w mut [T],
     /// The signs of all T_a under reflections, a row for each set of axes.
     signs: &'w mut [T],
@@ -75,7 +75,7 @@ impl<'w, T: Real> Basis<'w, T> {
             ranks: space.try_array(cube)?,
             rows: space.try_array(cube / order)?,
             by_rows: space.try_array(n)?,
-            shifts: space.try_array(order * order)?,
+            shifts: space.try_array(4 * order * order)?,
             signs: space.try_array(stride << dimension)?,
             stride,
         })
@@ -108,10 +108,12 @@ impl<'w, T: Real> Basis<'w, T> {
             *row = [(number % order) as u8, (number / order) as u8, inside.clone().count() as u8, 0];
             inside.zip(&mut by_rows).for_each(|(&rank, to)| *to = rank);
         }
-        // T_(a+1)(u) = 2 u T_a(u) - T_(a-1)(u), and 2 u = x + 1.
+        // T_(a+1)(u) = 2 u T_a(u) - T_(a-1)(u), and 2 u = x + 1; for x - 1 signs alternate with a + b.
         self.shifts.fill(T::ZERO);
+        let (backward, forward) = self.shifts.split_at_mut_checked(2 * order * order).present()?;
+        let (table, transposed) = forward.split_at_mut_checked(order * order).present()?;
         for a in 0..order {
-            let (before, rest) = self.shifts.split_at_mut_checked(a * order).present()?;
+            let (before, rest) = table.split_at_mut_checked(a * order).present()?;
             let row = rest.get_mut(..order).present()?;
             let Some(last) = a.checked_sub(1).and_then(|last| before.get(last * order..)) else {
                 *row.first_mut().present()? = T::ONE;
@@ -126,6 +128,13 @@ impl<'w, T: Real> Basis<'w, T> {
             }
             let earlier = a.checked_sub(2).and_then(|earlier| before.get(earlier * order..)).unwrap_or_default();
             row.iter_mut().zip(earlier).for_each(|(to, &c)| *to -= c);
+        }
+        for (at, &c) in table.iter().enumerate() {
+            let (a, b) = (at / order, at % order);
+            let other = if (a + b) % 2 == 1 { -c } else { c };
+            *transposed.get_mut(b * order + a).present()? = c;
+            *backward.get_mut(at).present()? = other;
+            *backward.get_mut((order + b) * order + a).present()? = other;
         }
         for (axes, row) in self.signs.chunks_mut(self.stride).enumerate() {
             row.fill(T::ZERO);
@@ -150,45 +159,72 @@ impl<'w, T: Real> Basis<'w, T> {
         self.signs.get(axes * self.stride..).and_then(|rest| rest.get(..self.stride)).present_or(&[])
     }
 
-    /// Adds the moments of a part to those of the cell around it, or the local expansion of a cell to that of its part (`DOWN`). `scratch`: two cubes.
-    pub fn shift<const DOWN: bool>(&self, part: &Cell, from: &[T], to: &mut [T], scratch: &mut [T]) -> Result<()> {
-        let (order, size) = (self.order, self.ranks.len());
-        let (mut a, rest) = scratch.split_at_mut_checked(size).present()?;
-        let mut b = rest.get_mut(..size).present()?;
+    /// The matrix along an axis, and the same transposed, to the larger cell, or to its part (`down`).
+    fn shift_along(&self, forward: bool, down: bool) -> [&[T]; 2] {
+        let size = self.order * self.order;
+        let table = |transposed: bool| {
+            let number = 2 * usize::from(forward) + usize::from(transposed);
+            self.shifts.get(number * size..).and_then(|rest| rest.get(..size)).present_or(&[])
+        };
+        [table(down), table(!down)]
+    }
+
+    /// Adds the moments of a part to those of the cell around it, or the local expansion of a cell to that of its part (`down`). `scratch`: two cubes.
+    pub fn shift(&self, part: &Cell, down: bool, (from, to): (&[T], &mut [T]), scratch: &mut [T], level: Level) {
+        let (mut a, rest) = scratch.split_at_mut_checked(self.ranks.len()).unwrap_or_default();
+        let mut b = rest.get_mut(..self.ranks.len()).unwrap_or_default();
         for (to, &rank) in a.iter_mut().zip(&*self.ranks) {
             *to = from.get(usize::from(rank)).copied().filter(|_| rank != OUTSIDE).unwrap_or(T::ZERO);
         }
         let mut pitch = 1;
         for &place in part.place.iter().take(self.dimension) {
-            let sign = if place % 2 == 1 { T::ONE } else { -T::ONE };
+            let [matrix, transposed] = self.shift_along(place % 2 == 1, down);
             b.fill(T::ZERO);
-            for (to, from) in b.chunks_mut(pitch * order).zip(a.chunks(pitch * order)) {
-                for (above, row) in self.shifts.chunks(order).enumerate() {
-                    let mut flip = if above % 2 == 1 { sign } else { T::ONE };
-                    for (below, &c) in row.iter().enumerate().take(above + 1) {
-                        let factor = c * flip;
-                        flip *= sign;
-                        let (target, source) = if DOWN { (below, above) } else { (above, below) };
-                        let to = to.get_mut(target * pitch..).unwrap_or_default();
-                        let from = from.get(source * pitch..).unwrap_or_default();
-                        to.iter_mut().zip(from).take(pitch).for_each(|(to, &x)| *to += factor * x);
-                    }
-                }
-            }
+            with_simd(level, Along { order: self.order, pitch, matrix, transposed, from: &*a, to: &mut *b });
             core::mem::swap(&mut a, &mut b);
-            pitch *= order;
+            pitch *= self.order;
         }
         for (&x, &rank) in a.iter().zip(&*self.ranks) {
-            if rank != OUTSIDE {
-                *to.get_mut(usize::from(rank)).present()? += x;
-            }
+            to.get_mut(usize::from(rank)).into_iter().for_each(|to| *to += x);
         }
-        Ok(())
     }
 
     /// Numbers of scratch that [`Basis::shift`] needs.
     pub fn shift_scratch(dimension: usize, order: usize) -> usize {
         2 * cube(dimension, order)
+    }
+}
+
+/// Adds the products of a matrix and the numbers along an axis, which are `pitch` apart.
+struct Along<'a, T> {
+    order: usize,
+    pitch: usize,
+    matrix: &'a [T],
+    transposed: &'a [T],
+    from: &'a [T],
+    to: &'a mut [T],
+}
+
+impl<T: Real> Loops for Along<'_, T> {
+    type Out = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { order, pitch, matrix, transposed, from, to } = self;
+        for (to, from) in to.chunks_mut(pitch * order).zip(from.chunks(pitch * order)) {
+            // The loop inside runs over what lies next to each other in memory.
+            if pitch == 1 {
+                for (&x, column) in from.iter().zip(transposed.chunks(order)) {
+                    to.iter_mut().zip(column).for_each(|(to, &c)| *to += c * x);
+                }
+                continue;
+            }
+            for (to, row) in to.chunks_mut(pitch).zip(matrix.chunks(order)) {
+                for (from, &c) in from.chunks(pitch).zip(row).filter(|(_, c)| **c != T::ZERO) {
+                    to.iter_mut().zip(from).for_each(|(to, &x)| *to += c * x);
+                }
+            }
+        }
     }
 }
 

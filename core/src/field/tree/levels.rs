@@ -177,7 +177,7 @@ impl<T: Real> Passes<'_, '_, T> {
                         }
                         for part in cell.parts() {
                             let from = below.get((part - range.end) * stride..).and_then(|rest| rest.get(..stride));
-                            basis.shift::<false>(&cells.get(part), from.present()?, to, cubes)?;
+                            basis.shift(&cells.get(part), false, (from.present()?, &mut *to), cubes, level);
                         }
                     }
                     Ok(())
@@ -189,7 +189,7 @@ impl<T: Real> Passes<'_, '_, T> {
 
     /// Adds the local expansions of larger cells to those of their parts.
     pub fn down(&self, locals: &mut [T], room: &mut Operators<'_, T>, run: &Run<'_>) -> Result<()> {
-        let (cells, basis, stride) = (self.cells, self.basis, self.basis.stride);
+        let (cells, basis, stride, level) = (self.cells, self.basis, self.basis.stride, run.level);
         for depth in FIRST + 1..cells.n_levels() {
             let range = cells.of_level(depth);
             let (above, own) = locals.split_at_mut_checked(range.start * stride).present()?;
@@ -210,7 +210,7 @@ impl<T: Real> Passes<'_, '_, T> {
                         }
                         let parent = cell.parent().present()?;
                         let from = above.get(parent * stride..).and_then(|rest| rest.get(..stride)).present()?;
-                        basis.shift::<true>(&cell, from, to, cubes)?;
+                        basis.shift(&cell, true, (from, to), cubes, level);
                     }
                     Ok(())
                 },
