@@ -124,12 +124,15 @@ impl Calls<'_, '_> {
     }
 
     pub fn blob_options(&mut self) -> *const mollis_blob_options {
+        let combination =
+            if self.draw.rarely(4) { [self.draw.or_wild(0.0), self.draw.or_wild(-1.0)] } else { [1.0, 0.0] };
         let options = mollis_blob_options {
             size: size_of::<mollis_blob_options>() as u32,
             watch_energy: i32::from(self.draw.rarely(4)),
             tolerance: self.tolerance(),
             after_step: if self.draw.rarely(6) { Some(after_step as _) } else { None },
             context: self.context(),
+            combination,
         };
         self.options(options)
     }

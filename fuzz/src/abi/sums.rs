@@ -133,7 +133,7 @@ impl Calls<'_, '_> {
                 i32::from(calls.draw.byte()) % most
             }
         };
-        let (method, accumulation, pair_radius) = (choice(self, 7), choice(self, 2), choice(self, 4));
+        let (method, accumulation, pair_radius) = (choice(self, 8), choice(self, 2), choice(self, 4));
         let pair_radius = if self.draw.rarely(3) { pair_radius } else { 0 };
         let combination =
             if self.draw.rarely(4) { [self.draw.or_wild(0.5), self.draw.or_wild(-1.0)] } else { [1.0, 0.0] };

@@ -65,7 +65,7 @@ pub(super) fn settings<T: Real, const D: usize>(
         && !wanted.hessian
         && (!wanted.laplacian || no_laplacian)
         && (options.method.is_some() || options.tolerance >= floor::<T>());
-    serves.then(|| Settings::new(effective::<T>(options.tolerance), D))
+    serves.then(|| Settings::new(effective::<T>(options.tolerance), D, kernel.newtonian().is_some()))
 }
 
 /// Whether so many sources and targets take less time than the sum over all pairs.
@@ -315,7 +315,7 @@ fn sums<T: Real>(
         laplacian: to_laplacian.is_some(),
         hessian: false,
     };
-    let settings = Settings::new(options.tolerance, d);
+    let settings = Settings::new(options.tolerance, d, newtonian.is_some());
     let (n_sources, n_targets) = (positions.len() / d, targets.len() / d);
     let workers = run.executor.workers().min(MAX_WORKERS);
     let sizes = Sizes { sources: n_sources, targets: n_targets, wanted, workers, settings };

@@ -18,6 +18,8 @@ pub(super) fn effective<T: Real>(tolerance: f64) -> f64 {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::field) struct Settings {
     pub dimension: usize,
+    /// Whether the kernel is Newtonian, with a mollifier or without.
+    pub newtonian: bool,
     /// p of the basis.
     pub order: usize,
     /// Polynomials of the basis.
@@ -32,7 +34,7 @@ pub(in crate::field) struct Settings {
 
 impl Settings {
     /// For a tolerance as [`effective`] gives it.
-    pub fn new(tolerance: f64, dimension: usize) -> Self {
+    pub fn new(tolerance: f64, dimension: usize, newtonian: bool) -> Self {
         // Tolerances as powers of ten, without a logarithm.
         let (mut digits, mut left) = (0.0, tolerance);
         while left < 0.999 && digits < 20.0 {
@@ -50,15 +52,17 @@ impl Settings {
             2 => (terms / 3).max(24),
             _ => (2 * terms / 3).max(64),
         };
-        Self { dimension, order, terms, nodes: most_shells(order) + 2, leaf, few }
+        Self { dimension, newtonian, order, terms, nodes: most_shells(order) + 2, leaf, few }
     }
 }
 
-/// From this many sources and targets on (their harmonic mean) the method is faster than the sum over all pairs.
+/// From this many sources and targets on (their harmonic mean) the method is faster than the sum over all pairs; a pair of a Newtonian kernel takes less than half the time of others.
 pub(super) fn crossover(settings: Settings) -> usize {
-    match settings.dimension {
-        1 => 1500,
-        2 => 2000,
-        _ => 4000 + 20 * settings.terms,
-    }
+    let terms = settings.terms;
+    let others = match settings.dimension {
+        1 => 300 + 10 * terms,
+        2 => 500 + 11 * terms,
+        _ => 900 + 26 * terms,
+    };
+    if settings.newtonian { others * 9 / 4 } else { others }
 }
