@@ -343,6 +343,13 @@ def test_tolerance_and_plan(rng):
     np.testing.assert_array_equal(mollis.field(soft, x, m, gradient=True, method="direct").gradient, exact)
     with pytest.raises(ValueError, match="fmm"):
         mollis.field(soft, x, m, gradient=True, method="fast")
+    # Another kernel, in space.
+    smooth = mollis.Kernel(kernels.exponential(0.2), mollifiers.compact(4, 4), 0.05, 3)
+    x, m = rng.random((3000, 3)), rng.random(3000)
+    exact = mollis.field(smooth, x, m, gradient=True).gradient
+    fast = mollis.field(smooth, x, m, gradient=True, tolerance=1e-3, method="tree").gradient
+    assert 0 < np.linalg.norm(fast - exact) < 1e-3 * np.linalg.norm(exact)
+    assert "tree" in mollis.plan(smooth, 100_000, gradient=True, tolerance=1e-3)
 
 
 def test_threads_change_no_bit(rng, soft):

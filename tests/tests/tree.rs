@@ -382,6 +382,9 @@ fn the_same_bits_for_any_executor() {
             assert!(got.potential == one.potential && got.gradient == one.gradient, "{level:?} {workers}");
             assert_eq!(others, counts);
         }
+        // What else is wanted changes no bit.
+        let (alone, _) = case.run(&x, Wanted { gradient: true, ..Wanted::default() }, &options, &Serial, level);
+        assert!(alone.gradient == one.gradient);
     }
 }
 

@@ -55,6 +55,32 @@ pub(in crate::field) struct ErasedCall<'a, T> {
     pub near: Option<NearCall<'a, T>>,
 }
 
+impl<T: Real> ErasedCall<'_, T> {
+    /// A sum of the same kernel, without sources, targets and outputs.
+    pub fn kernel_alone(&self) -> ErasedCall<'_, T> {
+        ErasedCall {
+            dimension: self.dimension,
+            potentials: self.potentials,
+            newtonian: self.newtonian,
+            table: self.table,
+            kernel: self.kernel,
+            reach: self.reach,
+            options: self.options,
+            positions: &[],
+            masses: &[],
+            radii: None,
+            target_radii: None,
+            strengths: None,
+            targets: &[],
+            potential: None,
+            gradient: None,
+            laplacian: None,
+            hessian: None,
+            near: None,
+        }
+    }
+}
+
 /// A sum of a scalar, with nothing generic left.
 pub(in crate::field) type Sum<T> = fn(ErasedCall<'_, T>, &mut [u8], &mut Run<'_>) -> Result<()>;
 

@@ -22,6 +22,7 @@
 //! The coefficients of each step between cells say what a cut leaves out ([`operators::Allowed`]); where no cut is within the tolerance, the pairs of these cells are summed one by
 //! one. So an unsuitable kernel takes longer and is no less accurate.
 
+mod alone;
 mod basis;
 mod cells;
 mod levels;
@@ -37,8 +38,9 @@ use crate::checked::Present;
 use crate::error::{Error, Result};
 use crate::exec::{MAX_WORKERS, Run};
 use crate::memory::{Carve, Measure, Space};
-use crate::real::{Real, Scalar};
-use crate::sort::words::{BUCKETS, by_key};
+use crate::real::Real;
+use crate::sort::words::BUCKETS;
+use alone::{Alone, SAMPLE, fill_sample, mean_sizes};
 use basis::Basis;
 use cells::{Cells, DEPTH, Limits, STACK, TARGETS, Words, index};
 use levels::{AtLevel, FIRST, Far, Operators, Passes};
@@ -47,8 +49,6 @@ use operators::{Allowed, Nodes};
 pub(super) use settings::Settings;
 use settings::{crossover, effective, floor};
 
-/// Sources and targets of which the mean size of the kernel is estimated.
-const SAMPLE: usize = 64;
 /// What an interpolation may leave out, in root mean square, relative to the tolerance.
 const SHARE: f64 = 2.0;
 
@@ -237,49 +237,6 @@ fn spatial<T: Real>(point: &[T], factor: T) -> [T; 3] {
     x
 }
 
-/// Fills a sample of the differences between targets and sources, those of a target next to each other; how many there are.
-fn fill_sample<T: Real>(d: usize, sources: &[T], (targets, unit): (&[T], T), sample: &mut [T]) -> usize {
-    let some = |points: &[T]| (points.len() / d).div_ceil(SAMPLE).max(1) * d;
-    let mut slots = sample.chunks_mut(d);
-    let mut n = 0;
-    for target in targets.chunks(d).step_by(some(targets) / d) {
-        for source in sources.chunks(d).skip(some(sources) / d / 2).step_by(some(sources) / d) {
-            let Some(slot) = slots.next() else { break };
-            slot.iter_mut().zip(target.iter().zip(source)).for_each(|(to, (&x, &y))| *to = x * unit - y);
-            n += 1;
-        }
-    }
-    n
-}
-
-/// The mean sizes of the kernel and of its gradient over a sample: of those over the sources of each target the median, as a close pair may be larger than all others.
-fn mean_sizes<T: Real>(d: usize, sample: &[T], (values, slopes): (&[T], &[T]), each: usize) -> [T; 2] {
-    let mut means = [[0_u64; SAMPLE]; 2];
-    let mut n = 0;
-    let targets = sample.chunks(each * d).zip(values.chunks(each)).zip(slopes.chunks(each * d));
-    for ((points, values), slopes) in targets.take(SAMPLE) {
-        let (mut sums, mut pairs) = ([0.0, 0.0], 0);
-        for ((point, &value), slope) in points.chunks(d).zip(values).zip(slopes.chunks(d)) {
-            if point.iter().any(|&x| x != T::ZERO) {
-                sums[0] += value.to_f64().abs();
-                sums[1] += Scalar::sqrt(slope.iter().map(|&x| x.to_f64() * x.to_f64()).sum::<f64>());
-                pairs += 1;
-            }
-        }
-        for (means, sum) in means.iter_mut().zip(sums) {
-            let mean = sum / f64::from(pairs.max(1));
-            means.get_mut(n).into_iter().for_each(|to| *to = if mean.is_finite() { mean.to_bits() } else { 0 });
-        }
-        n += 1;
-    }
-    means.map(|mut means| {
-        // Numbers that are not negative are ordered as their bits.
-        let means = means.get_mut(..n).present_or(&mut []);
-        by_key(means, &|bits| bits);
-        T::from_f64(means.get(n / 2).map_or(0.0, |&bits| f64::from_bits(bits)))
-    })
-}
-
 /// Tasks of about as many targets each: their first leaves, and where their targets begin. Returns how many there are.
 fn cut<T: Real>(cells: &Cells<'_, T>, leaves: &[u32], tasks: &mut [[u32; 2]], starts: &mut [u32]) -> Result<usize> {
     let (mut n, mut first, mut size) = (0, 0, 0);
@@ -306,15 +263,13 @@ fn sums<T: Real>(
     workspace: &mut [u8],
     run: &mut Run<'_>,
 ) -> Result<()> {
-    let d = call.dimension;
-    let ErasedCall { potential: to_potential, gradient: to_gradient, laplacian: to_laplacian, .. } = call;
-    let ErasedCall { newtonian, table, kernel, reach, options, positions, masses, targets, .. } = call;
     let wanted = Wanted {
-        potential: to_potential.is_some(),
-        gradient: to_gradient.is_some(),
-        laplacian: to_laplacian.is_some(),
+        potential: call.potential.is_some(),
+        gradient: call.gradient.is_some(),
+        laplacian: call.laplacian.is_some(),
         hessian: false,
     };
+    let ErasedCall { dimension: d, newtonian, reach, options, positions, masses, targets, .. } = call;
     let settings = Settings::new(options.tolerance, d, newtonian.is_some());
     let (n_sources, n_targets) = (positions.len() / d, targets.len() / d);
     let workers = run.executor.workers().min(MAX_WORKERS);
@@ -387,55 +342,24 @@ fn sums<T: Real>(
     passes.up((in_order, heavy), moments, &mut operators, run)?;
     locals.fill(T::ZERO);
 
-    // The kernel alone, of the largest mass at the origin.
-    let plain = Options { combination: (1.0, 0.0), ..*options };
-    let (origin, mass) = ([T::ZERO; 3], [T::ONE.ldexp(-units.mass)]);
-    let origin = origin.get(..d).present()?;
-    let mut values_of = |points: &[T], values: &mut [T], slopes: Option<&mut [T]>, run: &mut Run<'_>| {
-        let alone = ErasedCall {
-            dimension: d,
-            potentials: true,
-            newtonian,
-            table,
-            kernel,
-            reach,
-            options: &plain,
-            positions: origin,
-            masses: &mass,
-            radii: None,
-            target_radii: None,
-            strengths: None,
-            targets: points,
-            potential: Some(values),
-            gradient: slopes,
-            laplacian: None,
-            hessian: None,
-            near: None,
-        };
-        let mut quiet = Run { level: run.level, executor: run.executor, should_stop: run.should_stop, counters: None };
-        of_pairs(alone, one, &mut quiet)
-    };
-    let n_sample = fill_sample(d, in_order, (points, unit), sample);
+    // The mean sizes are those of the largest mass, as the masses are in units of it.
+    let mut alone = Alone { of: call.kernel_alone(), of_pairs, mass: T::ONE.ldexp(-units.mass), workspace: one };
+    let [n_sample, of_target] = fill_sample(d, in_order, (points, unit), sample);
     let sample = sample.get_mut(..n_sample * d).present()?;
     sample.iter_mut().for_each(|x| *x = x.ldexp(-units.position));
     let sample_values = sample_values.get_mut(..n_sample).present()?;
     let sample_slopes = sample_slopes.get_mut(..n_sample * d).present()?;
-    values_of(sample, sample_values, Some(&mut *sample_slopes), run)?;
-    let of_target = n_sample / (n_targets.div_ceil(n_targets.div_ceil(SAMPLE).max(1))).max(1);
-    let mean = mean_sizes(d, sample, (sample_values, sample_slopes), of_target.max(1));
+    alone.at(sample, sample_values, Some(&mut *sample_slopes), run)?;
+    let mean = mean_sizes(d, sample, (sample_values, sample_slopes), of_target);
 
     let mut far = Far { few: settings.few, rough: [0; DEPTH + 1] };
     let share = T::from_f64(SHARE * options.tolerance);
     for depth in FIRST..cells.n_levels() {
         let width = cells.width(depth).ldexp(-units.position);
-        let allowed = Allowed {
-            values: wanted.potential.then_some(share),
-            slopes: wanted.gradient.then_some(share),
-            mean: [mean[0], mean[1] * width],
-        };
+        let allowed = Allowed { share, mean: [mean[0], mean[1] * width] };
         let mut at_level = |points: &mut [T], values: &mut [T], run: &mut Run<'_>| {
             points.iter_mut().for_each(|x| *x *= width);
-            values_of(points, values, None, run)
+            alone.at(points, values, None, run)
         };
         let mut level = AtLevel { depth, allowed, kernel: &mut at_level };
         passes.across(&mut level, (moments, &mut *locals), &mut far, &mut operators, run)?;
@@ -458,31 +382,23 @@ fn sums<T: Real>(
         starts: starts.get(..=n_tasks).present()?,
     };
     // The engine does not combine the gradient's components, as that of distant sources is there already.
+    let plain = Options { combination: (1.0, 0.0), ..*options };
     let near = ErasedCall {
-        dimension: d,
-        potentials: true,
-        newtonian,
-        table,
-        kernel,
-        reach,
         options: &plain,
         positions,
         masses,
-        radii: None,
-        target_radii: None,
-        strengths: None,
         targets: points,
         potential: wanted.potential.then_some(&mut *potential),
         gradient: wanted.gradient.then_some(&mut *gradient),
         laplacian: wanted.laplacian.then_some(&mut *laplacian),
-        hessian: None,
         near: Some(NearCall { method: &method, scratch, each }),
+        ..call.kernel_alone()
     };
     of_pairs(near, packed, run)?;
     let outputs = [
-        Output { each: 1, from: potential, to: to_potential },
-        Output { each: d, from: gradient, to: to_gradient },
-        Output { each: 1, from: laplacian, to: to_laplacian },
+        Output { each: 1, from: potential, to: call.potential },
+        Output { each: d, from: gradient, to: call.gradient },
+        Output { each: 1, from: laplacian, to: call.laplacian },
     ];
     bring_back(ranks, outputs, options.combination, run)
 }

@@ -135,10 +135,9 @@ impl<'w, T: Real> Nodes<'w, T> {
 /// What errors of an interpolation are allowed.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Allowed<T> {
-    /// Of the values, relative to their mean size in the cube, or to `mean` if that is larger; none: the potential is not wanted.
-    pub values: Option<T>,
-    /// The same of the slopes.
-    pub slopes: Option<T>,
+    /// Of the values and of the slopes, in root mean square, relative to their size in the cube, or to `mean` if that is larger. (Of both, whatever is wanted, so that an output does not
+    /// depend on what else is.)
+    pub share: T,
     /// The mean sizes of values and slopes over all pairs; slopes per width.
     pub mean: [T; 2],
 }
@@ -171,7 +170,7 @@ pub(super) fn interpolate<T: Real>(
     nodes.interpolate(values, scratch, basis.dimension);
     // The squares of what each shell of |k| adds to the mean squares of value and slope.
     let mut shells = [[T::ZERO; 2]; 2 * MAX_NODES];
-    let (n, mut squares) = (nodes.n, T::ZERO);
+    let n = nodes.n;
     for (number, &c) in values.iter().enumerate() {
         let k = [number % n, number / n % n, number / (n * n)];
         let square: usize = k.iter().map(|k| k * k).sum();
@@ -181,16 +180,13 @@ pub(super) fn interpolate<T: Real>(
             *value += c * c * flat;
             *slope += c * c * flat * T::from_usize(2 * square);
         }
-        squares += c * c * flat;
     }
     let total = shells.iter().fold([T::ZERO; 2], |[u, v], [value, slope]| [u + *value, v + *slope]);
-    let limit = |factor: Option<T>, own: T, mean: T| {
-        factor.map_or(T::MAX, |factor| {
-            let limit = factor * own.sqrt().max(mean);
-            limit * limit
-        })
+    let limit = |own: T, mean: T| {
+        let limit = allowed.share * own.sqrt().max(mean);
+        limit * limit
     };
-    let limits = [limit(allowed.values, total[0], allowed.mean[0]), limit(allowed.slopes, total[1], allowed.mean[1])];
+    let limits = [limit(total[0], allowed.mean[0]), limit(total[1], allowed.mean[1])];
     let most = most_shells(basis.order).min(n);
     let (mut left, mut order) = ([T::ZERO; 2], shells.len());
     for [value, slope] in shells.iter().rev() {
