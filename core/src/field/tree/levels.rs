@@ -48,7 +48,7 @@ pub(super) fn batch(terms: usize) -> usize {
 
 /// Room for a batch of operators.
 pub(super) struct Operators<'w, T> {
-    /// The kernel at the nodes, and its coefficients.
+    /// The nodes, then the closest point, and the kernel there; its coefficients.
     pub points: &'w mut [T],
     pub values: &'w mut [T],
     spare: &'w mut [T],
@@ -58,7 +58,7 @@ pub(super) struct Operators<'w, T> {
     classes: &'w mut [[u32; 2]],
     scratch: &'w mut [u8],
     each: usize,
-    /// Nodes and numbers of an operator, and blocks of rows.
+    /// Nodes with the closest point and numbers of an operator, and blocks of rows.
     nodes: usize,
     size: usize,
     blocks: usize,
@@ -88,7 +88,7 @@ impl<'w, T: Real> Operators<'w, T> {
     /// The layout, for a basis and so many nodes along an axis.
     pub fn layout(space: &mut impl Space<'w>, shape: [usize; 3], n: usize, workers: usize) -> Result<Self> {
         let [dimension, _, terms] = shape;
-        let (nodes, some) = (n.pow(dimension as u32), batch(terms));
+        let (nodes, some) = (n.pow(dimension as u32) + 1, batch(terms));
         let (size, blocks) = operators::matrix_size(terms).ok_or(Error::TooLarge)?;
         let each = Measure::of(|space| Scratch::<T>::layout(space, shape).map(|_| ()))?;
         let times = |a: usize, b: usize| a.checked_mul(b).ok_or(Error::TooLarge);
@@ -269,7 +269,9 @@ impl<T: Real> Passes<'_, '_, T> {
         let points = room.points.get_mut(..n * nodes * d).present()?;
         for (points, &[class, _]) in points.chunks_mut(nodes * d).zip(&*room.classes) {
             let step = step_of(class as usize);
-            for (number, point) in points.chunks_mut(d).enumerate() {
+            let (at_nodes, last) = points.split_at_mut_checked((nodes - 1) * d).present()?;
+            last.iter_mut().zip(operators::closest(class as usize)).for_each(|(x, at)| *x = T::from_usize(at));
+            for (number, point) in at_nodes.chunks_mut(d).enumerate() {
                 let mut left = number;
                 for (x, &step) in point.iter_mut().zip(&step) {
                     *x = T::from_usize(step) + self.nodes.at.get(left % self.nodes.n).copied().present()?;
@@ -287,7 +289,10 @@ impl<T: Real> Passes<'_, '_, T> {
             Chunks::new(&mut *room.classes, 1),
         );
         par_chunks(run.executor, n, pieces, (), &|_, (values, spare, numbers, columns, class), ()| {
-            let order = match operators::interpolate(self.nodes, self.basis, values, spare, allowed) {
+            let (&mut corner, values) = values.split_last_mut().present()?;
+            let [number, order] = class.first_mut().present()?;
+            let (at, room) = ((*number as usize, corner), (&mut *values, spare));
+            *order = match operators::interpolate(self.nodes, self.basis, at, room, allowed) {
                 Quality::Zero => 0,
                 Quality::Rough => u32::MAX,
                 Quality::Order(order) => {
@@ -295,7 +300,6 @@ impl<T: Real> Passes<'_, '_, T> {
                     order as u32
                 }
             };
-            class.first_mut().present()?[1] = order;
             Ok(())
         })?;
         for [class, order] in room.classes.iter_mut().take(n) {

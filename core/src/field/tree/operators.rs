@@ -14,6 +14,7 @@
 use super::basis::{Basis, MAX_ORDER};
 use crate::checked::Present;
 use crate::error::Result;
+use crate::field::pairs::largest;
 use crate::memory::Space;
 use crate::real::{Real, Scalar};
 use crate::simd::{Isa, Job, MAX_LANES};
@@ -153,64 +154,75 @@ pub(super) enum Quality {
     Rough,
 }
 
-/// Replaces the kernel's values at the nodes by coefficients, and finds the least P. `scratch` has the same length.
+/// Replaces the kernel's values at the nodes by coefficients, and finds the least P. `corner` is the value where source and target are closest, at no node: a kernel with an edge may be
+/// smooth at all nodes and not there. `scratch` has the length of the values.
 pub(super) fn interpolate<T: Real>(
     nodes: &Nodes<'_, T>,
     basis: &Basis<'_, T>,
-    values: &mut [T],
-    scratch: &mut [T],
+    (class, corner): (usize, T),
+    (values, scratch): (&mut [T], &mut [T]),
     allowed: &Allowed<T>,
 ) -> Quality {
-    if values.iter().any(|x| !x.is_finite()) {
+    if !(corner.is_finite() && values.iter().all(|x| x.is_finite())) {
         return Quality::Rough;
     }
     if values.iter().all(|&x| x == T::ZERO) {
-        return Quality::Zero;
+        return if corner == T::ZERO { Quality::Zero } else { Quality::Rough };
     }
+    // In units in which squares are in range.
+    let exponent = largest(allowed.mean[0].max(allowed.mean[1]), values).frexp().1;
+    let scaled = |x: T| x.ldexp(exponent.saturating_neg());
     nodes.interpolate(values, scratch, basis.dimension);
     // The squares of what each shell of |k| adds to the mean squares of value and slope.
     let mut shells = [[T::ZERO; 2]; 2 * MAX_NODES];
-    let n = nodes.n;
+    let (n, mut at_corner) = (nodes.n, T::ZERO);
     for (number, &c) in values.iter().enumerate() {
-        let k = [number % n, number / n % n, number / (n * n)];
+        let (k, c) = ([number % n, number / n % n, number / (n * n)], scaled(c));
         let square: usize = k.iter().map(|k| k * k).sum();
         let flat = k.iter().fold(T::ONE, |half, &k| if k > 0 { half * T::HALF } else { half });
-        let shell = isqrt(square);
-        if let Some([value, slope]) = shells.get_mut(shell) {
+        if let Some([value, slope]) = shells.get_mut(T::from_usize(square).sqrt().to_u32() as usize) {
             *value += c * c * flat;
             *slope += c * c * flat * T::from_usize(2 * square);
         }
+        at_corner += k.iter().zip(step_of(class)).fold(c, |c, (&k, step)| c * at_closest(k, step));
     }
     let total = shells.iter().fold([T::ZERO; 2], |[u, v], [value, slope]| [u + *value, v + *slope]);
-    let limit = |own: T, mean: T| {
-        let limit = allowed.share * own.sqrt().max(mean);
-        limit * limit
-    };
+    let limit = |own: T, mean: T| allowed.share * own.sqrt().max(scaled(mean));
     let limits = [limit(total[0], allowed.mean[0]), limit(total[1], allowed.mean[1])];
-    let most = most_shells(basis.order).min(n);
+    if (at_corner - scaled(corner)).abs() > T::from_f64(CORNER) * limits[0] {
+        return Quality::Rough;
+    }
     let (mut left, mut order) = ([T::ZERO; 2], shells.len());
     for [value, slope] in shells.iter().rev() {
         left = [left[0] + *value, left[1] + *slope];
-        if left[0] > limits[0] || left[1] > limits[1] {
+        if left[0] > limits[0] * limits[0] || left[1] > limits[1] * limits[1] {
             break;
         }
         order -= 1;
     }
-    if order > most { Quality::Rough } else { Quality::Order(order.max(1)) }
+    if order > most_shells(basis.order).min(n) { Quality::Rough } else { Quality::Order(order.max(1)) }
 }
+
+/// T_k where source and target are closest along an axis, so many steps of which are between their cells: at v = -1, or at 0 if there is none.
+fn at_closest<T: Real>(k: usize, step: usize) -> T {
+    match (step, k % 4) {
+        (0, 1 | 3) => T::ZERO,
+        (0, 2) | (1.., 1 | 3) => -T::ONE,
+        _ => T::ONE,
+    }
+}
+
+/// The point of the cube of a step where source and target are closest, in widths.
+pub(super) fn closest(class: usize) -> [usize; 3] {
+    step_of(class).map(|step| step.saturating_sub(1))
+}
+
+/// The largest error at the closest point, relative to that allowed in root mean square.
+const CORNER: f64 = 16.0;
 
 /// The largest P for a basis of this order: beyond, there is nothing in it.
 pub(super) fn most_shells(order: usize) -> usize {
     2 * order - 1
-}
-
-/// The integer part of a root.
-fn isqrt(square: usize) -> usize {
-    let mut root = 0;
-    while (root + 1) * (root + 1) <= square {
-        root += 1;
-    }
-    root
 }
 
 /// A matrix: blocks of [`MAX_LANES`] rows, and in each one column after the other.
