@@ -50,6 +50,7 @@ pub(super) fn fill_sample<T: Real>(
     (targets, unit): (&[T], T),
     sample: &mut [T],
 ) -> [usize; 2] {
+    let d = d.max(1);
     let step = |points: &[T]| (points.len() / d).div_ceil(SAMPLE).max(1);
     let (to_next_target, to_next_source) = (step(targets), step(sources));
     let mut slots = sample.chunks_mut(d);
@@ -68,10 +69,11 @@ pub(super) fn fill_sample<T: Real>(
 /// The mean sizes of the kernel and of its gradient over a sample with so many differences of each target: of the means of the targets the median, as a close pair may be larger than
 /// all others. Coincident pairs don't count.
 pub(super) fn mean_sizes<T: Real>(d: usize, sample: &[T], (values, slopes): (&[T], &[T]), each: usize) -> [T; 2] {
-    let each = each.max(1);
+    let (d, each) = (d.max(1), each.max(1));
+    let numbers = (each * d).max(1);
     let mut means = [[0_u64; SAMPLE]; 2];
     let mut n = 0;
-    let targets = sample.chunks(each * d).zip(values.chunks(each)).zip(slopes.chunks(each * d));
+    let targets = sample.chunks(numbers).zip(values.chunks(each)).zip(slopes.chunks(numbers));
     for ((points, values), slopes) in targets.take(SAMPLE) {
         let (mut sums, mut pairs) = ([0.0, 0.0], 0);
         for ((point, &value), slope) in points.chunks(d).zip(values).zip(slopes.chunks(d)) {

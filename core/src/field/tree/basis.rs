@@ -17,9 +17,8 @@ use crate::real::Real;
 use crate::simd::{BlockJob, Isa, Job, Level, Loops, MAX_LANES, with_simd};
 use crate::sort;
 
-/// The largest p, and one up to which arrays are shorter.
+/// The largest p.
 pub(super) const MAX_ORDER: usize = 20;
-const FEW: usize = 10;
 
 /// The basis.
 pub(super) struct Basis<'w, T> {
@@ -73,7 +72,7 @@ impl<'w, T: Real> Basis<'w, T> {
             order,
             exponents: space.try_array(n)?,
             ranks: space.try_array(cube)?,
-            rows: space.try_array(cube / order)?,
+            rows: space.try_array(cube / order.max(1))?,
             by_rows: space.try_array(n)?,
             shifts: space.try_array(4 * order * order)?,
             signs: space.try_array(stride << dimension)?,
@@ -83,7 +82,7 @@ impl<'w, T: Real> Basis<'w, T> {
 
     /// Fills the tables.
     pub fn prepare(&mut self) -> Result<()> {
-        let order = self.order;
+        let order = self.order.max(1);
         let within = move |e: &[u16; 4]| usize::from(e[3]) < order * order;
         let dimension = self.dimension;
         let all = || each_exponent(dimension, order).filter(within);
@@ -136,7 +135,7 @@ impl<'w, T: Real> Basis<'w, T> {
             *backward.get_mut(at).present()? = other;
             *backward.get_mut((order + b) * order + a).present()? = other;
         }
-        for (axes, row) in self.signs.chunks_mut(self.stride).enumerate() {
+        for (axes, row) in self.signs.chunks_mut(self.stride.max(1)).enumerate() {
             row.fill(T::ZERO);
             for (to, exponent) in row.iter_mut().zip(&*self.exponents) {
                 let odd = exponent.iter().enumerate().take(3).filter(|(axis, a)| axes >> axis & 1 == 1 && **a % 2 == 1);
@@ -211,7 +210,9 @@ impl<T: Real> Loops for Along<'_, T> {
     #[inline(always)]
     fn run(self) {
         let Self { order, pitch, matrix, transposed, from, to } = self;
-        for (to, from) in to.chunks_mut(pitch * order).zip(from.chunks(pitch * order)) {
+        let (order, pitch) = (order.max(1), pitch.max(1));
+        let both = (pitch * order).max(1);
+        for (to, from) in to.chunks_mut(both).zip(from.chunks(both)) {
             // The loop inside runs over what lies next to each other in memory.
             if pitch == 1 {
                 for (&x, column) in from.iter().zip(transposed.chunks(order)) {
@@ -229,21 +230,24 @@ impl<T: Real> Loops for Along<'_, T> {
 }
 
 /// T_k of the vectors of a coordinate, for all k in use.
-type Polynomials<V, const N: usize, const ROOM: usize> = [[V; N]; ROOM];
+type Polynomials<V, const N: usize> = [[V; N]; MAX_ORDER];
 
 /// T_k(x), and its derivatives if they are wanted.
 #[inline(always)]
-fn polynomials<T: Real, I: Isa<T>, const N: usize, const ROOM: usize>(
+fn polynomials<T: Real, I: Isa<T>, const N: usize>(
     isa: I,
     x: &[I::V; N],
     order: usize,
     slopes: bool,
-) -> [Polynomials<I::V, N, ROOM>; 2] {
+) -> [Polynomials<I::V, N>; 2] {
     let (zero, one) = (isa.splat(T::ZERO), isa.splat(T::ONE));
-    let mut all = [[[zero; N]; ROOM]; 2];
+    let mut all = [[[zero; N]; MAX_ORDER]; 2];
     let [values, derivatives] = &mut all;
     // 2 x, T_k and T_(k+1), and their derivatives.
-    let mut states = x.map(|x| (isa.add(x, x), [one, x], [zero, one]));
+    let mut states = [(zero, [one; 2], [zero, one]); N];
+    for ((twice, [_, next], _), &x) in states.iter_mut().zip(x) {
+        (*twice, *next) = (isa.add(x, x), x);
+    }
     for (value, derivative) in values.iter_mut().zip(derivatives).take(order) {
         let slots = value.iter_mut().zip(derivative);
         for ((twice, [last, next], [last_slope, next_slope]), (value, derivative)) in states.iter_mut().zip(slots) {
@@ -269,9 +273,9 @@ fn load_points<T: Real, I: Isa<T>, const N: usize>(
     frame: &Frame<T>,
 ) -> [[I::V; N]; 3] {
     let mut vectors = [[isa.splat(T::ZERO); N]; 3];
-    let inverse = isa.splat(frame.per_half);
+    let (inverse, dimension) = (isa.splat(frame.per_half), dimension.max(1));
     for (axis, (vectors, &centre)) in vectors.iter_mut().zip(&frame.centre).enumerate().take(dimension) {
-        for (vector, points) in vectors.iter_mut().zip(points.chunks(I::LANES * dimension)) {
+        for (vector, points) in vectors.iter_mut().zip(points.chunks((I::LANES * dimension).max(1))) {
             let mut lanes = [centre; MAX_LANES];
             let coordinates = points.iter().skip(axis).step_by(dimension);
             lanes.iter_mut().zip(coordinates).for_each(|(to, &x)| *to = x * frame.factor);
@@ -315,28 +319,15 @@ impl<T: Real> BlockJob<T> for Moments<'_, '_, T> {
 
     #[inline(always)]
     fn run<I: Isa<T>, const N: usize>(self, isa: I) {
-        match self.basis.order {
-            0..=FEW => self.with_room::<I, N, FEW>(isa),
-            _ => self.with_room::<I, N, MAX_ORDER>(isa),
-        }
-    }
-}
-
-impl<T: Real> Moments<'_, '_, T> {
-    /// The moments, in arrays with room for so many polynomials: these are filled with zeros for each block of points.
-    #[inline(always)]
-    fn with_room<I: Isa<T>, const N: usize, const ROOM: usize>(self, isa: I) {
         let Self { basis, points, masses, frame, sums, to } = self;
         let zero = isa.splat(T::ZERO);
         sums.iter_mut().for_each(|sum| *sum = [T::ZERO; MAX_LANES]);
         let each = N * I::LANES;
-        for (points, masses) in points.chunks(each * basis.dimension).zip(masses.chunks(each)) {
+        for (points, masses) in points.chunks((each * basis.dimension).max(1)).zip(masses.chunks(each)) {
             let [x, y, z] = load_points::<T, I, N>(isa, points, basis.dimension, &frame);
-            let [x, _] = polynomials::<T, I, N, ROOM>(isa, &x, basis.order, false);
-            let [y, _] =
-                polynomials::<T, I, N, ROOM>(isa, &y, if basis.dimension > 1 { basis.order } else { 1 }, false);
-            let [z, _] =
-                polynomials::<T, I, N, ROOM>(isa, &z, if basis.dimension > 2 { basis.order } else { 1 }, false);
+            let [x, _] = polynomials(isa, &x, basis.order, false);
+            let [y, _] = polynomials(isa, &y, if basis.dimension > 1 { basis.order } else { 1 }, false);
+            let [z, _] = polynomials(isa, &z, if basis.dimension > 2 { basis.order } else { 1 }, false);
             let mut mass = [zero; N];
             for (mass, masses) in mass.iter_mut().zip(masses.chunks(I::LANES)) {
                 let mut lanes = [T::ZERO; MAX_LANES];
@@ -394,28 +385,17 @@ impl<T: Real> BlockJob<T> for Values<'_, '_, T> {
 
     #[inline(always)]
     fn run<I: Isa<T>, const N: usize>(self, isa: I) {
-        match self.basis.order {
-            0..=FEW => self.with_room::<I, N, FEW>(isa),
-            _ => self.with_room::<I, N, MAX_ORDER>(isa),
-        }
-    }
-}
-
-impl<T: Real> Values<'_, '_, T> {
-    /// The values, in arrays with room for so many polynomials.
-    #[inline(always)]
-    fn with_room<I: Isa<T>, const N: usize, const ROOM: usize>(self, isa: I) {
         let Self { basis, from, points, frame, scratch, mut potential, mut gradient, scales: [first, second] } = self;
-        let (dimension, order) = (basis.dimension, basis.order);
+        let (dimension, order) = (basis.dimension.max(1), basis.order);
         for (to, &rank) in scratch.iter_mut().zip(&*basis.by_rows) {
             *to = from.get(usize::from(rank)).copied().present_or(T::ZERO);
         }
         let (zero, slopes, each) = (isa.splat(T::ZERO), gradient.is_some(), N * I::LANES);
-        for (block, points) in points.chunks(each * dimension).enumerate() {
+        for (block, points) in points.chunks((each * dimension).max(1)).enumerate() {
             let [x, y, z] = load_points::<T, I, N>(isa, points, dimension, &frame);
-            let [x, dx] = polynomials::<T, I, N, ROOM>(isa, &x, order, slopes);
-            let [y, dy] = polynomials::<T, I, N, ROOM>(isa, &y, if dimension > 1 { order } else { 1 }, slopes);
-            let [z, dz] = polynomials::<T, I, N, ROOM>(isa, &z, if dimension > 2 { order } else { 1 }, slopes);
+            let [x, dx] = polynomials(isa, &x, order, slopes);
+            let [y, dy] = polynomials(isa, &y, if dimension > 1 { order } else { 1 }, slopes);
+            let [z, dz] = polynomials(isa, &z, if dimension > 2 { order } else { 1 }, slopes);
             // Of each vector the value, and the slope along each axis.
             let mut totals = [(zero, [zero; 3]); N];
             let mut coefficients = &*scratch;

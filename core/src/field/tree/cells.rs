@@ -270,7 +270,7 @@ impl<'w, T: Real> Cells<'w, T> {
                 set_keys(some, point, self.dimension, (corner, width));
                 by_20_bits(some, words.spare.get_mut(..some.len()).present()?, words.counts);
             }
-            cell.bits = KEY_BITS / dimension;
+            cell.bits = KEY_BITS / dimension.max(1);
         }
         let parts = [SOURCES, TARGETS]
             .map(|sort| words.sorts.get(sort).and_then(|words| words.get(cell.points(sort))).present_or(&[]));
@@ -418,7 +418,7 @@ fn set_keys<T: Real>(
     dimension: usize,
     (corner, width): ([T; 3], T),
 ) {
-    let bits = KEY_BITS / dimension as u32;
+    let bits = KEY_BITS / (dimension as u32).max(1);
     let (cells, last) = (T::ONE.ldexp(bits as i32), (1 << bits) - 1);
     for word in words {
         let x = point(index(*word));

@@ -139,7 +139,7 @@ impl<T: Real> Passes<'_, '_, T> {
         room: &mut Operators<'_, T>,
         run: &Run<'_>,
     ) -> Result<()> {
-        let (cells, basis, stride) = (self.cells, self.basis, self.basis.stride);
+        let (cells, basis, stride) = (self.cells, self.basis, self.basis.stride.max(1));
         let (level, d, should_stop) = (run.level, basis.dimension, run.should_stop);
         for depth in (FIRST..cells.n_levels()).rev() {
             let range = cells.of_level(depth);
@@ -189,7 +189,7 @@ impl<T: Real> Passes<'_, '_, T> {
 
     /// Adds the local expansions of larger cells to those of their parts.
     pub fn down(&self, locals: &mut [T], room: &mut Operators<'_, T>, run: &Run<'_>) -> Result<()> {
-        let (cells, basis, stride, level) = (self.cells, self.basis, self.basis.stride, run.level);
+        let (cells, basis, stride, level) = (self.cells, self.basis, self.basis.stride.max(1), run.level);
         for depth in FIRST + 1..cells.n_levels() {
             let range = cells.of_level(depth);
             let (above, own) = locals.split_at_mut_checked(range.start * stride).present()?;
@@ -265,17 +265,17 @@ impl<T: Real> Passes<'_, '_, T> {
         run: &mut Run<'_>,
     ) -> Result<()> {
         let (depth, allowed) = (of.depth, &of.allowed);
-        let (d, nodes) = (self.basis.dimension, room.nodes);
+        let (d, nodes, along) = (self.basis.dimension.max(1), room.nodes.max(1), self.nodes.n.max(1));
         let points = room.points.get_mut(..n * nodes * d).present()?;
-        for (points, &[class, _]) in points.chunks_mut(nodes * d).zip(&*room.classes) {
+        for (points, &[class, _]) in points.chunks_mut((nodes * d).max(1)).zip(&*room.classes) {
             let step = step_of(class as usize);
             let (at_nodes, last) = points.split_at_mut_checked((nodes - 1) * d).present()?;
             last.iter_mut().zip(operators::closest(class as usize)).for_each(|(x, at)| *x = T::from_usize(at));
             for (number, point) in at_nodes.chunks_mut(d).enumerate() {
                 let mut left = number;
                 for (x, &step) in point.iter_mut().zip(&step) {
-                    *x = T::from_usize(step) + self.nodes.at.get(left % self.nodes.n).copied().present()?;
-                    left /= self.nodes.n;
+                    *x = T::from_usize(step) + self.nodes.at.get(left % along).copied().present()?;
+                    left /= along;
                 }
             }
         }
@@ -320,7 +320,7 @@ impl<T: Real> Passes<'_, '_, T> {
         room: &mut Operators<'_, T>,
         run: &Run<'_>,
     ) -> Result<()> {
-        let (cells, basis, stride) = (self.cells, self.basis, self.basis.stride);
+        let (cells, basis, stride) = (self.cells, self.basis, self.basis.stride.max(1));
         let (range, level, should_stop) = (cells.of_level(depth), run.level, run.should_stop);
         let mut slots = [u8::MAX; CLASSES];
         for (slot, [class, _]) in room.classes.iter().take(n).enumerate().filter(|(_, [_, order])| *order > 0) {

@@ -269,7 +269,9 @@ fn sums<T: Real>(
         laplacian: call.laplacian.is_some(),
         hessian: false,
     };
-    let ErasedCall { dimension: d, newtonian, reach, options, positions, masses, targets, .. } = call;
+    let ErasedCall { dimension, newtonian, reach, options, positions, masses, targets, .. } = call;
+    // Where lengths of pieces and divisors may be zero for all that the compiler knows, it adds a panic: here and in the modules below they are said not to be.
+    let d = dimension.max(1);
     let settings = Settings::new(options.tolerance, d, newtonian.is_some());
     let (n_sources, n_targets) = (positions.len() / d, targets.len() / d);
     let workers = run.executor.workers().min(MAX_WORKERS);

@@ -60,7 +60,7 @@ impl<'w, T: Real> Nodes<'w, T> {
 
     /// Fills the tables.
     pub fn prepare(&mut self, order: usize) {
-        let n = self.n;
+        let (n, order) = (self.n.max(1), order.max(1));
         let cosine = |numerator: usize| Scalar::cos(core::f64::consts::PI * numerator as f64 / (2 * n) as f64);
         for (i, at) in self.at.iter_mut().enumerate() {
             *at = T::from_f64(cosine(2 * i + 1));
@@ -68,7 +68,7 @@ impl<'w, T: Real> Nodes<'w, T> {
         for (k, row) in self.to_coefficients.chunks_mut(n).enumerate() {
             let weight = if k == 0 { 1.0 } else { 2.0 } / n as f64;
             for (i, to) in row.iter_mut().enumerate() {
-                *to = T::from_f64(weight * cosine(k * (2 * i + 1) % (4 * n)));
+                *to = T::from_f64(weight * cosine(k * (2 * i + 1) % (4 * n).max(1)));
             }
         }
         // T_(k+1)(v) = 2 v T_k(v) - T_(k-1)(v), 2 v = y - x, and y T_d = (T_(d+1) + T_|d-1|) / 2.
@@ -92,7 +92,7 @@ impl<'w, T: Real> Nodes<'w, T> {
             }
             to
         };
-        for (k, table) in self.products.chunks_mut(order * order).enumerate() {
+        for (k, table) in self.products.chunks_mut((order * order).max(1)).enumerate() {
             let now = if k == 0 { &last } else { &next };
             for (to, row) in table.chunks_mut(order).zip(now) {
                 to.iter_mut().zip(row).for_each(|(to, &c)| *to = T::from_f64(c));
@@ -112,18 +112,19 @@ impl<'w, T: Real> Nodes<'w, T> {
 
     /// Values at the nodes to coefficients, along each axis. `scratch` has the same length.
     fn interpolate(&self, values: &mut [T], scratch: &mut [T], dimension: usize) {
-        let (mut pitch, n) = (1, self.n);
+        let (mut pitch, n) = (1_usize, self.n.max(1));
         for _ in 0..dimension {
             scratch.fill(T::ZERO);
-            for (to, from) in scratch.chunks_mut(pitch * n).zip(values.chunks(pitch * n)) {
-                for (to, weights) in to.chunks_mut(pitch).zip(self.to_coefficients.chunks(n)) {
-                    for (from, &weight) in from.chunks(pitch).zip(weights) {
+            let both = (pitch * n).max(1);
+            for (to, from) in scratch.chunks_mut(both).zip(values.chunks(both)) {
+                for (to, weights) in to.chunks_mut(pitch.max(1)).zip(self.to_coefficients.chunks(n)) {
+                    for (from, &weight) in from.chunks(pitch.max(1)).zip(weights) {
                         to.iter_mut().zip(from).for_each(|(to, &x)| *to += weight * x);
                     }
                 }
             }
             values.iter_mut().zip(&*scratch).for_each(|(to, &x)| *to = x);
-            pitch *= n;
+            pitch = (pitch * n).max(1);
         }
     }
 
@@ -175,9 +176,9 @@ pub(super) fn interpolate<T: Real>(
     nodes.interpolate(values, scratch, basis.dimension);
     // The squares of what each shell of |k| adds to the mean squares of value and slope.
     let mut shells = [[T::ZERO; 2]; 2 * MAX_NODES];
-    let (n, mut at_corner) = (nodes.n, T::ZERO);
+    let (n, mut at_corner) = (nodes.n.max(1), T::ZERO);
     for (number, &c) in values.iter().enumerate() {
-        let (k, c) = ([number % n, number / n % n, number / (n * n)], scaled(c));
+        let (k, c) = ([number % n, number / n % n, number / (n * n).max(1)], scaled(c));
         let square: usize = k.iter().map(|k| k * k).sum();
         let flat = k.iter().fold(T::ONE, |half, &k| if k > 0 { half * T::HALF } else { half });
         if let Some([value, slope]) = shells.get_mut(T::from_usize(square).sqrt().to_u32() as usize) {
@@ -246,7 +247,7 @@ pub(super) fn fill<T: Real>(
     (c, cut): (&[T], usize),
     (numbers, columns): (&mut [T], &mut [u16]),
 ) -> Result<()> {
-    let (n, order, len) = (nodes.n, basis.order, basis.exponents.len());
+    let (n, order, len) = (nodes.n.max(1), basis.order, basis.exponents.len());
     let limit = |axis: usize| if axis < basis.dimension { order } else { 1 };
     let size = len * MAX_LANES;
     columns.fill(0);
@@ -344,7 +345,7 @@ impl<T: Real> Apply<'_, '_, T> {
         if const { V * I::LANES > MAX_LANES } {
             return;
         }
-        let (stride, size) = (basis.stride, basis.exponents.len() * MAX_LANES);
+        let (stride, size) = (basis.stride.max(1), basis.exponents.len() * MAX_LANES);
         for pairs in pairs.chunks(C) {
             for (column, &[source, _, axes]) in scratch.chunks_mut(stride).zip(pairs) {
                 let moments = from.get(source as usize * stride..).present_or(&[]);
@@ -386,13 +387,14 @@ fn tile<T: Real, I: Isa<T>, const V: usize, const C: usize>(
     for (v, rows) in rows.iter_mut().enumerate() {
         *rows = numbers.get(v * I::LANES..).unwrap_or_default().as_chunks().0.get(..n).unwrap_or_default();
     }
-    let columns = columns.map(|column| column.get(..n).unwrap_or_default());
+    let mut some = *columns;
+    some.iter_mut().for_each(|column| *column = column.get(..n).unwrap_or_default());
     for a in 0..n {
         let mut row = [isa.splat(T::ZERO); V];
         for (row, rows) in row.iter_mut().zip(&rows) {
             *row = rows.get(a).map_or(*row, |lanes| isa.load(lanes));
         }
-        for (sums, column) in sums.iter_mut().zip(&columns) {
+        for (sums, column) in sums.iter_mut().zip(&some) {
             let x = isa.splat(column.get(a).copied().unwrap_or(T::ZERO));
             for (sum, &row) in sums.iter_mut().zip(&row) {
                 *sum = isa.mul_add(row, x, *sum);
