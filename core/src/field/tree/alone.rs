@@ -50,14 +50,13 @@ pub(super) fn fill_sample<T: Real>(
     (targets, unit): (&[T], T),
     sample: &mut [T],
 ) -> [usize; 2] {
-    let d = d.max(1);
-    let step = |points: &[T]| (points.len() / d).div_ceil(SAMPLE).max(1);
+    let step = |points: &[T]| (points.len() / d.max(1)).div_ceil(SAMPLE).max(1);
     let (to_next_target, to_next_source) = (step(targets), step(sources));
-    let mut slots = sample.chunks_mut(d);
+    let mut slots = sample.chunks_mut(d.max(1));
     let (mut n, mut n_targets) = (0, 0);
-    for target in targets.chunks(d).step_by(to_next_target) {
+    for target in targets.chunks(d.max(1)).step_by(to_next_target.max(1)) {
         n_targets += 1;
-        for source in sources.chunks(d).skip(to_next_source / 2).step_by(to_next_source) {
+        for source in sources.chunks(d.max(1)).skip(to_next_source / 2).step_by(to_next_source.max(1)) {
             let Some(slot) = slots.next() else { break };
             slot.iter_mut().zip(target.iter().zip(source)).for_each(|(to, (&x, &y))| *to = x * unit - y);
             n += 1;
@@ -69,14 +68,14 @@ pub(super) fn fill_sample<T: Real>(
 /// The mean sizes of the kernel and of its gradient over a sample with so many differences of each target: of the means of the targets the median, as a close pair may be larger than
 /// all others. Coincident pairs don't count.
 pub(super) fn mean_sizes<T: Real>(d: usize, sample: &[T], (values, slopes): (&[T], &[T]), each: usize) -> [T; 2] {
-    let (d, each) = (d.max(1), each.max(1));
+    let each = each.max(1);
     let numbers = (each * d).max(1);
     let mut means = [[0_u64; SAMPLE]; 2];
     let mut n = 0;
-    let targets = sample.chunks(numbers).zip(values.chunks(each)).zip(slopes.chunks(numbers));
+    let targets = sample.chunks(numbers).zip(values.chunks(each.max(1))).zip(slopes.chunks(numbers));
     for ((points, values), slopes) in targets.take(SAMPLE) {
         let (mut sums, mut pairs) = ([0.0, 0.0], 0);
-        for ((point, &value), slope) in points.chunks(d).zip(values).zip(slopes.chunks(d)) {
+        for ((point, &value), slope) in points.chunks(d.max(1)).zip(values).zip(slopes.chunks(d.max(1))) {
             if point.iter().any(|&x| x != T::ZERO) {
                 sums[0] += value.to_f64().abs();
                 sums[1] += Scalar::sqrt(slope.iter().map(|&x| x.to_f64() * x.to_f64()).sum::<f64>());

@@ -102,9 +102,9 @@ impl<'w, T: Real> Basis<'w, T> {
             *self.ranks.get_mut(at).present()? = rank as u16;
         }
         let mut by_rows = self.by_rows.iter_mut();
-        for (row, (number, ranks)) in self.rows.iter_mut().zip(self.ranks.chunks(order).enumerate()) {
+        for (row, (number, ranks)) in self.rows.iter_mut().zip(self.ranks.chunks(order.max(1)).enumerate()) {
             let inside = ranks.iter().take_while(|&&rank| rank != OUTSIDE);
-            *row = [(number % order) as u8, (number / order) as u8, inside.clone().count() as u8, 0];
+            *row = [(number % order.max(1)) as u8, (number / order.max(1)) as u8, inside.clone().count() as u8, 0];
             inside.zip(&mut by_rows).for_each(|(&rank, to)| *to = rank);
         }
         // T_(a+1)(u) = 2 u T_a(u) - T_(a-1)(u), and 2 u = x + 1; for x - 1 signs alternate with a + b.
@@ -129,7 +129,7 @@ impl<'w, T: Real> Basis<'w, T> {
             row.iter_mut().zip(earlier).for_each(|(to, &c)| *to -= c);
         }
         for (at, &c) in table.iter().enumerate() {
-            let (a, b) = (at / order, at % order);
+            let (a, b) = (at / order.max(1), at % order.max(1));
             let other = if (a + b) % 2 == 1 { -c } else { c };
             *transposed.get_mut(b * order + a).present()? = c;
             *backward.get_mut(at).present()? = other;
@@ -210,18 +210,17 @@ impl<T: Real> Loops for Along<'_, T> {
     #[inline(always)]
     fn run(self) {
         let Self { order, pitch, matrix, transposed, from, to } = self;
-        let (order, pitch) = (order.max(1), pitch.max(1));
         let both = (pitch * order).max(1);
         for (to, from) in to.chunks_mut(both).zip(from.chunks(both)) {
             // The loop inside runs over what lies next to each other in memory.
             if pitch == 1 {
-                for (&x, column) in from.iter().zip(transposed.chunks(order)) {
+                for (&x, column) in from.iter().zip(transposed.chunks(order.max(1))) {
                     to.iter_mut().zip(column).for_each(|(to, &c)| *to += c * x);
                 }
                 continue;
             }
-            for (to, row) in to.chunks_mut(pitch).zip(matrix.chunks(order)) {
-                for (from, &c) in from.chunks(pitch).zip(row).filter(|(_, c)| **c != T::ZERO) {
+            for (to, row) in to.chunks_mut(pitch.max(1)).zip(matrix.chunks(order.max(1))) {
+                for (from, &c) in from.chunks(pitch.max(1)).zip(row).filter(|(_, c)| **c != T::ZERO) {
                     to.iter_mut().zip(from).for_each(|(to, &x)| *to += c * x);
                 }
             }

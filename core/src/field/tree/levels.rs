@@ -139,7 +139,7 @@ impl<T: Real> Passes<'_, '_, T> {
         room: &mut Operators<'_, T>,
         run: &Run<'_>,
     ) -> Result<()> {
-        let (cells, basis, stride) = (self.cells, self.basis, self.basis.stride.max(1));
+        let (cells, basis, stride) = (self.cells, self.basis, self.basis.stride);
         let (level, d, should_stop) = (run.level, basis.dimension, run.should_stop);
         for depth in (FIRST..cells.n_levels()).rev() {
             let range = cells.of_level(depth);
@@ -157,7 +157,7 @@ impl<T: Real> Passes<'_, '_, T> {
                         return Err(Error::Stopped);
                     }
                     let Scratch { cubes, sums, .. } = Scratch::<T>::layout(&mut Carve::reopen(scratch)?, self.shape())?;
-                    for (number, to) in own.chunks_mut(stride).enumerate() {
+                    for (number, to) in own.chunks_mut(stride.max(1)).enumerate() {
                         let cell = cells.get(range.start + task * CELLS + number);
                         let sources = cell.points(SOURCES);
                         to.fill(T::ZERO);
@@ -189,7 +189,7 @@ impl<T: Real> Passes<'_, '_, T> {
 
     /// Adds the local expansions of larger cells to those of their parts.
     pub fn down(&self, locals: &mut [T], room: &mut Operators<'_, T>, run: &Run<'_>) -> Result<()> {
-        let (cells, basis, stride, level) = (self.cells, self.basis, self.basis.stride.max(1), run.level);
+        let (cells, basis, stride, level) = (self.cells, self.basis, self.basis.stride, run.level);
         for depth in FIRST + 1..cells.n_levels() {
             let range = cells.of_level(depth);
             let (above, own) = locals.split_at_mut_checked(range.start * stride).present()?;
@@ -203,7 +203,7 @@ impl<T: Real> Passes<'_, '_, T> {
                 pieces.1,
                 &|task, own, scratch: &mut [u8]| {
                     let Scratch { cubes, .. } = Scratch::<T>::layout(&mut Carve::reopen(scratch)?, self.shape())?;
-                    for (number, to) in own.chunks_mut(stride).enumerate() {
+                    for (number, to) in own.chunks_mut(stride.max(1)).enumerate() {
                         let cell = cells.get(range.start + task * CELLS + number);
                         if cell.points(TARGETS).is_empty() {
                             continue;
@@ -271,7 +271,7 @@ impl<T: Real> Passes<'_, '_, T> {
             let step = step_of(class as usize);
             let (at_nodes, last) = points.split_at_mut_checked((nodes - 1) * d).present()?;
             last.iter_mut().zip(operators::closest(class as usize)).for_each(|(x, at)| *x = T::from_usize(at));
-            for (number, point) in at_nodes.chunks_mut(d).enumerate() {
+            for (number, point) in at_nodes.chunks_mut(d.max(1)).enumerate() {
                 let mut left = number;
                 for (x, &step) in point.iter_mut().zip(&step) {
                     *x = T::from_usize(step) + self.nodes.at.get(left % along).copied().present()?;
@@ -320,7 +320,7 @@ impl<T: Real> Passes<'_, '_, T> {
         room: &mut Operators<'_, T>,
         run: &Run<'_>,
     ) -> Result<()> {
-        let (cells, basis, stride) = (self.cells, self.basis, self.basis.stride.max(1));
+        let (cells, basis, stride) = (self.cells, self.basis, self.basis.stride);
         let (range, level, should_stop) = (cells.of_level(depth), run.level, run.should_stop);
         let mut slots = [u8::MAX; CLASSES];
         for (slot, [class, _]) in room.classes.iter().take(n).enumerate().filter(|(_, [_, order])| *order > 0) {
@@ -335,7 +335,7 @@ impl<T: Real> Passes<'_, '_, T> {
             let Scratch { lists, columns: moved, .. } =
                 Scratch::<T>::layout(&mut Carve::reopen(scratch)?, self.shape())?;
             let mut lengths = [0_usize; BATCH];
-            for number in 0..to.len() / stride {
+            for number in 0..to.len() / stride.max(1) {
                 let k = range.start + task * CELLS + number;
                 if cells.get(k).points(TARGETS).is_empty() {
                     continue;

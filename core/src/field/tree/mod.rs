@@ -269,11 +269,10 @@ fn sums<T: Real>(
         laplacian: call.laplacian.is_some(),
         hessian: false,
     };
-    let ErasedCall { dimension, newtonian, reach, options, positions, masses, targets, .. } = call;
+    let ErasedCall { dimension: d, newtonian, reach, options, positions, masses, targets, .. } = call;
     // Where lengths of pieces and divisors may be zero for all that the compiler knows, it adds a panic: here and in the modules below they are said not to be.
-    let d = dimension.max(1);
     let settings = Settings::new(options.tolerance, d, newtonian.is_some());
-    let (n_sources, n_targets) = (positions.len() / d, targets.len() / d);
+    let (n_sources, n_targets) = (positions.len() / d.max(1), targets.len() / d.max(1));
     let workers = run.executor.workers().min(MAX_WORKERS);
     let sizes = Sizes { sources: n_sources, targets: n_targets, wanted, workers, settings };
     // Nothing is read before it is written.
@@ -318,7 +317,8 @@ fn sums<T: Real>(
     let (in_order, heavy, origins) = open_packed::<T>(d, packed, n_sources)?;
     let (in_order, heavy) = (in_order.get_mut(..count * d).present()?, heavy.get_mut(..count).present()?);
     let of_mass = T::ONE.ldexp(units.mass);
-    for (((to, mass), origin), &word) in in_order.chunks_mut(d).zip(&mut *heavy).zip(origins).zip(&*source_words) {
+    for (((to, mass), origin), &word) in in_order.chunks_mut(d.max(1)).zip(&mut *heavy).zip(origins).zip(&*source_words)
+    {
         let source = index(word);
         let from = positions.get(source * d..).and_then(|rest| rest.get(..d)).present()?;
         to.iter_mut().zip(from).for_each(|(to, &x)| *to = x * unit);
@@ -328,7 +328,7 @@ fn sums<T: Real>(
     cells.merge(limits.leaf, heavy, &|k| {
         spatial(in_order.get(k * d..).and_then(|rest| rest.get(..d)).unwrap_or_default(), T::ONE)
     });
-    for ((rank, to), &word) in (0..).zip(points.chunks_mut(d)).zip(target_words) {
+    for ((rank, to), &word) in (0..).zip(points.chunks_mut(d.max(1))).zip(target_words) {
         let target = index(word);
         let from = targets.get(target * d..).and_then(|rest| rest.get(..d)).present()?;
         to.iter_mut().zip(from).for_each(|(to, &x)| *to = x);

@@ -65,7 +65,7 @@ impl<'w, T: Real> Nodes<'w, T> {
         for (i, at) in self.at.iter_mut().enumerate() {
             *at = T::from_f64(cosine(2 * i + 1));
         }
-        for (k, row) in self.to_coefficients.chunks_mut(n).enumerate() {
+        for (k, row) in self.to_coefficients.chunks_mut(n.max(1)).enumerate() {
             let weight = if k == 0 { 1.0 } else { 2.0 } / n as f64;
             for (i, to) in row.iter_mut().enumerate() {
                 *to = T::from_f64(weight * cosine(k * (2 * i + 1) % (4 * n).max(1)));
@@ -94,7 +94,7 @@ impl<'w, T: Real> Nodes<'w, T> {
         };
         for (k, table) in self.products.chunks_mut((order * order).max(1)).enumerate() {
             let now = if k == 0 { &last } else { &next };
-            for (to, row) in table.chunks_mut(order).zip(now) {
+            for (to, row) in table.chunks_mut(order.max(1)).zip(now) {
                 to.iter_mut().zip(row).for_each(|(to, &c)| *to = T::from_f64(c));
             }
             if k == 0 {
@@ -117,7 +117,7 @@ impl<'w, T: Real> Nodes<'w, T> {
             scratch.fill(T::ZERO);
             let both = (pitch * n).max(1);
             for (to, from) in scratch.chunks_mut(both).zip(values.chunks(both)) {
-                for (to, weights) in to.chunks_mut(pitch.max(1)).zip(self.to_coefficients.chunks(n)) {
+                for (to, weights) in to.chunks_mut(pitch.max(1)).zip(self.to_coefficients.chunks(n.max(1))) {
                     for (from, &weight) in from.chunks(pitch.max(1)).zip(weights) {
                         to.iter_mut().zip(from).for_each(|(to, &x)| *to += weight * x);
                     }
@@ -266,7 +266,7 @@ pub(super) fn fill<T: Real>(
                 let factor = nodes.product(order, [kz, dz, az]);
                 let from = c.get(kz * n * lines..).present()?;
                 let room = square - kz * kz;
-                for (ky, (to, from)) in plane.chunks_mut(n).zip(from.chunks(n)).enumerate() {
+                for (ky, (to, from)) in plane.chunks_mut(n.max(1)).zip(from.chunks(n.max(1))).enumerate() {
                     let Some(room) = room.checked_sub(ky * ky).filter(|&room| room > 0) else { break };
                     let some = to.iter_mut().zip(from).enumerate().take_while(|(kx, _)| kx * kx < room);
                     some.for_each(|(_, (to, &c))| *to += factor * c);
