@@ -21,6 +21,10 @@
 //! # Accuracy
 //! The coefficients of each step between cells say what a cut leaves out ([`operators::Allowed`]); where no cut is within the tolerance, the pairs of these cells are summed one by
 //! one. So an unsuitable kernel takes longer and is no less accurate.
+//!
+//! # Code
+//! Nothing below is generic over the dimension: it is compiled once for each scalar. A divisor, or a length of pieces, that is zero for all that the compiler knows would be a way to
+//! panic; such ones are written `.max(1)`.
 
 mod alone;
 mod basis;
@@ -270,7 +274,6 @@ fn sums<T: Real>(
         hessian: false,
     };
     let ErasedCall { dimension: d, newtonian, reach, options, positions, masses, targets, .. } = call;
-    // Where lengths of pieces and divisors may be zero for all that the compiler knows, it adds a panic: here and in the modules below they are said not to be.
     let settings = Settings::new(options.tolerance, d, newtonian.is_some());
     let (n_sources, n_targets) = (positions.len() / d.max(1), targets.len() / d.max(1));
     let workers = run.executor.workers().min(MAX_WORKERS);
