@@ -223,7 +223,7 @@ fn every_kind_of_points() {
 fn every_mollifier() {
     let newtonian = &kernels()[0];
     for mollifier in [Mollifier::Plummer, Mollifier::Algebraic, Mollifier::Gaussian { order: 4 }] {
-        for delta in [1e-3, 0.05, 2.0] {
+        for delta in [0.05, 2.0] {
             let (shape, what) = ((mollifier, delta), format!("{mollifier:?} {delta}"));
             with_kernel::<f64, 3, _>(newtonian, shape, |k| check(k, (Points::Uniform, 800), &[1e-3], &what));
             with_kernel::<f64, 2, _>(newtonian, shape, |k| check(k, (Points::Normal, 1000), &[1e-7], &what));

@@ -328,11 +328,15 @@ impl<T: Real> Job<T> for Apply<'_, '_, T> {
 
     #[inline(always)]
     fn run<I: Isa<T>>(self, isa: I) {
-        match I::LANES {
-            16 => self.tiles::<I, 1, 6>(isa),
-            8 => self.tiles::<I, 2, 6>(isa),
-            4 => self.tiles::<I, 4, 3>(isa),
-            _ => self.tiles::<I, 8, 1>(isa),
+        // The other forms are not compiled.
+        if const { I::LANES == 16 } {
+            self.tiles::<I, 1, 6>(isa);
+        } else if const { I::LANES == 8 } {
+            self.tiles::<I, 2, 6>(isa);
+        } else if const { I::LANES == 4 } {
+            self.tiles::<I, 4, 3>(isa);
+        } else {
+            self.tiles::<I, 8, 1>(isa);
         }
     }
 }
