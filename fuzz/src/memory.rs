@@ -46,9 +46,9 @@ pub struct Memory {
 }
 
 impl Memory {
-    /// This many bytes at a multiple of `align`, and `askew` bytes before one.
-    pub fn place(&mut self, bytes: usize, align: usize, askew: usize, role: Role) -> *mut u8 {
-        let wanted = bytes + align + askew + BEFORE;
+    /// This many bytes at a multiple of `align`, and `offset` bytes before one.
+    pub fn place(&mut self, bytes: usize, align: usize, offset: usize, role: Role) -> *mut u8 {
+        let wanted = bytes + align + offset + BEFORE;
         let size = if wanted <= SMALL { SMALL } else { LARGE + SMALL };
         assert!(wanted <= size, "a check asks for too much memory");
         let free =
@@ -61,7 +61,7 @@ impl Memory {
         unsafe {
             let end = self.slots[slot].start.add(size);
             let start = end.sub(bytes);
-            let start = start.sub(start.addr() % align).sub(askew);
+            let start = start.sub(start.addr() % align).sub(offset);
             start.sub(BEFORE).write_bytes(CANARY, BEFORE);
             let last = start.add(bytes);
             last.write_bytes(CANARY, end.addr() - last.addr());

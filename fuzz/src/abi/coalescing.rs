@@ -73,7 +73,7 @@ impl Calls<'_, '_> {
         let stated = self.stated(room);
         let needed = self.output(1, 0_usize);
         self.begin();
-        // SAFETY: every pointer is null, askew, or has its length.
+        // SAFETY: every pointer is null, misaligned, or has its length.
         let asked = unsafe { T::pks_bytes(stated, attraction, options, run.options, needed) };
         self.end("pks_bytes", asked);
         // SAFETY: written, as the query succeeded.

@@ -196,7 +196,7 @@ impl Run {
 
     /// What was written there.
     pub fn bytes_needed(&self) -> Option<usize> {
-        // SAFETY: null, or one number, perhaps askew.
+        // SAFETY: null, or one number, perhaps misaligned.
         let told = (!self.needed.is_null()).then(|| unsafe { self.needed.read_unaligned() });
         told.filter(|&told| told != usize::MAX)
     }

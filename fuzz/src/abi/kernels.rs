@@ -71,7 +71,7 @@ impl Calls<'_, '_> {
         let (pointer, n) = (self.input(&terms), self.stated(terms.len()));
         let bytes = self.output(1, 0_usize);
         self.begin();
-        // SAFETY: every pointer is null, askew, or has its length.
+        // SAFETY: every pointer is null, misaligned, or has its length.
         let status = unsafe { T::kernel_bytes(pointer, n, own, mollifier, bytes) };
         self.end("kernel_bytes", status);
         // SAFETY: written, as the call succeeded.
@@ -82,9 +82,9 @@ impl Calls<'_, '_> {
         let given =
             if self.draw.tame || !self.draw.rarely(8) { needed } else { needed - needed.min(self.draw.below(256)) };
         let align = if self.draw.rarely(4) { 8 } else { 64 };
-        let askew = if !self.draw.tame && self.draw.rarely(16) { self.draw.below(64) } else { 0 };
+        let offset = if !self.draw.tame && self.draw.rarely(16) { self.draw.below(64) } else { 0 };
         // Of a refused preparation the block may be anything.
-        let start = self.memory.place(given, align, askew, Role::Scratch);
+        let start = self.memory.place(given, align, offset, Role::Scratch);
         let delta = T::of(self.delta());
         self.begin();
         // SAFETY: as above.
@@ -129,11 +129,11 @@ impl Calls<'_, '_> {
             return Block { start: std::ptr::null(), bytes, whole: false };
         }
         let align = if self.draw.rarely(4) { 8 } else { 64 };
-        let askew = if !self.draw.tame && self.draw.rarely(40) { self.draw.below(16) } else { 0 };
-        let start = self.memory.place(bytes, align, askew, Role::Input);
+        let offset = if !self.draw.tame && self.draw.rarely(40) { self.draw.below(16) } else { 0 };
+        let start = self.memory.place(bytes, align, offset, Role::Input);
         // SAFETY: room for them.
         unsafe { start.copy_from_nonoverlapping(block.as_ptr(), bytes) };
-        Block { start: start.cast_const().cast(), bytes, whole: whole && askew == 0 }
+        Block { start: start.cast_const().cast(), bytes, whole: whole && offset == 0 }
     }
 
     pub fn evaluate_kernel<T: Form<D>, const D: usize>(&mut self) {

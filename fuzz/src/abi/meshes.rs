@@ -71,7 +71,7 @@ impl Calls<'_, '_> {
         let run = self.run();
         let needed = self.output(1, 0_usize);
         self.begin();
-        // SAFETY: every pointer is null, askew, or has its length.
+        // SAFETY: every pointer is null, misaligned, or has its length.
         let asked = unsafe { T::grid_bytes(mesh, sources, targets, outputs, options, run.options, needed) };
         self.end("grid_bytes", asked);
         if nodes > 400 {

@@ -1,7 +1,7 @@
 //! The C interface as sequences of calls with hostile arguments: nothing crashes, nothing is written beside a buffer or to an input, the status is a known
 //! one, and a refused call leaves its outputs as they were.
 //!
-//! Arguments keep the contract of the header as far as the library can't check it: a pointer that is neither null nor askew has its length.
+//! Arguments keep the contract of the header as far as the library can't check it: a pointer that is neither null nor misaligned has its length.
 #![expect(unsafe_code, reason = "calls the C ABI as a C program does")]
 
 mod coalescing;
@@ -90,15 +90,15 @@ impl Calls<'_, '_> {
                 _ => self.memory.place(0, align, 0, role).cast(),
             };
         }
-        let mut askew = 0;
+        let mut offset = 0;
         if !self.draw.tame && self.draw.rarely(40) {
             match self.draw.below(4) {
                 0 | 1 => return std::ptr::null_mut(),
-                shift if align > 1 => askew = 1 + (shift * 3) % (align - 1),
+                shift if align > 1 => offset = 1 + (shift * 3) % (align - 1),
                 _ => {}
             }
         }
-        let start = self.memory.place(size_of_val(values), align, askew, role);
+        let start = self.memory.place(size_of_val(values), align, offset, role);
         // SAFETY: room for them, wherever it begins.
         unsafe { start.copy_from_nonoverlapping(values.as_ptr().cast(), size_of_val(values)) };
         start.cast()
@@ -166,7 +166,7 @@ impl Calls<'_, '_> {
         if asked > LARGE {
             return None;
         }
-        let (mut bytes, mut askew) = (asked, 0);
+        let (mut bytes, mut offset) = (asked, 0);
         if !self.draw.tame {
             match self.draw.below(12) {
                 0 => bytes = asked.saturating_sub(1 + self.draw.below(200)),
@@ -174,11 +174,11 @@ impl Calls<'_, '_> {
                 2 => bytes = asked / 2,
                 3 => return Some((std::ptr::null_mut(), asked, false)),
                 4 => bytes = asked + self.draw.below(100),
-                5 | 6 => askew = self.draw.below(64),
+                5 | 6 => offset = self.draw.below(64),
                 _ => {}
             }
         }
-        let start = self.memory.place(bytes, 1, askew, Role::Scratch);
+        let start = self.memory.place(bytes, 1, offset, Role::Scratch);
         Some((start.cast(), bytes, needed.is_some() && bytes >= asked))
     }
 

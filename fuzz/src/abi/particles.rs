@@ -52,7 +52,7 @@ impl Calls<'_, '_> {
         let run = self.run();
         let needed = self.output(1, 0_usize);
         self.begin();
-        // SAFETY: every pointer is null, askew, or has its length.
+        // SAFETY: every pointer is null, misaligned, or has its length.
         let asked =
             unsafe { T::blob_bytes(block.start, block.bytes, particles, tracers, options, run.options, needed) };
         self.end("blob_bytes", asked);

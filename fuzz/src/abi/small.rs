@@ -17,7 +17,7 @@ macro_rules! init {
         let words = vec![0_u64; held.div_ceil(8)];
         let start = $calls.pointer(&words, crate::memory::Role::Output);
         $calls.begin();
-        // SAFETY: null, askew, or of this size; a size that is none of a structure's is refused.
+        // SAFETY: null, misaligned, or of this size; a size that is none of a structure's is refused.
         let status = unsafe { mollis_abi::$init(start.cast(), size) };
         $calls.end(stringify!($init), status);
     }};
@@ -34,7 +34,7 @@ impl Calls<'_, '_> {
             let (density, potential) = (self.perhaps(n, seven), self.perhaps(n, seven));
             let (gradient, hessian) = (self.perhaps(n, [seven; D]), self.perhaps(n, [[seven; D]; D]));
             self.begin();
-            // SAFETY: every pointer is null, askew, or has its length.
+            // SAFETY: every pointer is null, misaligned, or has its length.
             let status = unsafe { T::mollifier_field(shape, delta, stated, x, density, potential, gradient, hessian) };
             return self.end("mollifier_field", status);
         }

@@ -160,7 +160,7 @@ impl Calls<'_, '_> {
         let run = self.run();
         let needed = self.output(1, 0_usize);
         self.begin();
-        // SAFETY: every pointer is null, askew, or has its length.
+        // SAFETY: every pointer is null, misaligned, or has its length.
         let asked = unsafe {
             T::field_bytes(block.start, block.bytes, sources, targets, outputs, options, run.options, needed)
         };
