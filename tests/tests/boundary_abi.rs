@@ -683,3 +683,33 @@ fn light_masses_beside_heavy_ones_are_rounded() {
         }
     }
 }
+
+/// Numbers of a run and of an executor that mean nothing, and places where no structure can be.
+#[test]
+fn runs_that_mean_nothing_are_refused() {
+    let calls = Calls::new();
+    let good: mollis_run = filled(mollis_run_init);
+    let mut own = Refusing { calls: 0, refuse_at: 0, after_the_tasks: false, status: OK };
+    let fine = mollis_executor { context: (&raw mut own).cast(), workers: 2, parallel_for: Some(refusing) };
+    for function in FUNCTIONS {
+        for level in [-2, 4, i32::MAX] {
+            let refused = calls.call_sized(function, &mollis_run { level, ..good });
+            assert_eq!(refused, Error::UnknownValue as i32, "{function}, level {level}");
+        }
+        for (executor, error) in [
+            (mollis_executor { workers: 0, ..fine }, Error::OutOfDomain),
+            (mollis_executor { workers: mollis_core::exec::MAX_WORKERS + 1, ..fine }, Error::OutOfDomain),
+            (mollis_executor { parallel_for: None, ..fine }, Error::NullPointer),
+        ] {
+            let refused = calls.call_sized(function, &mollis_run { executor: &raw const executor, ..good });
+            assert_eq!(refused, error as i32, "{function}");
+        }
+    }
+    let mut words = [0_u64; 16];
+    let at = words.as_mut_ptr().cast::<mollis_run>();
+    unsafe {
+        assert_eq!(mollis_run_init(null_mut(), size_of::<mollis_run>()), Error::NullPointer as i32);
+        assert_eq!(mollis_run_init(at.byte_add(4), size_of::<mollis_run>()), Error::Misaligned as i32);
+    }
+    assert_eq!(words, [0; 16]);
+}

@@ -369,3 +369,74 @@ fn a_hosts_knots_errors_and_pairs_beyond_its_reach() {
     let want = 0.08 - 0.5 + 2.0 * 4.0_f64.ln();
     assert!((potential[0] - want).abs() < 1e-14 * 3.0, "{} {want}", potential[0]);
 }
+
+/// A prepared kernel may be moved, and a block that is spoilt is refused for what is wrong with it.
+#[test]
+#[expect(
+    clippy::undocumented_unsafe_blocks,
+    reason = "each call passes buffers of the stated sizes that live through it"
+)]
+fn a_sum_prepares_moves_and_evaluates_as_in_core() {
+    const SUM: [mollis_kernel_term; 2] = [
+        mollis_kernel_term { kind: MOLLIS_KERNEL_POWER, reserved: 0, coefficient: 1.0, parameter: [4.0, 0.0] },
+        mollis_kernel_term { kind: MOLLIS_KERNEL_POWER, reserved: 0, coefficient: -1.0, parameter: [1.5, 0.0] },
+    ];
+    #[repr(align(64))]
+    struct Memory([u8; 1 << 19]);
+
+    let mut memory = Box::new(Memory([0xA5; 1 << 19]));
+    let mut bytes = 0;
+    assert_eq!(unsafe { mollis_kernel2_bytes(SUM.as_ptr(), SUM.len(), null(), COMPACT, &raw mut bytes) }, OK);
+    let prepare = |memory: &mut Memory, bytes| unsafe {
+        let kernel = memory.0.as_mut_ptr().cast();
+        mollis_kernel2_prepare(kernel, bytes, SUM.as_ptr(), 2, null(), COMPACT, 0.3)
+    };
+    assert_eq!(prepare(&mut memory, bytes - 1), Error::WorkspaceTooSmall as i32);
+    assert_eq!(prepare(&mut memory, bytes), 0);
+    assert!(memory.0[bytes..].iter().all(|&b| b == 0xA5), "written beyond the block");
+    // Elsewhere.
+    let mut moved = Box::new(Memory([0; 1 << 19]));
+    moved.0[..bytes].copy_from_slice(&memory.0[..bytes]);
+    let r = [0.0, 0.1, 0.3, 2.0];
+    let (mut u, mut g) = ([7.0; 4], [7.0; 4]);
+    let eval = |memory: &Memory, bytes, r: *const f64, u: *mut f64, g: *mut f64| unsafe {
+        mollis_kernel2_eval(memory.0.as_ptr().cast(), bytes, 4, r, u, g, null_mut())
+    };
+    assert_eq!(eval(&moved, bytes, r.as_ptr(), u.as_mut_ptr(), g.as_mut_ptr()), 0);
+    let core = Kernel::<f64, 2>::open(&memory.0[..bytes]).unwrap();
+    for (k, &r) in r.iter().enumerate() {
+        assert_eq!([u[k], g[k]], [core.value(r), core.gradient_factor(r)]);
+    }
+    // Every refusal leaves the outputs alone.
+    let before = (u, g);
+    let bad = [0.0, f64::NAN, 0.3, 2.0];
+    let up = u.as_mut_ptr();
+    let refusals = [
+        (eval(&moved, bytes, bad.as_ptr(), up, null_mut()), Error::NotFinite),
+        (eval(&moved, bytes, null(), up, null_mut()), Error::NullPointer),
+        (eval(&moved, bytes - 1, r.as_ptr(), up, null_mut()), Error::WorkspaceTooSmall),
+        (eval(&moved, 8, r.as_ptr(), up, null_mut()), Error::NotPrepared),
+        (eval(&moved, bytes, r.as_ptr(), up, up), Error::Overlap),
+    ];
+    for (status, error) in refusals {
+        assert_eq!(status, error as i32);
+    }
+    let single = unsafe {
+        mollis_kernel2_eval_f32(moved.0.as_ptr().cast(), bytes, 0, null(), null_mut(), null_mut(), null_mut())
+    };
+    assert_eq!(single, Error::WrongScalar as i32);
+    let other =
+        unsafe { mollis_kernel3_eval(moved.0.as_ptr().cast(), bytes, 0, null(), null_mut(), null_mut(), null_mut()) };
+    assert_eq!(other, Error::NotPrepared as i32);
+    let askew = unsafe {
+        mollis_kernel2_eval(moved.0[4..].as_ptr().cast(), bytes, 0, null(), null_mut(), null_mut(), null_mut())
+    };
+    assert_eq!(askew, Error::Misaligned as i32);
+    moved.0[8] ^= 2;
+    assert_eq!(eval(&moved, bytes, r.as_ptr(), up, null_mut()), Error::WrongVersion as i32);
+    moved.0[..8].reverse();
+    assert_eq!(eval(&moved, bytes, r.as_ptr(), up, null_mut()), Error::WrongByteOrder as i32);
+    moved.0[..64].fill(0);
+    assert_eq!(eval(&moved, bytes, r.as_ptr(), up, null_mut()), Error::NotPrepared as i32);
+    assert_eq!((u, g), before);
+}

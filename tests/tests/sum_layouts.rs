@@ -12,6 +12,7 @@ use std::ptr::{null, null_mut};
 use mollis_abi::*;
 use mollis_core::Error;
 use mollis_tests::Aligned;
+use mollis_tests::sums::Sum;
 
 const N: usize = 37;
 const CANARY: f64 = 1234.5;
@@ -344,4 +345,59 @@ fn structures_have_the_layout_of_the_generic_ones() {
         std::mem::offset_of!(SourcesOf<f64, 2>, radius_stride)
     );
     assert_eq!(std::mem::offset_of!(mollis_outputs2, factor), std::mem::offset_of!(OutputsOf<f64, 2>, factor));
+}
+
+/// Results that are members of one array of structures may not share a number, and need not be apart as blocks.
+#[test]
+fn members_of_structures_are_apart() {
+    let term =
+        mollis_kernel_term { kind: MOLLIS_KERNEL_NEWTONIAN, reserved: 0, coefficient: -1.0, parameter: [0.0; 2] };
+    let mollifier = mollis_mollifier { kind: MOLLIS_MOLLIFIER_COMPACT, order: 2, exponent: 3 };
+    let (mut kernel_bytes, mut bytes) = (0, 0);
+    let mut memory = [0.0_f64; 72];
+    unsafe {
+        assert_eq!(mollis_kernel2_bytes(&raw const term, 1, null(), mollifier, &raw mut kernel_bytes), 0);
+        let mut kernel = Aligned::new(kernel_bytes);
+        let prepared =
+            mollis_kernel2_prepare(kernel.pointer(), kernel_bytes, &raw const term, 1, null(), mollifier, 0.25);
+        assert_eq!(prepared, 0);
+        // Whether the potential at one place and the Laplacian at another, `(first, stride)`, are accepted for n points.
+        let mut accepted = |n: usize, a: (usize, usize), b: (usize, usize)| {
+            let x: Vec<[f64; 2]> = (0..n).map(|k| [k as f64, 0.5]).collect();
+            let m = vec![1.0; n];
+            let p = memory.as_mut_ptr();
+            let mut sum = Sum::new((n, x.as_ptr(), m.as_ptr()), (n, x.as_ptr()), (p.add(a.0), null_mut(), p.add(b.0)));
+            (sum.outputs.potential_stride, sum.outputs.laplacian_stride) = (a.1, b.1);
+            let (sources, outputs) = (sum.sources(), sum.outputs());
+            let (at, block) = (kernel.pointer().cast_const(), kernel_bytes);
+            let sized =
+                mollis_field2_workspace_bytes(at, block, sources, null(), outputs, null(), null(), &raw mut bytes);
+            assert_eq!(sized, 0);
+            let mut space = Aligned::new(bytes);
+            let (space, none) = (space.pointer(), null_mut());
+            match mollis_field2_eval(at, block, sources, null(), outputs, null(), null(), space, bytes, none) {
+                0 => true,
+                code => {
+                    assert_eq!(code, Error::Overlap as i32);
+                    false
+                }
+            }
+        };
+        // Five structures of twelve numbers: members 0, 3, 11.
+        let members = [(0, 12), (3, 12), (11, 12)];
+        for (i, &a) in members.iter().enumerate() {
+            for (j, &b) in members.iter().enumerate() {
+                assert_eq!(accepted(5, a, b), i != j, "{a:?} {b:?}");
+            }
+        }
+        // The same member from another structure on, a member of another stride, and a solid array.
+        for other in [(12, 12), (3, 3), (8, 1)] {
+            assert!(!accepted(5, (0, 12), other) && !accepted(5, other, (0, 12)), "{other:?}");
+        }
+        // Solid arrays behind the last structure and between two of them.
+        assert!(accepted(5, (0, 12), (49, 1)) && accepted(5, (1, 1), (12, 12)));
+        // A single member of one structure: a stride means nothing.
+        assert!(accepted(1, (0, 12), (12, 1)) && !accepted(1, (24, 7), (24, 1)));
+        assert!(accepted(0, (0, 12), (0, 12)));
+    }
 }

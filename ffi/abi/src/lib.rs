@@ -7,10 +7,8 @@
 //! One contract holds for every function. A pointer with a length must be null (only with length 0) or point to that
 //! many initialised elements, aligned for their type; an output must be writable and overlap nothing else of the call.
 //! What can be checked (null, alignment, overlap, sizes) is checked before the first write.
-#![cfg_attr(not(test), no_std)]
+#![no_std]
 #![deny(clippy::indexing_slicing, clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-#![cfg_attr(test, allow(clippy::indexing_slicing, clippy::unwrap_used, clippy::expect_used, clippy::panic))]
-#![cfg_attr(test, allow(clippy::undocumented_unsafe_blocks, reason = "each call passes buffers that live through it"))]
 #![allow(
     rustdoc::broken_intra_doc_links,
     reason = "comments are for readers of C, whose brackets are shapes, not links"
