@@ -120,7 +120,7 @@ contains
     call kernel2_bytes(newtonian, 1, mollifier=compact, bytes=bytes)
     allocate(kernel(bytes))
     call kernel2_prepare(kernel, newtonian, 1, mollifier=compact, delta=delta)
-    if (mollis_field_options_init(options, c_sizeof(options)) /= MOLLIS_OK) error stop
+    call field_options_init(options)
     options%tolerance = tolerance
     bodies%n = size(mass)
     bodies%positions(1) = mollis_at(x)
@@ -130,8 +130,7 @@ contains
     call field2_workspace_bytes(kernel, bodies, outputs=outputs, options=options, bytes=bytes)
     allocate(workspace(bytes))
     call field2_eval(kernel, bodies, outputs=outputs, options=options, workspace=workspace)
-    if (mollis_field2_text(c_loc(kernel), size(kernel, kind=c_size_t), bodies, outputs=outputs, options=options, text=text, &
-        text_bytes=512_c_size_t) /= MOLLIS_OK) error stop
+    call field2_text(kernel, bodies, outputs=outputs, options=options, text=text)
   end subroutine
 
   ! Stops unless numbers agree up to 10^exponent, in the l2 norm.

@@ -40,7 +40,7 @@ program particles
   type(mollis_run) :: run
   logical :: good
   good = .true.
-  if (mollis_run_init(run, c_sizeof(run)) /= MOLLIS_OK) error stop
+  call run_init(run)
   run%level = MOLLIS_LEVEL_PORTABLE
   call vortices()
   call turning()
@@ -91,7 +91,7 @@ contains
     sources%radius_stride = sources%stride
     outputs%gradient(1) = c_loc(v(1)%velocity)
     outputs%gradient_stride = sources%stride
-    if (mollis_field_options_init(options, c_sizeof(options)) /= MOLLIS_OK) error stop
+    call field_options_init(options)
     options%combination = [0.0d0, 1.0d0]
     call field2_workspace_bytes(kernel, sources, outputs=outputs, options=options, run=run, bytes=bytes)
     allocate(workspace(bytes))
@@ -118,7 +118,7 @@ contains
     particles%n = 2
     particles%positions(1) = mollis_at(x)
     particles%masses = mollis_at(circulation)
-    if (mollis_blob_options_init(options, c_sizeof(options)) /= MOLLIS_OK) error stop
+    call blob_options_init(options)
     options%combination = [0.0d0, -1.0d0]
     call blob2_workspace_bytes(kernel, particles, options=options, run=run, bytes=bytes)
     allocate(workspace(bytes))
@@ -191,7 +191,7 @@ contains
     events%labels_room = n
     generator%state = c_loc(state)
     generator%fill = c_funloc(xorshift)
-    if (mollis_pks_options_init(options, c_sizeof(options)) /= MOLLIS_OK) error stop
+    call pks_options_init(options)
     options%chi = 3
     options%noise = 0.125d0
     call pks_workspace_bytes(n, attraction, options, run, bytes)

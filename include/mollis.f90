@@ -5,8 +5,9 @@
 ! * mollis_... are the C functions. Pointers that may be null are optional arguments; arrays are what they are in C, so that
 !   `double (*x)[2]` is `x(2, n)`;
 ! * without the prefix the same as subroutines, over both kinds of reals where their arguments tell them apart: sizes are
-!   default integers, a prepared kernel or a workspace is an array of bytes, and a status that nobody asks for stops the
-!   program where it is not MOLLIS_OK;
+!   default integers, a prepared kernel or a workspace is an array of bytes, a text is a character variable, padded with blanks,
+!   ..._init needs no size, and a status that nobody asks for stops the program where it is not MOLLIS_OK;
+! * status_text(status) says what a status means;
 ! * mollis_at(x) is the address of the first number of a variable with the attribute target, for members of structures.
 !
 ! Made from include/mollis.h by `cargo xtask header`: do not edit.
@@ -14,7 +15,7 @@ module mollis
   use, intrinsic :: iso_c_binding
   implicit none
   public
-  private :: tell, address_of
+  private :: tell, fill, address_of
 
   character(*), parameter :: MOLLIS_VERSION = '0.1.0'
   integer(c_int32_t), parameter :: MOLLIS_ABI_VERSION_HERE = 1
@@ -46,6 +47,7 @@ module mollis
   integer(c_int32_t), parameter :: MOLLIS_ERR_KERNEL_FIT = 32
   integer(c_int32_t), parameter :: MOLLIS_ERR_KERNEL_REACH = 33
   integer(c_int32_t), parameter :: MOLLIS_ERR_KERNEL_KNOTS = 34
+  integer(c_int32_t), parameter :: MOLLIS_ERR_NO_ROOM = 35
   integer(c_int32_t), parameter :: MOLLIS_ERR_BECAME_NOT_FINITE = 40
   integer(c_int32_t), parameter :: MOLLIS_ERR_STOPPED = 41
   integer(c_int32_t), parameter :: MOLLIS_ERR_EVENTS_FULL = 42
@@ -1262,6 +1264,174 @@ module mollis
       type(mollis_field_counts), intent(inout), target, optional :: counters
       integer(c_int32_t) :: answer
     end function
+    function mollis_field2_essential_bytes(kernel, kernel_bytes, sources, tolerance, bytes) bind(c) result(answer)
+      import
+      type(c_ptr), value :: kernel
+      integer(c_size_t), value :: kernel_bytes
+      type(mollis_sources2), intent(in), target :: sources
+      real(c_double), value :: tolerance
+      integer(c_size_t), intent(inout) :: bytes
+      integer(c_int32_t) :: answer
+    end function
+    function mollis_field2_essential_bytes_f32(kernel, kernel_bytes, sources, tolerance, bytes) bind(c) result(answer)
+      import
+      type(c_ptr), value :: kernel
+      integer(c_size_t), value :: kernel_bytes
+      type(mollis_sources2_f32), intent(in), target :: sources
+      real(c_double), value :: tolerance
+      integer(c_size_t), intent(inout) :: bytes
+      integer(c_int32_t) :: answer
+    end function
+    function mollis_field1_essential_bytes(kernel, kernel_bytes, sources, tolerance, bytes) bind(c) result(answer)
+      import
+      type(c_ptr), value :: kernel
+      integer(c_size_t), value :: kernel_bytes
+      type(mollis_sources1), intent(in), target :: sources
+      real(c_double), value :: tolerance
+      integer(c_size_t), intent(inout) :: bytes
+      integer(c_int32_t) :: answer
+    end function
+    function mollis_field1_essential_bytes_f32(kernel, kernel_bytes, sources, tolerance, bytes) bind(c) result(answer)
+      import
+      type(c_ptr), value :: kernel
+      integer(c_size_t), value :: kernel_bytes
+      type(mollis_sources1_f32), intent(in), target :: sources
+      real(c_double), value :: tolerance
+      integer(c_size_t), intent(inout) :: bytes
+      integer(c_int32_t) :: answer
+    end function
+    function mollis_field3_essential_bytes(kernel, kernel_bytes, sources, tolerance, bytes) bind(c) result(answer)
+      import
+      type(c_ptr), value :: kernel
+      integer(c_size_t), value :: kernel_bytes
+      type(mollis_sources3), intent(in), target :: sources
+      real(c_double), value :: tolerance
+      integer(c_size_t), intent(inout) :: bytes
+      integer(c_int32_t) :: answer
+    end function
+    function mollis_field3_essential_bytes_f32(kernel, kernel_bytes, sources, tolerance, bytes) bind(c) result(answer)
+      import
+      type(c_ptr), value :: kernel
+      integer(c_size_t), value :: kernel_bytes
+      type(mollis_sources3_f32), intent(in), target :: sources
+      real(c_double), value :: tolerance
+      integer(c_size_t), intent(inout) :: bytes
+      integer(c_int32_t) :: answer
+    end function
+    function mollis_field2_essential(kernel, kernel_bytes, sources, tolerance, n_boxes, boxes, starts, room, positions, masses, &
+        origins, run, workspace, workspace_bytes) bind(c) result(answer)
+      import
+      type(c_ptr), value :: kernel
+      integer(c_size_t), value :: kernel_bytes
+      type(mollis_sources2), intent(in), target :: sources
+      real(c_double), value :: tolerance
+      integer(c_size_t), value :: n_boxes
+      real(c_double), intent(in) :: boxes(2,2,*)
+      integer(c_int64_t), intent(inout), optional :: starts(*)
+      integer(c_size_t), value :: room
+      real(c_double), intent(inout), optional :: positions(2,*)
+      real(c_double), intent(inout), optional :: masses(*)
+      integer(c_int64_t), intent(inout), optional :: origins(*)
+      type(mollis_run), intent(in), target, optional :: run
+      type(c_ptr), value :: workspace
+      integer(c_size_t), value :: workspace_bytes
+      integer(c_int32_t) :: answer
+    end function
+    function mollis_field2_essential_f32(kernel, kernel_bytes, sources, tolerance, n_boxes, boxes, starts, room, positions, &
+        masses, origins, run, workspace, workspace_bytes) bind(c) result(answer)
+      import
+      type(c_ptr), value :: kernel
+      integer(c_size_t), value :: kernel_bytes
+      type(mollis_sources2_f32), intent(in), target :: sources
+      real(c_double), value :: tolerance
+      integer(c_size_t), value :: n_boxes
+      real(c_float), intent(in) :: boxes(2,2,*)
+      integer(c_int64_t), intent(inout), optional :: starts(*)
+      integer(c_size_t), value :: room
+      real(c_float), intent(inout), optional :: positions(2,*)
+      real(c_float), intent(inout), optional :: masses(*)
+      integer(c_int64_t), intent(inout), optional :: origins(*)
+      type(mollis_run), intent(in), target, optional :: run
+      type(c_ptr), value :: workspace
+      integer(c_size_t), value :: workspace_bytes
+      integer(c_int32_t) :: answer
+    end function
+    function mollis_field1_essential(kernel, kernel_bytes, sources, tolerance, n_boxes, boxes, starts, room, positions, masses, &
+        origins, run, workspace, workspace_bytes) bind(c) result(answer)
+      import
+      type(c_ptr), value :: kernel
+      integer(c_size_t), value :: kernel_bytes
+      type(mollis_sources1), intent(in), target :: sources
+      real(c_double), value :: tolerance
+      integer(c_size_t), value :: n_boxes
+      real(c_double), intent(in) :: boxes(1,2,*)
+      integer(c_int64_t), intent(inout), optional :: starts(*)
+      integer(c_size_t), value :: room
+      real(c_double), intent(inout), optional :: positions(1,*)
+      real(c_double), intent(inout), optional :: masses(*)
+      integer(c_int64_t), intent(inout), optional :: origins(*)
+      type(mollis_run), intent(in), target, optional :: run
+      type(c_ptr), value :: workspace
+      integer(c_size_t), value :: workspace_bytes
+      integer(c_int32_t) :: answer
+    end function
+    function mollis_field1_essential_f32(kernel, kernel_bytes, sources, tolerance, n_boxes, boxes, starts, room, positions, &
+        masses, origins, run, workspace, workspace_bytes) bind(c) result(answer)
+      import
+      type(c_ptr), value :: kernel
+      integer(c_size_t), value :: kernel_bytes
+      type(mollis_sources1_f32), intent(in), target :: sources
+      real(c_double), value :: tolerance
+      integer(c_size_t), value :: n_boxes
+      real(c_float), intent(in) :: boxes(1,2,*)
+      integer(c_int64_t), intent(inout), optional :: starts(*)
+      integer(c_size_t), value :: room
+      real(c_float), intent(inout), optional :: positions(1,*)
+      real(c_float), intent(inout), optional :: masses(*)
+      integer(c_int64_t), intent(inout), optional :: origins(*)
+      type(mollis_run), intent(in), target, optional :: run
+      type(c_ptr), value :: workspace
+      integer(c_size_t), value :: workspace_bytes
+      integer(c_int32_t) :: answer
+    end function
+    function mollis_field3_essential(kernel, kernel_bytes, sources, tolerance, n_boxes, boxes, starts, room, positions, masses, &
+        origins, run, workspace, workspace_bytes) bind(c) result(answer)
+      import
+      type(c_ptr), value :: kernel
+      integer(c_size_t), value :: kernel_bytes
+      type(mollis_sources3), intent(in), target :: sources
+      real(c_double), value :: tolerance
+      integer(c_size_t), value :: n_boxes
+      real(c_double), intent(in) :: boxes(3,2,*)
+      integer(c_int64_t), intent(inout), optional :: starts(*)
+      integer(c_size_t), value :: room
+      real(c_double), intent(inout), optional :: positions(3,*)
+      real(c_double), intent(inout), optional :: masses(*)
+      integer(c_int64_t), intent(inout), optional :: origins(*)
+      type(mollis_run), intent(in), target, optional :: run
+      type(c_ptr), value :: workspace
+      integer(c_size_t), value :: workspace_bytes
+      integer(c_int32_t) :: answer
+    end function
+    function mollis_field3_essential_f32(kernel, kernel_bytes, sources, tolerance, n_boxes, boxes, starts, room, positions, &
+        masses, origins, run, workspace, workspace_bytes) bind(c) result(answer)
+      import
+      type(c_ptr), value :: kernel
+      integer(c_size_t), value :: kernel_bytes
+      type(mollis_sources3_f32), intent(in), target :: sources
+      real(c_double), value :: tolerance
+      integer(c_size_t), value :: n_boxes
+      real(c_float), intent(in) :: boxes(3,2,*)
+      integer(c_int64_t), intent(inout), optional :: starts(*)
+      integer(c_size_t), value :: room
+      real(c_float), intent(inout), optional :: positions(3,*)
+      real(c_float), intent(inout), optional :: masses(*)
+      integer(c_int64_t), intent(inout), optional :: origins(*)
+      type(mollis_run), intent(in), target, optional :: run
+      type(c_ptr), value :: workspace
+      integer(c_size_t), value :: workspace_bytes
+      integer(c_int32_t) :: answer
+    end function
     function mollis_grid2_workspace_bytes(mesh, sources, targets, outputs, options, run, bytes) bind(c) result(answer)
       import
       type(mollis_mesh2), intent(in), target :: mesh
@@ -2190,6 +2360,14 @@ module mollis
     end function
   end interface
 
+  interface blob_options_init
+    module procedure thin_blob_options_init
+  end interface
+
+  interface field_options_init
+    module procedure thin_field_options_init
+  end interface
+
   interface blob2_workspace_bytes
     module procedure thin_blob2_workspace_bytes, thin_blob2_workspace_bytes_f32
   end interface
@@ -2274,6 +2452,18 @@ module mollis
     module procedure thin_field3_workspace_bytes, thin_field3_workspace_bytes_f32
   end interface
 
+  interface field2_text
+    module procedure thin_field2_text, thin_field2_text_f32
+  end interface
+
+  interface field1_text
+    module procedure thin_field1_text, thin_field1_text_f32
+  end interface
+
+  interface field3_text
+    module procedure thin_field3_text, thin_field3_text_f32
+  end interface
+
   interface field2_eval
     module procedure thin_field2_eval, thin_field2_eval_f32
   end interface
@@ -2284,6 +2474,30 @@ module mollis
 
   interface field3_eval
     module procedure thin_field3_eval, thin_field3_eval_f32
+  end interface
+
+  interface field2_essential_bytes
+    module procedure thin_field2_essential_bytes, thin_field2_essential_bytes_f32
+  end interface
+
+  interface field1_essential_bytes
+    module procedure thin_field1_essential_bytes, thin_field1_essential_bytes_f32
+  end interface
+
+  interface field3_essential_bytes
+    module procedure thin_field3_essential_bytes, thin_field3_essential_bytes_f32
+  end interface
+
+  interface field2_essential
+    module procedure thin_field2_essential, thin_field2_essential_f32
+  end interface
+
+  interface field1_essential
+    module procedure thin_field1_essential, thin_field1_essential_f32
+  end interface
+
+  interface field3_essential
+    module procedure thin_field3_essential, thin_field3_essential_f32
   end interface
 
   interface grid2_workspace_bytes
@@ -2478,6 +2692,14 @@ module mollis
     module procedure thin_normals_f32
   end interface
 
+  interface grid2_options_init
+    module procedure thin_grid2_options_init
+  end interface
+
+  interface pks_options_init
+    module procedure thin_pks_options_init
+  end interface
+
   interface pks_predict
     module procedure thin_pks_predict
   end interface
@@ -2492,6 +2714,10 @@ module mollis
 
   interface philox_words
     module procedure thin_philox_words
+  end interface
+
+  interface run_init
+    module procedure thin_run_init
   end interface
 
 contains
@@ -2512,25 +2738,55 @@ contains
     if (size(bytes) > 0) address = c_loc(bytes)
   end function
 
+  ! A text of C, up to its end or that of its array; blanks follow.
+  subroutine fill(text, letters)
+    character(*), intent(out) :: text
+    character(kind=c_char), intent(in) :: letters(:)
+    integer :: k
+    text = ' '
+    do k = 1, min(len(text), size(letters))
+      if (letters(k) == c_null_char) exit
+      text(k:k) = letters(k)
+    end do
+  end subroutine
+
+  ! What a status means.
+  function status_text(status) result(text)
+    integer(c_int32_t), intent(in) :: status
+    character(:), allocatable :: text
+    character(kind=c_char), pointer :: letters(:)
+    integer :: n
+    call c_f_pointer(mollis_status_text(status), letters, [200])
+    n = 1
+    do while (letters(n) /= c_null_char)
+      n = n + 1
+    end do
+    allocate(character(n - 1) :: text)
+    call fill(text, letters)
+  end function
+
   ! Hands a status to the caller, or stops where it is an error.
   subroutine tell(code, status)
     integer(c_int32_t), intent(in) :: code
     integer(c_int32_t), intent(out), optional :: status
-    character(kind=c_char), pointer :: letters(:)
-    type(c_ptr) :: text
-    integer :: n
     if (present(status)) then
       status = code
     else if (code /= MOLLIS_OK) then
-      text = mollis_status_text(code)
-      call c_f_pointer(text, letters, [200])
-      n = 1
-      do while (letters(n) /= c_null_char)
-        n = n + 1
-      end do
-      print '(*(a))', 'mollis: ', letters(:n - 1)
+      print '(2a)', 'mollis: ', status_text(code)
       error stop
     end if
+  end subroutine
+
+  subroutine thin_blob_options_init(options, status)
+    type(mollis_blob_options), intent(inout), target :: options
+    integer(c_int32_t), intent(out), optional :: status
+    call tell(mollis_blob_options_init(options, c_sizeof(options)), status)
+  end subroutine
+
+  subroutine thin_field_options_init(options, status)
+    type(mollis_field_options), intent(inout), target :: options
+    integer(c_int32_t), intent(out), optional :: status
+    call tell(mollis_field_options_init(options, c_sizeof(options)), status)
   end subroutine
 
   subroutine thin_blob2_workspace_bytes(kernel, particles, tracers, options, run, bytes, status)
@@ -3031,6 +3287,102 @@ contains
         options, run, bytes), status)
   end subroutine
 
+  subroutine thin_field2_text(kernel, sources, targets, outputs, options, text, length, status)
+    integer(c_int8_t), intent(in), target, contiguous :: kernel(:)
+    type(mollis_sources2), intent(in), target :: sources
+    type(mollis_targets2), intent(in), target, optional :: targets
+    type(mollis_outputs2), intent(in), target :: outputs
+    type(mollis_field_options), intent(in), target, optional :: options
+    character(*), intent(out) :: text
+    character(kind=c_char) :: c_text(len(text) + 1)
+    integer(c_size_t), intent(inout), optional :: length
+    integer(c_int32_t), intent(out), optional :: status
+    c_text = c_null_char
+    call tell(mollis_field2_text(address_of(kernel), size(kernel, kind=c_size_t), sources, targets, outputs, options, c_text, &
+        size(c_text, kind=c_size_t), length), status)
+    call fill(text, c_text)
+  end subroutine
+
+  subroutine thin_field2_text_f32(kernel, sources, targets, outputs, options, text, length, status)
+    integer(c_int8_t), intent(in), target, contiguous :: kernel(:)
+    type(mollis_sources2_f32), intent(in), target :: sources
+    type(mollis_targets2_f32), intent(in), target, optional :: targets
+    type(mollis_outputs2_f32), intent(in), target :: outputs
+    type(mollis_field_options), intent(in), target, optional :: options
+    character(*), intent(out) :: text
+    character(kind=c_char) :: c_text(len(text) + 1)
+    integer(c_size_t), intent(inout), optional :: length
+    integer(c_int32_t), intent(out), optional :: status
+    c_text = c_null_char
+    call tell(mollis_field2_text_f32(address_of(kernel), size(kernel, kind=c_size_t), sources, targets, outputs, options, c_text, &
+        size(c_text, kind=c_size_t), length), status)
+    call fill(text, c_text)
+  end subroutine
+
+  subroutine thin_field1_text(kernel, sources, targets, outputs, options, text, length, status)
+    integer(c_int8_t), intent(in), target, contiguous :: kernel(:)
+    type(mollis_sources1), intent(in), target :: sources
+    type(mollis_targets1), intent(in), target, optional :: targets
+    type(mollis_outputs1), intent(in), target :: outputs
+    type(mollis_field_options), intent(in), target, optional :: options
+    character(*), intent(out) :: text
+    character(kind=c_char) :: c_text(len(text) + 1)
+    integer(c_size_t), intent(inout), optional :: length
+    integer(c_int32_t), intent(out), optional :: status
+    c_text = c_null_char
+    call tell(mollis_field1_text(address_of(kernel), size(kernel, kind=c_size_t), sources, targets, outputs, options, c_text, &
+        size(c_text, kind=c_size_t), length), status)
+    call fill(text, c_text)
+  end subroutine
+
+  subroutine thin_field1_text_f32(kernel, sources, targets, outputs, options, text, length, status)
+    integer(c_int8_t), intent(in), target, contiguous :: kernel(:)
+    type(mollis_sources1_f32), intent(in), target :: sources
+    type(mollis_targets1_f32), intent(in), target, optional :: targets
+    type(mollis_outputs1_f32), intent(in), target :: outputs
+    type(mollis_field_options), intent(in), target, optional :: options
+    character(*), intent(out) :: text
+    character(kind=c_char) :: c_text(len(text) + 1)
+    integer(c_size_t), intent(inout), optional :: length
+    integer(c_int32_t), intent(out), optional :: status
+    c_text = c_null_char
+    call tell(mollis_field1_text_f32(address_of(kernel), size(kernel, kind=c_size_t), sources, targets, outputs, options, c_text, &
+        size(c_text, kind=c_size_t), length), status)
+    call fill(text, c_text)
+  end subroutine
+
+  subroutine thin_field3_text(kernel, sources, targets, outputs, options, text, length, status)
+    integer(c_int8_t), intent(in), target, contiguous :: kernel(:)
+    type(mollis_sources3), intent(in), target :: sources
+    type(mollis_targets3), intent(in), target, optional :: targets
+    type(mollis_outputs3), intent(in), target :: outputs
+    type(mollis_field_options), intent(in), target, optional :: options
+    character(*), intent(out) :: text
+    character(kind=c_char) :: c_text(len(text) + 1)
+    integer(c_size_t), intent(inout), optional :: length
+    integer(c_int32_t), intent(out), optional :: status
+    c_text = c_null_char
+    call tell(mollis_field3_text(address_of(kernel), size(kernel, kind=c_size_t), sources, targets, outputs, options, c_text, &
+        size(c_text, kind=c_size_t), length), status)
+    call fill(text, c_text)
+  end subroutine
+
+  subroutine thin_field3_text_f32(kernel, sources, targets, outputs, options, text, length, status)
+    integer(c_int8_t), intent(in), target, contiguous :: kernel(:)
+    type(mollis_sources3_f32), intent(in), target :: sources
+    type(mollis_targets3_f32), intent(in), target, optional :: targets
+    type(mollis_outputs3_f32), intent(in), target :: outputs
+    type(mollis_field_options), intent(in), target, optional :: options
+    character(*), intent(out) :: text
+    character(kind=c_char) :: c_text(len(text) + 1)
+    integer(c_size_t), intent(inout), optional :: length
+    integer(c_int32_t), intent(out), optional :: status
+    c_text = c_null_char
+    call tell(mollis_field3_text_f32(address_of(kernel), size(kernel, kind=c_size_t), sources, targets, outputs, options, c_text, &
+        size(c_text, kind=c_size_t), length), status)
+    call fill(text, c_text)
+  end subroutine
+
   subroutine thin_field2_eval(kernel, sources, targets, outputs, options, run, workspace, counters, status)
     integer(c_int8_t), intent(in), target, contiguous :: kernel(:)
     type(mollis_sources2), intent(in), target :: sources
@@ -3113,6 +3465,183 @@ contains
     integer(c_int32_t), intent(out), optional :: status
     call tell(mollis_field3_eval_f32(address_of(kernel), size(kernel, kind=c_size_t), sources, targets, outputs, options, run, &
         address_of(workspace), size(workspace, kind=c_size_t), counters), status)
+  end subroutine
+
+  subroutine thin_field2_essential_bytes(kernel, sources, tolerance, bytes, status)
+    integer(c_int8_t), intent(in), target, contiguous :: kernel(:)
+    type(mollis_sources2), intent(in), target :: sources
+    real(c_double), value :: tolerance
+    integer(c_size_t), intent(inout) :: bytes
+    integer(c_int32_t), intent(out), optional :: status
+    call tell(mollis_field2_essential_bytes(address_of(kernel), size(kernel, kind=c_size_t), sources, tolerance, bytes), status)
+  end subroutine
+
+  subroutine thin_field2_essential_bytes_f32(kernel, sources, tolerance, bytes, status)
+    integer(c_int8_t), intent(in), target, contiguous :: kernel(:)
+    type(mollis_sources2_f32), intent(in), target :: sources
+    real(c_double), value :: tolerance
+    integer(c_size_t), intent(inout) :: bytes
+    integer(c_int32_t), intent(out), optional :: status
+    call tell(mollis_field2_essential_bytes_f32(address_of(kernel), size(kernel, kind=c_size_t), sources, tolerance, bytes), &
+        status)
+  end subroutine
+
+  subroutine thin_field1_essential_bytes(kernel, sources, tolerance, bytes, status)
+    integer(c_int8_t), intent(in), target, contiguous :: kernel(:)
+    type(mollis_sources1), intent(in), target :: sources
+    real(c_double), value :: tolerance
+    integer(c_size_t), intent(inout) :: bytes
+    integer(c_int32_t), intent(out), optional :: status
+    call tell(mollis_field1_essential_bytes(address_of(kernel), size(kernel, kind=c_size_t), sources, tolerance, bytes), status)
+  end subroutine
+
+  subroutine thin_field1_essential_bytes_f32(kernel, sources, tolerance, bytes, status)
+    integer(c_int8_t), intent(in), target, contiguous :: kernel(:)
+    type(mollis_sources1_f32), intent(in), target :: sources
+    real(c_double), value :: tolerance
+    integer(c_size_t), intent(inout) :: bytes
+    integer(c_int32_t), intent(out), optional :: status
+    call tell(mollis_field1_essential_bytes_f32(address_of(kernel), size(kernel, kind=c_size_t), sources, tolerance, bytes), &
+        status)
+  end subroutine
+
+  subroutine thin_field3_essential_bytes(kernel, sources, tolerance, bytes, status)
+    integer(c_int8_t), intent(in), target, contiguous :: kernel(:)
+    type(mollis_sources3), intent(in), target :: sources
+    real(c_double), value :: tolerance
+    integer(c_size_t), intent(inout) :: bytes
+    integer(c_int32_t), intent(out), optional :: status
+    call tell(mollis_field3_essential_bytes(address_of(kernel), size(kernel, kind=c_size_t), sources, tolerance, bytes), status)
+  end subroutine
+
+  subroutine thin_field3_essential_bytes_f32(kernel, sources, tolerance, bytes, status)
+    integer(c_int8_t), intent(in), target, contiguous :: kernel(:)
+    type(mollis_sources3_f32), intent(in), target :: sources
+    real(c_double), value :: tolerance
+    integer(c_size_t), intent(inout) :: bytes
+    integer(c_int32_t), intent(out), optional :: status
+    call tell(mollis_field3_essential_bytes_f32(address_of(kernel), size(kernel, kind=c_size_t), sources, tolerance, bytes), &
+        status)
+  end subroutine
+
+  subroutine thin_field2_essential(kernel, sources, tolerance, n_boxes, boxes, starts, room, positions, masses, origins, run, &
+      workspace, status)
+    integer(c_int8_t), intent(in), target, contiguous :: kernel(:)
+    type(mollis_sources2), intent(in), target :: sources
+    real(c_double), value :: tolerance
+    integer, intent(in) :: n_boxes
+    real(c_double), intent(in) :: boxes(2,2,*)
+    integer(c_int64_t), intent(inout), optional :: starts(*)
+    integer, intent(in) :: room
+    real(c_double), intent(inout), optional :: positions(2,*)
+    real(c_double), intent(inout), optional :: masses(*)
+    integer(c_int64_t), intent(inout), optional :: origins(*)
+    type(mollis_run), intent(in), target, optional :: run
+    integer(c_int8_t), intent(inout), target, contiguous :: workspace(:)
+    integer(c_int32_t), intent(out), optional :: status
+    call tell(mollis_field2_essential(address_of(kernel), size(kernel, kind=c_size_t), sources, tolerance, int(n_boxes, &
+        c_size_t), boxes, starts, int(room, c_size_t), positions, masses, origins, run, address_of(workspace), size(workspace, &
+        kind=c_size_t)), status)
+  end subroutine
+
+  subroutine thin_field2_essential_f32(kernel, sources, tolerance, n_boxes, boxes, starts, room, positions, masses, origins, run, &
+      workspace, status)
+    integer(c_int8_t), intent(in), target, contiguous :: kernel(:)
+    type(mollis_sources2_f32), intent(in), target :: sources
+    real(c_double), value :: tolerance
+    integer, intent(in) :: n_boxes
+    real(c_float), intent(in) :: boxes(2,2,*)
+    integer(c_int64_t), intent(inout), optional :: starts(*)
+    integer, intent(in) :: room
+    real(c_float), intent(inout), optional :: positions(2,*)
+    real(c_float), intent(inout), optional :: masses(*)
+    integer(c_int64_t), intent(inout), optional :: origins(*)
+    type(mollis_run), intent(in), target, optional :: run
+    integer(c_int8_t), intent(inout), target, contiguous :: workspace(:)
+    integer(c_int32_t), intent(out), optional :: status
+    call tell(mollis_field2_essential_f32(address_of(kernel), size(kernel, kind=c_size_t), sources, tolerance, int(n_boxes, &
+        c_size_t), boxes, starts, int(room, c_size_t), positions, masses, origins, run, address_of(workspace), size(workspace, &
+        kind=c_size_t)), status)
+  end subroutine
+
+  subroutine thin_field1_essential(kernel, sources, tolerance, n_boxes, boxes, starts, room, positions, masses, origins, run, &
+      workspace, status)
+    integer(c_int8_t), intent(in), target, contiguous :: kernel(:)
+    type(mollis_sources1), intent(in), target :: sources
+    real(c_double), value :: tolerance
+    integer, intent(in) :: n_boxes
+    real(c_double), intent(in) :: boxes(1,2,*)
+    integer(c_int64_t), intent(inout), optional :: starts(*)
+    integer, intent(in) :: room
+    real(c_double), intent(inout), optional :: positions(1,*)
+    real(c_double), intent(inout), optional :: masses(*)
+    integer(c_int64_t), intent(inout), optional :: origins(*)
+    type(mollis_run), intent(in), target, optional :: run
+    integer(c_int8_t), intent(inout), target, contiguous :: workspace(:)
+    integer(c_int32_t), intent(out), optional :: status
+    call tell(mollis_field1_essential(address_of(kernel), size(kernel, kind=c_size_t), sources, tolerance, int(n_boxes, &
+        c_size_t), boxes, starts, int(room, c_size_t), positions, masses, origins, run, address_of(workspace), size(workspace, &
+        kind=c_size_t)), status)
+  end subroutine
+
+  subroutine thin_field1_essential_f32(kernel, sources, tolerance, n_boxes, boxes, starts, room, positions, masses, origins, run, &
+      workspace, status)
+    integer(c_int8_t), intent(in), target, contiguous :: kernel(:)
+    type(mollis_sources1_f32), intent(in), target :: sources
+    real(c_double), value :: tolerance
+    integer, intent(in) :: n_boxes
+    real(c_float), intent(in) :: boxes(1,2,*)
+    integer(c_int64_t), intent(inout), optional :: starts(*)
+    integer, intent(in) :: room
+    real(c_float), intent(inout), optional :: positions(1,*)
+    real(c_float), intent(inout), optional :: masses(*)
+    integer(c_int64_t), intent(inout), optional :: origins(*)
+    type(mollis_run), intent(in), target, optional :: run
+    integer(c_int8_t), intent(inout), target, contiguous :: workspace(:)
+    integer(c_int32_t), intent(out), optional :: status
+    call tell(mollis_field1_essential_f32(address_of(kernel), size(kernel, kind=c_size_t), sources, tolerance, int(n_boxes, &
+        c_size_t), boxes, starts, int(room, c_size_t), positions, masses, origins, run, address_of(workspace), size(workspace, &
+        kind=c_size_t)), status)
+  end subroutine
+
+  subroutine thin_field3_essential(kernel, sources, tolerance, n_boxes, boxes, starts, room, positions, masses, origins, run, &
+      workspace, status)
+    integer(c_int8_t), intent(in), target, contiguous :: kernel(:)
+    type(mollis_sources3), intent(in), target :: sources
+    real(c_double), value :: tolerance
+    integer, intent(in) :: n_boxes
+    real(c_double), intent(in) :: boxes(3,2,*)
+    integer(c_int64_t), intent(inout), optional :: starts(*)
+    integer, intent(in) :: room
+    real(c_double), intent(inout), optional :: positions(3,*)
+    real(c_double), intent(inout), optional :: masses(*)
+    integer(c_int64_t), intent(inout), optional :: origins(*)
+    type(mollis_run), intent(in), target, optional :: run
+    integer(c_int8_t), intent(inout), target, contiguous :: workspace(:)
+    integer(c_int32_t), intent(out), optional :: status
+    call tell(mollis_field3_essential(address_of(kernel), size(kernel, kind=c_size_t), sources, tolerance, int(n_boxes, &
+        c_size_t), boxes, starts, int(room, c_size_t), positions, masses, origins, run, address_of(workspace), size(workspace, &
+        kind=c_size_t)), status)
+  end subroutine
+
+  subroutine thin_field3_essential_f32(kernel, sources, tolerance, n_boxes, boxes, starts, room, positions, masses, origins, run, &
+      workspace, status)
+    integer(c_int8_t), intent(in), target, contiguous :: kernel(:)
+    type(mollis_sources3_f32), intent(in), target :: sources
+    real(c_double), value :: tolerance
+    integer, intent(in) :: n_boxes
+    real(c_float), intent(in) :: boxes(3,2,*)
+    integer(c_int64_t), intent(inout), optional :: starts(*)
+    integer, intent(in) :: room
+    real(c_float), intent(inout), optional :: positions(3,*)
+    real(c_float), intent(inout), optional :: masses(*)
+    integer(c_int64_t), intent(inout), optional :: origins(*)
+    type(mollis_run), intent(in), target, optional :: run
+    integer(c_int8_t), intent(inout), target, contiguous :: workspace(:)
+    integer(c_int32_t), intent(out), optional :: status
+    call tell(mollis_field3_essential_f32(address_of(kernel), size(kernel, kind=c_size_t), sources, tolerance, int(n_boxes, &
+        c_size_t), boxes, starts, int(room, c_size_t), positions, masses, origins, run, address_of(workspace), size(workspace, &
+        kind=c_size_t)), status)
   end subroutine
 
   subroutine thin_grid2_workspace_bytes(mesh, sources, targets, outputs, options, run, bytes, status)
@@ -4060,6 +4589,18 @@ contains
     call tell(mollis_normals_f32(int(n, c_size_t), words, out), status)
   end subroutine
 
+  subroutine thin_grid2_options_init(options, status)
+    type(mollis_grid2_options), intent(inout), target :: options
+    integer(c_int32_t), intent(out), optional :: status
+    call tell(mollis_grid2_options_init(options, c_sizeof(options)), status)
+  end subroutine
+
+  subroutine thin_pks_options_init(options, status)
+    type(mollis_pks_options), intent(inout), target :: options
+    integer(c_int32_t), intent(out), optional :: status
+    call tell(mollis_pks_options_init(options, c_sizeof(options)), status)
+  end subroutine
+
   subroutine thin_pks_predict(mass, mu, chi, second_moment, n_heavy, heavy, out, status)
     real(c_double), value :: mass
     real(c_double), value :: mu
@@ -4104,5 +4645,11 @@ contains
     integer(c_int64_t), intent(inout), optional :: out(*)
     integer(c_int32_t), intent(out), optional :: status
     call tell(mollis_philox_words(seed, label, step, substep, int(n, c_size_t), out), status)
+  end subroutine
+
+  subroutine thin_run_init(run, status)
+    type(mollis_run), intent(inout), target :: run
+    integer(c_int32_t), intent(out), optional :: status
+    call tell(mollis_run_init(run, c_sizeof(run)), status)
   end subroutine
 end module

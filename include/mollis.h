@@ -89,6 +89,8 @@
 #define MOLLIS_ERR_KERNEL_REACH 33
 /** knots must increase strictly between zero and the reach. */
 #define MOLLIS_ERR_KERNEL_KNOTS 34
+/** the arrays for the results are too short; how many there are is told. */
+#define MOLLIS_ERR_NO_ROOM 35
 /** a value became non-finite; the state is that of the last completed step. */
 #define MOLLIS_ERR_BECAME_NOT_FINITE 40
 /** stopped at the host's request. */
@@ -1169,6 +1171,61 @@ mollis_status mollis_field3_eval_f32(const void *kernel, size_t kernel_bytes, co
     const struct mollis_targets3_f32 *targets, const struct mollis_outputs3_f32 *outputs,
     const struct mollis_field_options *options, const struct mollis_run *run, void *workspace, size_t workspace_bytes,
     struct mollis_field_counts *counters);
+
+/**
+ * Bytes of workspace that mollis_field2_essential needs for the same kernel, sources and tolerance, wherever the workspace begins.
+ */
+mollis_status mollis_field2_essential_bytes(const void *kernel, size_t kernel_bytes, const struct mollis_sources2 *sources,
+    double tolerance, size_t *bytes);
+mollis_status mollis_field2_essential_bytes_f32(const void *kernel, size_t kernel_bytes,
+    const struct mollis_sources2_f32 *sources, double tolerance, size_t *bytes);
+mollis_status mollis_field1_essential_bytes(const void *kernel, size_t kernel_bytes, const struct mollis_sources1 *sources,
+    double tolerance, size_t *bytes);
+mollis_status mollis_field1_essential_bytes_f32(const void *kernel, size_t kernel_bytes,
+    const struct mollis_sources1_f32 *sources, double tolerance, size_t *bytes);
+mollis_status mollis_field3_essential_bytes(const void *kernel, size_t kernel_bytes, const struct mollis_sources3 *sources,
+    double tolerance, size_t *bytes);
+mollis_status mollis_field3_essential_bytes_f32(const void *kernel, size_t kernel_bytes,
+    const struct mollis_sources3_f32 *sources, double tolerance, size_t *bytes);
+
+/**
+ * Finds fewer sources that act as these do on all targets in a box: what a process sends to those that own the targets there, which add them to their own sources in any sum of the kernel, by
+ * whatever method. A tree's cells that are far from the box become proxies: masses at a few points (of a locally essential tree, Warren & Salmon 1992, the expansions).
+ * examples_c/mpi_blob.c exchanges particles so.
+ *
+ * `boxes` [n_boxes]: lower and upper corner. A box whose lower corner is above the upper one along any axis has no targets, and nothing is essential for it. `starts` [n_boxes + 1] is overwritten with where those
+ * for each box begin in `positions`, `masses` and `origins` [room], and their number at its end. These are overwritten; `origins` (may be null) says which source each is, 2^64 - 1 for a proxy.
+ * With `positions` null and `room` 0 only `starts` is written. Never are there more for a box than sources.
+ *
+ * Sources with core radii: those of a cell whose largest possible core reaches the box are kept. A source that was kept has its own radius (by its origin), a proxy may have any that sources have.
+ *
+ * `tolerance`: of what is left out, in the l2 norm over targets in a box relative to that of sum_j |m_j| |K_j|, and the same of gradients; at least 1e-12, in single precision 1e-5. Whatever sum follows adds its own
+ * error.
+ *
+ * Cost: a sort, the moments of the cells that are replaced, each once, and for each box a time proportional to what comes out; on one thread.
+ *
+ * Refused: MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_OVERLAP, MOLLIS_ERR_NOT_FINITE, MOLLIS_ERR_DELTA (a core radius that is not positive), MOLLIS_ERR_OUT_OF_DOMAIN (the tolerance),
+ * MOLLIS_ERR_UNSUPPORTED (vector strengths; a kernel of the host's; core radii under an algebraic mollifier), MOLLIS_ERR_WORKSPACE_TOO_SMALL, MOLLIS_ERR_NOT_PREPARED and those of an unprepared kernel.
+ * MOLLIS_ERR_NO_ROOM: `room` is less than starts[n_boxes]; so much is written. MOLLIS_ERR_STOPPED.
+ */
+mollis_status mollis_field2_essential(const void *kernel, size_t kernel_bytes, const struct mollis_sources2 *sources,
+    double tolerance, size_t n_boxes, const double (*boxes)[2][2], uint64_t *starts, size_t room, double (*positions)[2],
+    double *masses, uint64_t *origins, const struct mollis_run *run, void *workspace, size_t workspace_bytes);
+mollis_status mollis_field2_essential_f32(const void *kernel, size_t kernel_bytes, const struct mollis_sources2_f32 *sources,
+    double tolerance, size_t n_boxes, const float (*boxes)[2][2], uint64_t *starts, size_t room, float (*positions)[2],
+    float *masses, uint64_t *origins, const struct mollis_run *run, void *workspace, size_t workspace_bytes);
+mollis_status mollis_field1_essential(const void *kernel, size_t kernel_bytes, const struct mollis_sources1 *sources,
+    double tolerance, size_t n_boxes, const double (*boxes)[2][1], uint64_t *starts, size_t room, double (*positions)[1],
+    double *masses, uint64_t *origins, const struct mollis_run *run, void *workspace, size_t workspace_bytes);
+mollis_status mollis_field1_essential_f32(const void *kernel, size_t kernel_bytes, const struct mollis_sources1_f32 *sources,
+    double tolerance, size_t n_boxes, const float (*boxes)[2][1], uint64_t *starts, size_t room, float (*positions)[1],
+    float *masses, uint64_t *origins, const struct mollis_run *run, void *workspace, size_t workspace_bytes);
+mollis_status mollis_field3_essential(const void *kernel, size_t kernel_bytes, const struct mollis_sources3 *sources,
+    double tolerance, size_t n_boxes, const double (*boxes)[2][3], uint64_t *starts, size_t room, double (*positions)[3],
+    double *masses, uint64_t *origins, const struct mollis_run *run, void *workspace, size_t workspace_bytes);
+mollis_status mollis_field3_essential_f32(const void *kernel, size_t kernel_bytes, const struct mollis_sources3_f32 *sources,
+    double tolerance, size_t n_boxes, const float (*boxes)[2][3], uint64_t *starts, size_t room, float (*positions)[3],
+    float *masses, uint64_t *origins, const struct mollis_run *run, void *workspace, size_t workspace_bytes);
 
 /**
  * Bytes of workspace that mollis_grid2_eval needs for the same arguments, wherever it begins, with this run's executor. Of the arrays only counts, strides and which

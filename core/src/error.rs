@@ -70,6 +70,7 @@ errors! {
     32 KernelFit c"a host's kernel is not met within its tolerance" "A host's kernel is not met within its tolerance: it is not smooth where no knot was stated, not accurate itself, or its three functions do not belong together."
     33 KernelReach c"the reach of a host's kernel must be positive and finite" "The reach of a host's kernel must be positive and finite: 1e-150 to 1e150."
     34 KernelKnots c"knots must increase strictly between zero and the reach" "The knots of a host's kernel must increase strictly between its least distance and its reach, and be no more than their fixed capacity."
+    35 NoRoom c"the arrays for the results are too short; how many there are is told" "The arrays for the results are too short; how many there are is told."
     40 BecameNotFinite c"a value became non-finite; the state is that of the last completed step" "A value became non-finite in a run; the state is that of the last completed step."
     41 Stopped c"stopped at the host's request" "The host's `should_stop` or step callback asked to stop."
     42 EventsFull c"the event buffer is full; no event was lost" "The event buffer is full; the step stopped before the merge, no event is lost."

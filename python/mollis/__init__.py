@@ -15,7 +15,7 @@ attract. Calls run on all cores and release Python's lock.
 from . import diagnostics, kernels, mollifiers, pks, random
 from ._blob import BlobRun, blob
 from ._declarations import VERSION as __version__
-from ._field import Counts, Field, field, plan
+from ._field import Counts, Essential, Field, essential, field, plan
 from ._library import Error, Status, set_threads
 from .grid import Mesh, MeshField
 from .kernels import Kernel
@@ -24,6 +24,6 @@ from .mollifiers import Mollifier
 
 __all__ = [
     "__version__",
-    "BlobRun", "Counts", "Error", "Field", "Kernel", "Mesh", "MeshField", "Mollifier", "Status",
-    "blob", "diagnostics", "field", "kernels", "mollifiers", "pks", "plan", "random", "set_threads",
+    "BlobRun", "Counts", "Error", "Essential", "Field", "Kernel", "Mesh", "MeshField", "Mollifier", "Status",
+    "blob", "diagnostics", "essential", "field", "kernels", "mollifiers", "pks", "plan", "random", "set_threads",
 ]  # fmt: skip

@@ -222,3 +222,72 @@ def plan(
             api["field#_text"](kernel._pointer, kernel._bytes, about, where, outputs, options, text, len(text), NULL)
         )
         return ffi.string(text).decode()
+
+
+class Essential(NamedTuple):
+    """What is essential for a box."""
+
+    positions: NDArray[Any]
+    """(k, D)."""
+    masses: NDArray[Any]
+    """(k,)."""
+    origins: NDArray[np.int64]
+    """(k,): which of the sources each is; -1 for one that stands for several."""
+
+
+def essential(
+    kernel: Kernel, positions: ArrayLike, masses: ArrayLike, boxes: ArrayLike, tolerance: float, *,
+    radii: ArrayLike | None = None, level: str = "best",
+) -> list[Essential]:  # fmt: skip
+    """Fewer sources that act as these do on all targets in a box: what a process sends to those that own the targets.
+
+        >>> there = [[[1.0, 0.0], [2.0, 1.0]]]                    # lower and upper corner of each box
+        >>> sent, = mollis.essential(kernel, x, m, there, 1e-6)
+        >>> mollis.field(kernel, sent.positions, sent.masses, targets, gradient=True)
+
+    Inputs: `positions` (n, D), `masses` (n,) or one number, `boxes` (b, 2, D), `radii` (n,), core radii. A box whose lower
+    corner is above the upper one along any axis has no targets. `tolerance`: as in `field`, at least 1e-12 (float32: 1e-5).
+    Sources with core radii that were kept have their own (`radii[origins]`), others may have any that sources have.
+
+    Under MPI a rank gathers the bounding boxes of all others and sends each what is essential there; each then sums over its own
+    particles and those that it has received. Raises `mollis.Error`:
+    NOT_FINITE, OUT_OF_DOMAIN (the tolerance), UNSUPPORTED (a kernel of the host's; radii under an algebraic mollifier), DELTA.
+    """
+    api = kernel._api
+    x = points(api, positions, "positions")
+    n, dimension = x.shape
+    m = vector(api, masses, n, "masses")
+    radius = None if radii is None else vector(api, radii, n, "radii")
+    corners = np.ascontiguousarray(boxes, api.dtype)
+    if corners.ndim != 3 or corners.shape[1:] != (2, dimension):
+        raise ValueError(f"boxes have the shape (b, 2, {dimension}), not {corners.shape}")
+    starts = np.empty(len(corners) + 1, np.uint64)
+    frame = take(NULL, level)
+    try:
+        sources, _, _ = frame.sums(api)
+        sources.n = n
+        put_points(api, sources, "positions", x, "stride")
+        put_vector(api, sources, "masses", m, "mass_stride")
+        if radius is not None:
+            put_vector(api, sources, "radii", radius, "radius_stride")
+        before = (kernel._pointer, kernel._bytes, sources, tolerance)
+        _library.check(api["field#_essential_bytes"](*before, frame.needed))
+        if frame.needed[0] > frame.size:
+            frame.resize(frame.needed[0])
+        box, words = f"{api.real}(*)[2][{dimension}]", "uint64_t *"
+        room, status = n // 2 + 1024, _library.lib.MOLLIS_ERR_NO_ROOM
+        while status == _library.lib.MOLLIS_ERR_NO_ROOM:
+            found = np.empty((room, dimension), api.dtype), np.empty(room, api.dtype), np.empty(room, np.int64)
+            kinds = f"{api.real}(*)[{dimension}]", f"{api.real} *", words
+            to = (ffi.cast(kind, _library.address(array)) for kind, array in zip(kinds, found))
+            about = ffi.cast(box, _library.address(corners)), ffi.cast(words, _library.address(starts))
+            status = api["field#_essential"](
+                *before, len(corners), *about, room, *to, frame.run, frame.workspace, frame.size
+            )
+            room = int(starts[-1])
+        if status != 0:
+            raise frame.error(status)
+    finally:
+        give(frame)
+    ends = starts.astype(np.int64)
+    return [Essential(*(array[a:b] for array in found)) for a, b in zip(ends[:-1], ends[1:])]

@@ -480,3 +480,30 @@ def test_a_forked_process_has_its_own_threads(rng, soft):
 
 def _in_child(kernel, x, m):
     return mollis.field(kernel, x, m, gradient=True, threads=2).gradient
+
+
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+@pytest.mark.parametrize("dimension", [1, 2, 3])
+def test_essential(rng, dimension, dtype):
+    n, tolerance = 4000, 1e-4
+    x, m = rng.random((n, dimension)).astype(dtype), rng.random(n).astype(dtype)
+    kernel = mollis.Kernel(kernels.newtonian(), mollifiers.compact(2, 4), 0.01, dimension, dtype=dtype)
+    lower = np.array([[3.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 0.0, 0.0]])[:, :dimension]
+    upper = np.array([[4.0, 1.0, 1.0], [1.5, 1.0, 1.0], [0.0, 1.0, 1.0]])[:, :dimension]
+    far, near, none = mollis.essential(kernel, x, m, np.stack([lower, upper], axis=1), tolerance)
+    assert len(none.masses) == 0 and len(far.masses) < len(near.masses) < n
+    kept = near.origins >= 0
+    np.testing.assert_array_equal(near.positions[kept], x[near.origins[kept]])
+    for found, a, b in zip((far, near), lower, upper):
+        targets = (a + (b - a) * rng.random((50, dimension))).astype(dtype)
+        got = mollis.field(kernel, found.positions, found.masses, targets, gradient=True).gradient
+        want = mollis.field(kernel, x, m, targets, gradient=True).gradient
+        assert np.linalg.norm(got - want) < 2 * tolerance * np.linalg.norm(want)
+    radii = np.full(n, 0.01, dtype)
+    radii[7] = 5.0
+    (whole,) = mollis.essential(kernel, x, m, [[lower[0], upper[0]]], tolerance, radii=radii)
+    assert len(whole.masses) == n
+    with pytest.raises(mollis.Error, match="range"):
+        mollis.essential(kernel, x, m, [[lower[0], upper[0]]], 0.0)
+    with pytest.raises(ValueError, match="shape"):
+        mollis.essential(kernel, x, m, [lower[0], upper[0]], tolerance)

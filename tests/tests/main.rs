@@ -7,6 +7,7 @@ mod blob_run;
 mod border;
 mod boundary_abi;
 mod diagnostics_abi;
+mod essential;
 mod field_bounds;
 mod field_ranges;
 mod field_skips;

@@ -15,7 +15,7 @@ const COMPACT: Mollifier = Mollifier::Compact { order: 4, exponent: 4 };
 
 /// Points of a kind.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Points {
+pub(crate) enum Points {
     Uniform,
     Normal,
     Sphere,
@@ -26,10 +26,10 @@ enum Points {
     Fractal,
 }
 
-const POINTS: [Points; 6] =
+pub(crate) const POINTS: [Points; 6] =
     [Points::Uniform, Points::Normal, Points::Sphere, Points::Line, Points::TwoScales, Points::Fractal];
 
-fn points<T: Real, const D: usize>(kind: Points, n: usize, seed: u64) -> Vec<[T; D]> {
+pub(crate) fn points<T: Real, const D: usize>(kind: Points, n: usize, seed: u64) -> Vec<[T; D]> {
     let mut numbers = Split(seed);
     let mut last = [0.2; D];
     let point = |k: usize| {
@@ -57,12 +57,12 @@ fn points<T: Real, const D: usize>(kind: Points, n: usize, seed: u64) -> Vec<[T;
     (0..n).map(point).map(|x| x.map(T::from_f64)).collect()
 }
 
-fn masses<T: Real>(n: usize, signed: bool) -> Vec<T> {
+pub(crate) fn masses<T: Real>(n: usize, signed: bool) -> Vec<T> {
     let mut numbers = Split(5);
     (0..n).map(|_| T::from_f64(numbers.uniform() - if signed { 0.5 } else { 0.0 })).collect()
 }
 
-fn with_kernel<T: Real, const D: usize, R>(
+pub(crate) fn with_kernel<T: Real, const D: usize, R>(
     terms: &[Term],
     (mollifier, delta): (Mollifier, f64),
     run: impl FnOnce(&Kernel<'_, T, D>) -> R,
@@ -71,12 +71,12 @@ fn with_kernel<T: Real, const D: usize, R>(
     run(&Kernel::prepare(memory.bytes(), terms, mollifier, T::from_f64(delta)).unwrap())
 }
 
-fn term(law: Law, coefficient: f64) -> Term {
+pub(crate) fn term(law: Law, coefficient: f64) -> Term {
     Term { law, coefficient }
 }
 
 /// Kernels that other methods don't serve, with a length of the order of the points'.
-fn kernels() -> [Vec<Term>; 5] {
+pub(crate) fn kernels() -> [Vec<Term>; 5] {
     let power = |exponent: f64| Law::Power { exponent };
     [
         vec![term(Law::Newtonian, 1.0)],

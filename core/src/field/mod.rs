@@ -27,4 +27,5 @@ pub use evaluate::evaluate;
 pub(crate) use evaluate::{drift, drift_bytes, flow};
 pub use options::{Accumulation, Method, Options, PairRadius, Reason};
 pub use plan::{Plan, plan};
-pub use problem::{Interaction, Outputs, Sources, Wanted};
+pub use problem::{Essential, Interaction, Outputs, PROXY, Sources, Wanted};
+pub use tree::{essential, essential_bytes};

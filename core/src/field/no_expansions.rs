@@ -1,7 +1,7 @@
 //! Firmware has no methods of expansions: this file stands for each of them.
 
 use super::options::Options;
-use super::problem::{Interaction, Outputs, Sources, Wanted};
+use super::problem::{Essential, Interaction, Outputs, Sources, Wanted};
 use crate::error::{Error, Result};
 use crate::exec::Run;
 use crate::real::Real;
@@ -45,6 +45,32 @@ pub(super) fn evaluate<T: Real, const D: usize>(
     _: &Options,
     _: (Sources<'_, T, D>, &[[T; D]]),
     _: Outputs<'_, T, D>,
+    _: &mut [u8],
+    _: &mut Run<'_>,
+) -> Result<()> {
+    Err(Error::Unsupported)
+}
+
+/// [`Error::Unsupported`].
+///
+/// # Errors
+/// That one.
+#[allow(dead_code, reason = "one of the two methods has it")]
+pub fn essential_bytes<T: Real, const D: usize>(_: &dyn Interaction<T, D>, _: usize, _: f64) -> Result<usize> {
+    Err(Error::Unsupported)
+}
+
+/// [`Error::Unsupported`].
+///
+/// # Errors
+/// That one.
+#[allow(dead_code, reason = "one of the two methods has it")]
+pub fn essential<T: Real, const D: usize>(
+    _: &dyn Interaction<T, D>,
+    _: Sources<'_, T, D>,
+    _: f64,
+    _: &[[[T; D]; 2]],
+    _: (&mut [u64], Option<Essential<'_, T, D>>),
     _: &mut [u8],
     _: &mut Run<'_>,
 ) -> Result<()> {

@@ -172,3 +172,17 @@ impl Wanted {
         if dimension == 1 && self.hessian { Self { laplacian: true, hessian: false, ..self } } else { self }
     }
 }
+
+/// The origin of a source that stands for several ([`super::essential`]).
+pub const PROXY: u64 = u64::MAX;
+
+/// Where essential sources go ([`super::essential`]), for all boxes one after the other.
+#[derive(Debug)]
+pub struct Essential<'a, T, const D: usize> {
+    /// Where they are.
+    pub positions: &'a mut [[T; D]],
+    /// Their masses.
+    pub masses: &'a mut [T],
+    /// Which of the sources each is, or [`PROXY`].
+    pub origins: Option<&'a mut [u64]>,
+}

@@ -1,6 +1,7 @@
 use core::ffi::{c_char, c_void};
 
 use crate::field::call::Ask;
+use crate::field::essential::{Boxes, Reduce};
 use crate::field::{mollis_field_counts, mollis_field_options};
 use crate::run::mollis_run;
 use crate::status::{mollis_status, status};
@@ -169,4 +170,59 @@ pub unsafe extern "C" fn mollis_field{d}_eval{f}(
     let ask = Ask::<{T}, {d}> { kernel, kernel_bytes, sources, targets, outputs, options };
     // SAFETY: the caller promises the crate's contract.
     unsafe { ask.evaluate(run, (workspace, workspace_bytes), counters) }
+}
+
+/// Bytes of workspace that mollis_field2_essential needs for the same kernel, sources and tolerance, wherever the workspace begins.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mollis_field{d}_essential_bytes{f}(
+    kernel: *const c_void,
+    kernel_bytes: usize,
+    sources: *const mollis_sources{d}{f},
+    tolerance: f64,
+    bytes: *mut usize,
+) -> mollis_status {
+    let ask = Reduce::<{T}, {d}> { kernel, kernel_bytes, sources: sources.cast(), tolerance };
+    // SAFETY: the caller promises the crate's contract.
+    status(unsafe { ask.bytes(bytes) })
+}
+
+/// Finds fewer sources that act as these do on all targets in a box: what a process sends to those that own the targets there, which add them to their own sources in any sum of the kernel, by
+/// whatever method. A tree's cells that are far from the box become proxies: masses at a few points (of a locally essential tree, Warren & Salmon 1992, the expansions).
+/// examples_c/mpi_blob.c exchanges particles so.
+///
+/// `boxes` [n_boxes]: lower and upper corner. A box whose lower corner is above the upper one along any axis has no targets, and nothing is essential for it. `starts` [n_boxes + 1] is overwritten with where those
+/// for each box begin in `positions`, `masses` and `origins` [room], and their number at its end. These are overwritten; `origins` (may be null) says which source each is, 2^64 - 1 for a proxy.
+/// With `positions` null and `room` 0 only `starts` is written. Never are there more for a box than sources.
+///
+/// Sources with core radii: those of a cell whose largest possible core reaches the box are kept. A source that was kept has its own radius (by its origin), a proxy may have any that sources have.
+///
+/// `tolerance`: of what is left out, in the l2 norm over targets in a box relative to that of sum_j |m_j| |K_j|, and the same of gradients; at least 1e-12, in single precision 1e-5. Whatever sum follows adds its own
+/// error.
+///
+/// Cost: a sort, the moments of the cells that are replaced, each once, and for each box a time proportional to what comes out; on one thread.
+///
+/// Refused: MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_OVERLAP, MOLLIS_ERR_NOT_FINITE, MOLLIS_ERR_DELTA (a core radius that is not positive), MOLLIS_ERR_OUT_OF_DOMAIN (the tolerance),
+/// MOLLIS_ERR_UNSUPPORTED (vector strengths; a kernel of the host's; core radii under an algebraic mollifier), MOLLIS_ERR_WORKSPACE_TOO_SMALL, MOLLIS_ERR_NOT_PREPARED and those of an unprepared kernel.
+/// MOLLIS_ERR_NO_ROOM: `room` is less than starts[n_boxes]; so much is written. MOLLIS_ERR_STOPPED.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mollis_field{d}_essential{f}(
+    kernel: *const c_void,
+    kernel_bytes: usize,
+    sources: *const mollis_sources{d}{f},
+    tolerance: f64,
+    n_boxes: usize,
+    boxes: *const [[{T}; {d}]; 2],
+    starts: *mut u64,
+    room: usize,
+    positions: *mut [{T}; {d}],
+    masses: *mut {T},
+    origins: *mut u64,
+    run: *const mollis_run,
+    workspace: *mut c_void,
+    workspace_bytes: usize,
+) -> mollis_status {
+    let ask = Reduce::<{T}, {d}> { kernel, kernel_bytes, sources: sources.cast(), tolerance };
+    let boxes = Boxes { n: n_boxes, corners: boxes, starts, room, positions, masses, origins };
+    // SAFETY: the caller promises the crate's contract.
+    unsafe { ask.find(boxes, run, (workspace, workspace_bytes)) }
 }

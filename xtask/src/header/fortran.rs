@@ -28,8 +28,9 @@ const HEAD: &str = "\
 ! * mollis_... are the C functions. Pointers that may be null are optional arguments; arrays are what they are in C, so that
 !   `double (*x)[2]` is `x(2, n)`;
 ! * without the prefix the same as subroutines, over both kinds of reals where their arguments tell them apart: sizes are
-!   default integers, a prepared kernel or a workspace is an array of bytes, and a status that nobody asks for stops the
-!   program where it is not MOLLIS_OK;
+!   default integers, a prepared kernel or a workspace is an array of bytes, a text is a character variable, padded with blanks,
+!   ..._init needs no size, and a status that nobody asks for stops the program where it is not MOLLIS_OK;
+! * status_text(status) says what a status means;
 ! * mollis_at(x) is the address of the first number of a variable with the attribute target, for members of structures.
 !
 ! Made from include/mollis.h by `cargo xtask header`: do not edit.
@@ -37,7 +38,7 @@ module mollis
   use, intrinsic :: iso_c_binding
   implicit none
   public
-  private :: tell, address_of
+  private :: tell, fill, address_of
 
 ";
 
@@ -110,23 +111,41 @@ const AT: &str = "
     if (size(bytes) > 0) address = c_loc(bytes)
   end function
 
+  ! A text of C, up to its end or that of its array; blanks follow.
+  subroutine fill(text, letters)
+    character(*), intent(out) :: text
+    character(kind=c_char), intent(in) :: letters(:)
+    integer :: k
+    text = ' '
+    do k = 1, min(len(text), size(letters))
+      if (letters(k) == c_null_char) exit
+      text(k:k) = letters(k)
+    end do
+  end subroutine
+
+  ! What a status means.
+  function status_text(status) result(text)
+    integer(c_int32_t), intent(in) :: status
+    character(:), allocatable :: text
+    character(kind=c_char), pointer :: letters(:)
+    integer :: n
+    call c_f_pointer(mollis_status_text(status), letters, [200])
+    n = 1
+    do while (letters(n) /= c_null_char)
+      n = n + 1
+    end do
+    allocate(character(n - 1) :: text)
+    call fill(text, letters)
+  end function
+
   ! Hands a status to the caller, or stops where it is an error.
   subroutine tell(code, status)
     integer(c_int32_t), intent(in) :: code
     integer(c_int32_t), intent(out), optional :: status
-    character(kind=c_char), pointer :: letters(:)
-    type(c_ptr) :: text
-    integer :: n
     if (present(status)) then
       status = code
     else if (code /= MOLLIS_OK) then
-      text = mollis_status_text(code)
-      call c_f_pointer(text, letters, [200])
-      n = 1
-      do while (letters(n) /= c_null_char)
-        n = n + 1
-      end do
-      print '(*(a))', 'mollis: ', letters(:n - 1)
+      print '(2a)', 'mollis: ', status_text(code)
       error stop
     end if
   end subroutine
@@ -267,6 +286,11 @@ impl Declared {
         !self.is_const && self.name != "bytes"
     }
 
+    /// The lengths in Fortran's order.
+    fn reversed(&self) -> String {
+        self.dimensions.iter().rev().map(String::as_str).collect::<Vec<_>>().join(",")
+    }
+
     /// The declaration of a dummy argument of the C function.
     fn dummy(&self) -> Result<String> {
         if self.is_memory() {
@@ -285,8 +309,8 @@ impl Declared {
                     String::new()
                 }
             }
-            (_, true) if POINTS.contains(&self.name.as_str()) => format!("({})", self.dimensions.join(",")),
-            (_, true) => format!("({},*)", self.dimensions.join(",")),
+            (_, true) if POINTS.contains(&self.name.as_str()) => format!("({})", self.reversed()),
+            (_, true) => format!("({},*)", self.reversed()),
             _ if one => String::new(),
             _ => "(*)".to_owned(),
         };
@@ -325,11 +349,9 @@ fn c_function(function: &Function, out: &mut String) -> Result<()> {
     Ok(())
 }
 
-/// Whether there is a subroutine for it: it returns a status, and takes no text.
+/// Whether there is a subroutine for it: it returns a status.
 fn has_thin_layer(function: &Function) -> bool {
     function.result == "mollis_status"
-        && !function.name.ends_with("_init")
-        && function.arguments.iter().all(|argument| argument.kind != "char")
 }
 
 /// What is behind the prefix.
@@ -364,10 +386,22 @@ fn generics(functions: &[&Function], out: &mut String) -> Result<()> {
 /// The function as a subroutine.
 fn subroutine(function: &Function, out: &mut String) -> Result<()> {
     let (mut dummies, mut declarations, mut actual) = (Vec::new(), Vec::new(), Vec::new());
+    let mut texts = Vec::new();
     let mut arguments = function.arguments.iter().peekable();
     while let Some(argument) = arguments.next() {
         let name = &argument.name;
-        if argument.is_memory()
+        if function.name.ends_with("_init") && argument.kind == "size_t" {
+            // The size of the structure before it.
+            actual.push(format!("c_sizeof({})", dummies.last().context("no structure")?));
+        } else if argument.kind == "char" {
+            arguments.next().context("a text has no length")?;
+            dummies.push(name.clone());
+            declarations.push(format!("character(*), intent(out) :: {name}"));
+            declarations.push(format!("character(kind=c_char) :: c_{name}(len({name}) + 1)"));
+            actual.push(format!("c_{name}"));
+            actual.push(format!("size(c_{name}, kind=c_size_t)"));
+            texts.push(name.clone());
+        } else if argument.is_memory()
             && let Some(size) = arguments.next_if(|next| next.kind == "size_t" && next.stars == 0)
         {
             let _ = size;
@@ -393,7 +427,13 @@ fn subroutine(function: &Function, out: &mut String) -> Result<()> {
     for declaration in &declarations {
         statement(out, 4, declaration);
     }
+    for text in &texts {
+        writeln!(out, "    c_{text} = c_null_char")?;
+    }
     statement(out, 4, &format!("call tell({}({}), status)", function.name, actual.join(", ")));
+    for text in &texts {
+        writeln!(out, "    call fill({text}, c_{text})")?;
+    }
     out.push_str("  end subroutine\n");
     Ok(())
 }

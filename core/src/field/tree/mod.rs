@@ -29,6 +29,7 @@
 mod alone;
 mod basis;
 mod cells;
+mod essential;
 mod levels;
 mod near;
 mod operators;
@@ -47,6 +48,7 @@ use crate::sort::words::BUCKETS;
 use alone::{Alone, SAMPLE, fill_sample, mean_sizes};
 use basis::Basis;
 use cells::{Cells, DEPTH, Limits, STACK, TARGETS, Words, index};
+pub use essential::{essential, essential_bytes};
 use levels::{AtLevel, FIRST, Far, Operators, Passes};
 use near::{Leaves, Scratch, TASK};
 use operators::{Allowed, Nodes};
