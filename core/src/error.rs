@@ -79,6 +79,7 @@ errors! {
     45 Generator c"the random generator reported an error" "The user's random generator reported an error."
     46 Executor c"the executor did not run every task" "The executor did not run every task, ran them with more workers than it stated, or reported an error."
     47 Internal c"an invariant of the library is broken" "An invariant of the library is broken: please report it. Outputs are partly written."
+    48 NotConverged c"the iteration did not reach its tolerance" "An iteration did not reach its tolerance within the allowed number of iterations; the result is the last iterate."
 }
 
 impl core::fmt::Display for Error {

@@ -14,6 +14,7 @@ mod field_skips;
 mod fmm;
 mod grid;
 mod grid_abi;
+mod grid_variable;
 mod hessians;
 mod kernel_abi;
 mod kernel_oracle;

@@ -24,10 +24,12 @@ mod mesh;
 mod monopole;
 mod poisson;
 mod transform;
+mod variable;
 
 pub use fixed::MassScale;
 pub use mesh::{MAX_CELLS, Mesh};
 pub use monopole::Monopole;
+pub use variable::{Coefficients, Limits, Report, Variable};
 
 use crate::checked::Present;
 use crate::error::{Error, Result};

@@ -36,20 +36,20 @@ const WIDTH: usize = 16;
 
 /// The mesh in the solver's orientation.
 #[derive(Clone, Copy, Debug)]
-struct Shape {
-    kind: Kind,
+pub(super) struct Shape {
+    pub kind: Kind,
     /// The rows run along y.
-    along_y: bool,
+    pub along_y: bool,
     /// Cells along a row.
-    n: usize,
+    pub n: usize,
     /// Cells across the rows, which are numbered 0 to m.
-    m: usize,
+    pub m: usize,
     /// Distance between rows in the array, a multiple of WIDTH.
-    pitch: usize,
+    pub pitch: usize,
 }
 
 impl Shape {
-    fn of<T: Real>(mesh: &Mesh<T>, equation: &Equation<T>) -> Self {
+    pub fn of<T: Real>(mesh: &Mesh<T>, equation: &Equation<T>) -> Self {
         let [nx, ny] = mesh.cells();
         // The cost of transforming all rows, per node. Ties choose x, the direction of the arrays.
         let along_y = cost(ny) / ny.max(1) < cost(nx) / nx.max(1);
@@ -64,13 +64,13 @@ impl Shape {
     }
 
     /// Mesh widths along and across the rows.
-    fn spacing<T: Real>(&self, mesh: &Mesh<T>) -> [T; 2] {
+    pub fn spacing<T: Real>(&self, mesh: &Mesh<T>) -> [T; 2] {
         let [h, k] = mesh.spacing();
         if self.along_y { [k, h] } else { [h, k] }
     }
 
     /// Whether the values of row `s` are unknown.
-    fn is_unknown(&self, s: usize) -> bool {
+    pub fn is_unknown(&self, s: usize) -> bool {
         match self.kind {
             Kind::Sine => 0 < s && s < self.m,
             Kind::Cosine => s <= self.m,
@@ -190,14 +190,78 @@ impl<'w, T: Real> Solver<'w, T> {
             self.border.fill(&shape, mesh, monopole, 0);
             self.ghosts.fill(&shape, mesh, monopole, 1);
         }
+        let words = words.get(..words.len().saturating_sub(TAIL)).present()?;
+        self.run(mesh, equation, Density::Words(words), resources)
+    }
+
+    /// Overwrites the values by z, which vanishes on a free border: -Laplacian(z) + k^2 z = `residual`, an array in the layout of the values that holds
+    /// integrals over the cells of the nodes. The border values are those that [`Solver::take_border`] left.
+    pub(super) fn precondition(
+        &mut self,
+        mesh: &Mesh<T>,
+        equation: &Equation<T>,
+        residual: &[T],
+        resources: Resources<'_>,
+    ) -> Result<()> {
+        self.run(mesh, equation, Density::Residual(residual), resources)
+    }
+
+    /// Writes the potential of `monopole` on a free border into `values`, prepares the differences there, and leaves border values of zero.
+    pub(super) fn take_border(&mut self, mesh: &Mesh<T>, monopole: &Monopole<T>, values: &mut [T]) {
+        let shape = self.shape;
+        if shape.kind == Kind::Cosine {
+            return;
+        }
+        self.border.fill(&shape, mesh, monopole, 0);
+        self.ghosts.fill(&shape, mesh, monopole, 1);
+        let Frame { ends: [first, last], rows: [low, high] } = &mut self.border;
+        for (s, row) in values.chunks_mut(shape.pitch.max(1)).enumerate() {
+            if s == 0 || s == shape.m {
+                let line = if s == 0 { &*low } else { &*high };
+                row.iter_mut().zip(line.iter()).for_each(|(value, &border)| *value = border);
+                continue;
+            }
+            for (t, line) in [(0, &*first), (shape.n, &*last)] {
+                if let (Some(value), Some(&border)) = (row.get_mut(t), line.get(s)) {
+                    *value = border;
+                }
+            }
+        }
+        for line in [first, last, low, high] {
+            line.fill(T::ZERO);
+        }
+    }
+
+    /// The values, in rows of the shape's pitch.
+    pub(super) fn values(&self) -> &[T] {
+        self.values
+    }
+
+    /// As [`Solver::values`].
+    pub(super) fn values_mut(&mut self) -> &mut [T] {
+        self.values
+    }
+
+    /// The three phases.
+    fn run(
+        &mut self,
+        mesh: &Mesh<T>,
+        equation: &Equation<T>,
+        density: Density<'_, T>,
+        resources: Resources<'_>,
+    ) -> Result<()> {
+        let shape = self.shape;
         let [h, k] = shape.spacing(mesh);
         let norm = T::TWO / T::from_usize(shape.n);
-        let words = words.get(..words.len().saturating_sub(TAIL)).present()?;
+        let unit = match density {
+            Density::Words(_) => -T::ONE.ldexp(-BITS),
+            Density::Residual(_) => T::ONE,
+        };
         let data = Data {
             shape,
-            words,
+            density,
             // K^2 over the cell's area H K.
-            per_unit: -T::ONE.ldexp(-BITS) * (k / h) * norm,
+            per_unit: unit * (k / h) * norm,
             ends: [&*self.border.ends[0], &*self.border.ends[1]],
             rows: [&*self.border.rows[0], &*self.border.rows[1]],
             end_factor: (k / h) * (k / h) * norm,
@@ -392,11 +456,20 @@ enum Phase {
     Backward,
 }
 
+/// What a node's cell holds.
+#[derive(Clone, Copy)]
+enum Density<'a, T> {
+    /// Masses in units, in the order of the mesh; the equation has the sign of Laplacian(u) = density.
+    Words(&'a [i64]),
+    /// Numbers in the layout of the values; the equation has the sign of -Laplacian(u) = density.
+    Residual(&'a [T]),
+}
+
 /// The parts of the right-hand side, and the border values of the solution.
 #[derive(Clone, Copy)]
 struct Data<'a, T> {
     shape: Shape,
-    words: &'a [i64],
+    density: Density<'a, T>,
     per_unit: T,
     ends: [&'a [T]; 2],
     rows: [&'a [T]; 2],
@@ -502,12 +575,22 @@ impl<T: Real> Data<'_, T> {
                 self.load_sharpened(s, r, a);
                 continue;
             }
-            let words = self.words.get(s * row_step..).present_or_default();
             // A wall node has half a cell, so the same mass is twice the density.
             let wall = kind == Kind::Cosine && (s == 0 || s == m);
             let per_unit = if wall { T::TWO * self.per_unit } else { self.per_unit };
-            for (element, &word) in a.iter_mut().zip(words.iter().step_by(step.max(1))) {
-                put(element, r, T::from_f64(exact(word)) * per_unit);
+            match self.density {
+                Density::Words(words) => {
+                    let words = words.get(s * row_step..).present_or_default();
+                    for (element, &word) in a.iter_mut().zip(words.iter().step_by(step.max(1))) {
+                        put(element, r, T::from_f64(exact(word)) * per_unit);
+                    }
+                }
+                Density::Residual(values) => {
+                    let values = values.get(s * self.shape.pitch..).present_or_default();
+                    for (element, &value) in a.iter_mut().zip(values) {
+                        put(element, r, value * per_unit);
+                    }
+                }
             }
             match kind {
                 Kind::Cosine => {
@@ -543,11 +626,12 @@ impl<T: Real> Data<'_, T> {
         let Shape { kind, along_y, n, m, .. } = self.shape;
         let (step, row_step) = if along_y { (m + 1, 1) } else { (1, n + 1) };
         let walls = kind == Kind::Cosine;
+        let Density::Words(words) = self.density else { return };
         // Beyond a wall the index is mirrored. A wall node has half a cell.
         let mirrored = |at: usize, n: usize| if at > n { 2 * n - at } else { at };
         let doubled = |at: usize, n: usize| if walls && (at == 0 || at == n) { T::TWO } else { T::ONE };
         let density = |t: usize, s: usize| {
-            let word = self.words.get(s * row_step + t * step).copied().unwrap_or(0);
+            let word = words.get(s * row_step + t * step).copied().unwrap_or(0);
             T::from_f64(exact(word)) * (self.per_unit * doubled(t, n) * doubled(s, m))
         };
         let (below, above) = (s.abs_diff(1), mirrored(s + 1, m));

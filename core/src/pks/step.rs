@@ -14,7 +14,7 @@ use crate::checked::Present;
 use crate::error::{Error, Result};
 use crate::exec::{Resources, Run};
 use crate::field::{self, Interaction, Outputs, Sources, Wanted};
-use crate::grid::{Grid, MassScale, Walls};
+use crate::grid::{Grid, Limits, MassScale, Variable, Walls};
 use crate::memory::{Carve, Measure, Space};
 use crate::random::Generator;
 use crate::real::{Real, Scalar};
@@ -34,6 +34,10 @@ pub enum Attraction<'a, 'g, T: Real> {
     /// With [`Heavy`], not in a box, heavy particles act pair by pair, both ways and at every distance; a stream of random numbers is drawn
     /// for them once more, after all particles.
     Mesh(&'a mut Grid<'g, T>, Option<&'a Heavy<'a, T>>),
+    /// The field of a mesh in a medium, div(G grad c) - k^2 c (Zhelezov & Fatkullin, (1.2), Section 4.6), as [`Attraction::Mesh`] without heavy particles. Clusters
+    /// have the index (4.30) with gamma = [`Options::gamma`] / G at their centres, which is 1 / (2 pi G) by default. A solve that does not reach its limits ends the step with
+    /// [`Error::NotConverged`].
+    Medium(&'a mut Variable<'g, T>, Limits<T>),
 }
 
 impl<T: Real> core::fmt::Debug for Attraction<'_, '_, T> {
@@ -43,6 +47,7 @@ impl<T: Real> core::fmt::Debug for Attraction<'_, '_, T> {
             Attraction::Sum(..) => "Sum",
             Attraction::Mesh(_, None) => "Mesh",
             Attraction::Mesh(_, Some(_)) => "Mesh and heavy pairs",
+            Attraction::Medium(..) => "Medium",
         })
     }
 }
@@ -53,6 +58,23 @@ impl<'a, T: Real> Attraction<'a, '_, T> {
     pub fn summed(&self) -> Summed<'a, T> {
         match *self {
             Attraction::Sum(kernel, options) => Some((kernel, options)),
+            _ => None,
+        }
+    }
+
+    /// The mesh's field, if there is one.
+    fn grid(&self) -> Option<&Grid<'_, T>> {
+        match self {
+            Attraction::Mesh(grid, _) => Some(grid),
+            Attraction::Medium(field, _) => Some(field.grid()),
+            _ => None,
+        }
+    }
+
+    /// Where G varies, if it does.
+    fn medium(&self) -> Option<&Variable<'_, T>> {
+        match self {
+            Attraction::Medium(field, _) if build::MESHES => Some(field),
             _ => None,
         }
     }
@@ -208,8 +230,10 @@ pub fn step<T: Real>(
         return layout.commit(workspace, state, n, dt, to, None);
     }
     let before = (part(state.positions, n)?, part(state.masses, n)?, part(state.labels, n)?);
+    // In a medium the largest gamma, which bounds what may collide; the search knows those of clusters.
+    let gamma = attraction.medium().map_or(options.gamma, |field| options.gamma / field.least_diffusivity());
     let mut criterion = Criterion::new(
-        Constants { chi: options.chi, noise: options.noise, gamma: options.gamma },
+        Constants { chi: options.chi, noise: options.noise, gamma },
         options.law,
         options.merging,
         options.probability,
@@ -219,7 +243,7 @@ pub fn step<T: Real>(
     // Section 3.2 (1): clusters.
     let attracted = !matches!(attraction, Attraction::None) && options.chi != T::ZERO;
     let Searched { found, total, largest } =
-        layout.search(workspace, &mut criterion, before, counters.step, attracted)?;
+        layout.search(workspace, &mut criterion, before, counters.step, attracted.then_some(&attraction))?;
     if let Some(clusters) = found {
         Report { searches: 1, clusters: clusters as u64, ..Report::default() }.add_to(&mut report);
     }
@@ -308,7 +332,7 @@ impl<T: Real> Layout<'_, T> {
         criterion: &mut Criterion<T>,
         (positions, masses, _): (&[[T; 2]], &[T], &[u64]),
         step: u64,
-        attracted: bool,
+        attraction: Option<&Attraction<'_, '_, T>>,
     ) -> Result<Searched<T>> {
         // Sizes before data. Not moved, as stacks may be short.
         let mut arrays = self.open(workspace);
@@ -322,13 +346,15 @@ impl<T: Real> Layout<'_, T> {
         queue.clear();
         found.clear();
         let unit = criterion.units.mass;
-        if positions.len() < 2 || !attracted || criterion.impossible(largest * unit, total * unit) {
-            return Ok(Searched { found: None, total, largest });
+        let none = Searched { found: None, total, largest };
+        let Some(attraction) = attraction else { return Ok(none) };
+        if positions.len() < 2 || criterion.impossible(largest * unit, total * unit) {
+            return Ok(none);
         }
         if !in_range {
             return Err(Error::OutOfDomain);
         }
-        let particles = Particles { positions, masses, smallest };
+        let particles = Particles { positions, masses, smallest, medium: attraction.medium() };
         search::find(&self.options.search, criterion, &mesh, particles, self.resources, found)?;
         if !found.is_empty() {
             recorded.fill(0);
@@ -357,7 +383,7 @@ impl<T: Real> Layout<'_, T> {
         let mut limited;
         let mut options = self.options;
         if build::MESHES
-            && let Attraction::Mesh(grid, _) = &attraction
+            && let Some(grid) = attraction.grid()
         {
             let [h, k] = grid.mesh().spacing();
             limited = *options;
@@ -371,7 +397,7 @@ impl<T: Real> Layout<'_, T> {
         let force = if attracted && !positions.is_empty() { &mut attraction } else { &mut Attraction::None };
         move_particles(&moving, total, moved, force, generator, Buffers { gradient, field, close }, run, report)?;
         if build::MESHES
-            && let Attraction::Mesh(grid, _) = &attraction
+            && let Some(grid) = attraction.grid()
             && grid.equation().walls == Walls::NoFlux
         {
             // Sub-steps beyond a wall were made in the mirrored field: folding the end is reflecting the path.
@@ -508,6 +534,18 @@ fn move_particles<T: Real>(
             }
             (made, 1)
         }
+        (false, Attraction::Medium(field, limits)) => {
+            stop(run)?;
+            solve_in_medium(field, limits, scale()?, (moving.positions, moving.masses), resources)?;
+            fields += 1;
+            stop(run)?;
+            let grid = field.grid();
+            let gradient = |points: &[[T; 2]], out: &mut [[T; 2]], _: &mut [T]| {
+                grid.interpolate_here(points, out, resources.level);
+            };
+            let field = Frozen { gradient: &gradient, others: &[] };
+            (motion::frozen(moving, Some(&field), generator, moved, resources)?, 1)
+        }
         (fixed, force) => {
             // Its plan is for the particles alive.
             let plan = force.summed().map(|(kernel, field)| sum_plan(kernel, n, field)).transpose()?;
@@ -522,6 +560,10 @@ fn move_particles<T: Real>(
                             Some(picked) => picked.gradient(grid, particles, slopes, resources),
                             None => grid.interpolate(points, slopes, resources),
                         }
+                    }
+                    (Attraction::Medium(field, limits), _) => {
+                        solve_in_medium(field, limits, scale()?, (points, moving.masses), resources)?;
+                        field.grid().interpolate(points, slopes, resources)
                     }
                     (Attraction::Sum(kernel, _), Some(plan)) => {
                         let outputs = Outputs { gradient: Some(slopes), ..Outputs::default() };
@@ -564,6 +606,19 @@ fn solve<'h, T: Real>(
     }
     grid.solve(resources)?;
     Ok(picked)
+}
+
+/// Solves for the field of all particles.
+fn solve_in_medium<T: Real>(
+    field: &mut Variable<'_, T>,
+    limits: &Limits<T>,
+    scale: MassScale,
+    (positions, masses): (&[[T; 2]], &[T]),
+    resources: Resources<'_>,
+) -> Result<()> {
+    field.begin(scale);
+    field.add(positions, masses, resources)?;
+    field.solve(limits, resources).map(|_| ())
 }
 
 /// The first `n` elements.

@@ -105,7 +105,7 @@ impl<'w> Buckets<'w> {
         resources: Resources<'_>,
         (words, shared): (&mut [u64], &mut [u8]),
     ) -> Result<()> {
-        let Particles { positions, masses, smallest } = particles;
+        let Particles { positions, masses, smallest, .. } = particles;
         let n = positions.len();
         let blocks = n.div_ceil(BLOCK);
         let beyond = KeyLayout::new(n);
@@ -528,7 +528,8 @@ mod tests {
         let mut buckets = Buckets::layout(&mut Carve::reopen(&mut memory[start..]).unwrap(), n);
         for step in 0..10 {
             let mesh = Mesh::new(&Search::default(), &extent, step, 1.0);
-            let particles = Particles { positions: &positions, masses: &masses, smallest: extent.smallest };
+            let particles =
+                Particles { positions: &positions, masses: &masses, smallest: extent.smallest, medium: None };
             let (mut words, mut shared) = (vec![0; n], vec![0; n]);
             buckets.sort(&mesh, &criterion, particles, Resources::default(), (&mut words, &mut shared)).unwrap();
             let bound = buckets.bound(&mesh, extent.smallest);

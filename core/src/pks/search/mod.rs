@@ -34,6 +34,7 @@ use crate::build;
 use crate::checked::Present;
 use crate::error::{Error, Result};
 use crate::exec::Resources;
+use crate::grid::Variable;
 use crate::memory::Space;
 use crate::real::Real;
 use crate::sort::words as sort;
@@ -77,7 +78,7 @@ pub struct Cluster<T> {
     pub first: usize,
     /// How many particles it has, at least 2.
     pub count: usize,
-    /// What its index depends on.
+    /// What its index depends on. In a medium `pairs` is multiplied by the smallest G over that at the centre, so that the index has the gamma of the place (4.30).
     pub group: Group<T>,
     /// Its second moment Y of (2.20): `(1 / M) sum m |x - c|^2`.
     pub moment: T,
@@ -175,13 +176,15 @@ impl<'w, T: Real> Scratch<'w, T> {
 
 /// What is searched.
 #[derive(Clone, Copy, Debug)]
-pub struct Particles<'a, T> {
+pub struct Particles<'a, T: Real> {
     /// Where they are.
     pub positions: &'a [[T; 2]],
     /// Their masses, as many.
     pub masses: &'a [T],
     /// The smallest mass, or less.
     pub smallest: T,
+    /// The medium, if gamma depends on the place. The criterion's is then that of the smallest G.
+    pub medium: Option<&'a Variable<'a, T>>,
 }
 
 /// Finds the clusters of particles that may collide; the result is in `scratch`.
@@ -200,7 +203,7 @@ pub fn find<T: Real>(
 ) -> Result<()> {
     scratch.clear();
     scratch.stack.height = 0;
-    let Particles { positions, masses, .. } = particles;
+    let Particles { positions, masses, medium, .. } = particles;
     let n = positions.len();
     if n < 2 {
         return Ok(());
@@ -223,6 +226,7 @@ pub fn find<T: Real>(
         words,
         positions,
         masses,
+        medium,
         shared,
         bound: bound.as_ref(),
         found,

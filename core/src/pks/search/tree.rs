@@ -7,7 +7,9 @@ use super::moments::Moments;
 use super::order::particle;
 use crate::build;
 use crate::checked::Present;
+use crate::grid::Variable;
 use crate::pks::collision::{Criterion, Units};
+use crate::pks::theory::Group;
 use crate::real::Real;
 
 /// Particles whose moments are summed together: few roundings, and they are in the nearest cache for the second pass.
@@ -78,7 +80,7 @@ impl<T: Real> Stack<'_, T> {
 }
 
 /// What closing a node needs.
-pub struct Tree<'a, 'w, T> {
+pub struct Tree<'a, 'w, T: Real> {
     pub mesh: &'a Mesh<T>,
     /// eta s^2 of the cells of each level.
     pub areas: Areas<T>,
@@ -86,6 +88,7 @@ pub struct Tree<'a, 'w, T> {
     pub words: &'a [u64],
     pub positions: &'a [[T; 2]],
     pub masses: &'a [T],
+    pub medium: Option<&'a Variable<'a, T>>,
     /// Levels that each particle shares with the one before it, where anything is asked of it: not within a leaf without pairs.
     pub shared: &'a [u8],
     /// Of what spans whole buckets, if there are any.
@@ -245,6 +248,14 @@ impl<T: Real> Tree<'_, '_, T> {
             return;
         }
         let moment = *spread / group.mass;
+        let group = &match self.medium {
+            Some(medium) if build::MESHES => {
+                let at = centre.map(|x| x / self.criterion.units.length);
+                let weaker = (medium.least_diffusivity() / medium.diffusivity_at(at)).min(T::ONE);
+                Group { pairs: group.pairs * weaker, ..*group }
+            }
+            _ => *group,
+        };
         if !self.criterion.collidable(group, moment) {
             return;
         }
