@@ -17,13 +17,13 @@ from ._blob import BlobRun, blob
 from ._declarations import VERSION as __version__
 from ._field import Counts, Essential, Field, essential, field, plan
 from ._library import Error, Status, set_threads
-from .grid import Mesh, MeshField
+from .grid import Medium, Mesh, MeshField
 from .kernels import Kernel
 from .mollifiers import Mollifier
 
 
 __all__ = [
     "__version__",
-    "BlobRun", "Counts", "Error", "Essential", "Field", "Kernel", "Mesh", "MeshField", "Mollifier", "Status",
+    "BlobRun", "Counts", "Error", "Essential", "Field", "Kernel", "Medium", "Mesh", "MeshField", "Mollifier", "Status",
     "blob", "diagnostics", "essential", "field", "kernels", "mollifiers", "pks", "plan", "random", "set_threads",
 ]  # fmt: skip

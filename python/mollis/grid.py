@@ -6,7 +6,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -37,6 +37,40 @@ class MeshField(NamedTuple):
     """Sources outside the mesh; they act through the total mass only."""
 
 
+@dataclass(frozen=True, eq=False)
+class Medium:
+    """Coefficients that depend on the place: div(G grad u) - k^2 u = density, with G > 0 and k^2 >= 0 at the nodes of
+    a mesh, arrays (ny + 1, nx + 1).
+
+        >>> medium = mollis.Medium(np.where(x**2 + y**2 < 1, 10.0, 1.0))
+        >>> mollis.Mesh((-3, -3), (3, 3), (128, 128), medium=medium)
+
+    The solve ends at the relative residual `tolerance` (choose 1e-4 for float32) or, with `mollis.Error`
+    NOT_CONVERGED, after so many `iterations`; then `report` holds the iterations made and the residual reached. Without
+    walls G and k^2 have to be the same everywhere on the border.
+    """
+
+    diffusivity: ArrayLike
+    decay: ArrayLike | None = None
+    tolerance: float = 1e-10
+    iterations: int = 100
+    report: NDArray[np.float64] = field(default_factory=lambda: np.zeros(2), init=False)
+
+    def _struct(self, shape: tuple[int, int]) -> tuple[Any, ...]:
+        """The structure, and the arrays that have to live as long."""
+        to, kept = ffi.new("mollis_medium2 *"), []
+        for name, values in (("diffusivity", self.diffusivity), ("decay", self.decay)):
+            if values is not None:
+                array = np.ascontiguousarray(values, np.float64)
+                if array.shape != shape:
+                    raise ValueError(f"{name} has shape {array.shape}, not {shape}")
+                kept.append(ffi.from_buffer("double[]", array))
+                setattr(to, name, kept[-1])
+        to.tolerance, to.iterations = self.tolerance, self.iterations
+        to.report = ffi.cast("double (*)[2]", ffi.from_buffer("double[]", self.report))
+        return to, *kept
+
+
 @dataclass(frozen=True)
 class Mesh:
     """A rectangle cut into equal cells, and the equation that is solved on it: Laplacian(u) - screening^2 u =
@@ -45,7 +79,7 @@ class Mesh:
         >>> mollis.Mesh(lower=(-1, -1), upper=(1, 1), cells=(64, 64), walls="no-flux")
 
     `walls` is "free", "free-quadrupole" (free space with the second moments of the mass) or "no-flux"; `order` 2 or 4
-    is how fast the error falls with the mesh width.
+    is how fast the error falls with the mesh width. With a `medium` the equation is its own: no screening, order 2.
     """
 
     lower: tuple[float, float]
@@ -54,8 +88,10 @@ class Mesh:
     walls: str = "free"
     screening: float = 0.0
     order: int = 2
+    medium: Medium | None = None
 
-    def _structs(self) -> tuple[Any, Any]:
+    def _structs(self) -> tuple[Any, ...]:
+        """Mesh and options, and what has to live as long."""
         mesh, options = ffi.new("mollis_mesh2 *"), ffi.new("mollis_grid2_options *")
         mesh.lower, mesh.upper, mesh.cells = tuple(self.lower), tuple(self.upper), tuple(self.cells)
         _library.check(_library.lib.mollis_grid2_options_init(options, ffi.sizeof("mollis_grid2_options")))
@@ -64,7 +100,11 @@ class Mesh:
             self.screening,
             self.order,
         )
-        return mesh, options
+        kept: tuple[Any, ...] = ()
+        if self.medium is not None:
+            kept = self.medium._struct((self.cells[1] + 1, self.cells[0] + 1))
+            options.medium = kept[0]
+        return mesh, options, *kept
 
     def field(
         self, positions: ArrayLike, masses: ArrayLike, targets: ArrayLike | None = None, *,
@@ -94,7 +134,7 @@ class Mesh:
             if array is not None and not array.flags.c_contiguous:
                 raise ValueError(f"{name} has to be without gaps")
         total, outside = np.empty(3, api.dtype), ffi.new("uint64_t *")
-        mesh, options = self._structs()
+        mesh, options, *_medium = self._structs()
         with _library.frame(_library.executor(threads)) as frame:
             (sources, where, _), outputs = frame.sums(api), frame.new(api.name("grid#_outputs"))
             sources.n = len(x)

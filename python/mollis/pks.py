@@ -148,7 +148,7 @@ class Particles:
         elif isinstance(attraction, Mesh):
             to.kind, to.heavy = lib.MOLLIS_PKS_ATTRACTION_MESH, heavy
             kept = attraction._structs()
-            to.mesh, to.grid = kept
+            to.mesh, to.grid, *_ = kept
         elif isinstance(attraction, Kernel):
             to.kind, to.tolerance, kernel = lib.MOLLIS_PKS_ATTRACTION_SUM, tolerance, attraction
         else:

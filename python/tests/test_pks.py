@@ -232,6 +232,29 @@ def test_screening_and_walls(rng):
         mollis.Mesh((-2, -2), (2, 2), (64, 64), walls="periodic").field(x, m)
 
 
+def test_a_medium(rng):
+    """An even medium of G = 4 has a quarter of the field; the index of a pair has the gamma of its place."""
+    x, m = 0.3 * rng.standard_normal((200, 2)), rng.random(200)
+    rectangle = ((-2, -2), (2, 2), (40, 48))
+    plain = mollis.Mesh(*rectangle).field(x, m, gradient=True).gradient
+    even = mollis.Medium(np.full((49, 41), 4.0))
+    field = mollis.Mesh(*rectangle, medium=even).field(x, m, gradient=True).gradient
+    np.testing.assert_allclose(4 * field, plain, rtol=0, atol=1e-9 * np.abs(plain).max())
+    assert even.report[0] <= 2 and even.report[1] <= 1e-10
+    g = np.ones((49, 41))
+    g[20:30, 10:20] = 10.0
+    short = mollis.Medium(g, np.ones((49, 41)), iterations=2)
+    with pytest.raises(mollis.Error) as caught:
+        mollis.Mesh(*rectangle, medium=short).field(x, m, gradient=True)
+    assert caught.value.status == mollis.Status.NOT_CONVERGED and short.report[0] == 2
+    with pytest.raises(ValueError, match="diffusivity"):
+        mollis.Mesh(*rectangle, medium=mollis.Medium(np.ones((41, 49)))).field(x, m, gradient=True)
+    pair = np.array([[0.5, 0.5], [0.5 + 1e-9, 0.5]])
+    run = pks.Particles(pair, [1.0, 2.0], chi=1.0, noise=1e-3, attraction=mollis.Mesh(*rectangle, medium=even))
+    events = run.step(1e-6)
+    assert events.table["index"][0] == pytest.approx(-4 / (2 * np.pi * 4) / (4 * 1e-3), rel=1e-9)
+
+
 def test_closed_forms():
     """The critical mass, rates and shares of docs/pks.md, and the index of a pair."""
     known = pks.predict(mass=16 * np.pi, mu=1.0, chi=1.0, second_moment=3.0)

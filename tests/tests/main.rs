@@ -27,6 +27,7 @@ mod pair_radii;
 mod pks_abi;
 mod pks_heavy;
 mod pks_hitting;
+mod pks_medium;
 mod pks_search;
 mod pks_soft;
 mod pks_step;

@@ -38,6 +38,7 @@ impl Calls<'_, '_> {
             screening: self.draw.or_wild(screening),
             order,
             reserved: 0,
+            medium: std::ptr::null(),
         };
         self.options(options)
     }

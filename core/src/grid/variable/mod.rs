@@ -49,8 +49,9 @@
 //! **Gradients** are those of [`Grid`](super::Grid): centred differences, interpolated bilinearly. Within a mesh width of a jump of G, where the
 //! gradient jumps too, they are a mean of both sides.
 //!
-//! **What a particle feels of itself.** Where G varies, V(x, y) is not a function of x - y, and a particle's own field has a gradient at its place: about
-//! `-(m grad G / (4 pi G^2)) log(1/h)` on a mesh of width h. The sum of (1.3) is without it. It is small where many particles make the field.
+//! **What a particle feels of itself.** Where G varies, V(x, y) is `log|x - y| / (2 pi sqrt(G(x) G(y)))` near the diagonal, so a particle's own field has a gradient at
+//! its place: `(m grad G / (4 pi G^2)) log(1/h)` on a mesh of width h, and a constant. The sum of (1.3) is without it. It is small if many particles make the
+//! field, and not for a heavy particle in a gradient of G.
 
 mod iteration;
 mod scheme;
@@ -266,6 +267,11 @@ impl<'w, T: Real> Variable<'w, T> {
     /// As there.
     pub fn add(&mut self, positions: &[[T; 2]], masses: &[T], resources: Resources<'_>) -> Result<()> {
         self.grid.add(positions, masses, resources)
+    }
+
+    /// As [`Grid::locate_mass`]: a part of [`Variable::solve`], for who wants no more than the total mass.
+    pub fn locate_mass(&mut self) {
+        self.grid.locate_mass();
     }
 
     /// As [`Grid::words_mut`], for sums over ranks.

@@ -2,11 +2,11 @@
 
 use core::ffi::c_void;
 
-use mollis_core::grid::{Equation, Grid, Mesh};
 use mollis_core::memory::{Carve, Measure, Plain, Space};
 use mollis_core::{Error, Real, Result};
 
-use super::{equation, mollis_grid2_options, mollis_mesh2};
+use super::medium::Problem;
+use super::{mollis_grid2_options, mollis_mesh2};
 use crate::arrays::{Column, Extents, Points, Way, apart, fetch, gathered, gathered_column, of_structure};
 use crate::buffers::{Output, aligned, with_slack};
 use crate::field::call::{Places, read_targets};
@@ -42,8 +42,7 @@ pub(crate) struct Ask<T> {
 
 /// The arguments, checked as far as sizes and addresses go.
 struct Checked<T> {
-    mesh: Mesh<T>,
-    equation: Equation<T>,
+    problem: Problem<T>,
     positions: Points<T, 2>,
     masses: Column<T>,
     /// None: the sources.
@@ -80,12 +79,13 @@ where
         if !sources.radii.is_null() || sources.strengths.iter().any(|strength| !strength.is_null()) {
             return Err(Error::Unsupported);
         }
+        // SAFETY: passed on.
+        let problem = unsafe { Problem::read(mesh, &options)? };
         let (n, nodes) = (sources.n, mesh.nodes());
         // SAFETY: passed on.
         let Places { points: targets, n: n_targets, .. } = unsafe { read_targets(ask.targets, n)? };
         Ok(Self {
-            mesh,
-            equation: equation(&options)?,
+            problem,
             positions: Points::new(sources.positions.map(<*const T>::cast_mut), sources.stride, n)?,
             masses: Column::new(sources.masses.cast_mut(), sources.mass_stride, n)?,
             targets,
@@ -112,7 +112,7 @@ where
 
     /// Bytes of the grid's own workspace, and of all of it, wherever it begins.
     fn bytes(&self, workers: usize) -> Result<[usize; 2]> {
-        let own = Grid::workspace_bytes(&self.mesh, &self.equation, workers)?;
+        let own = self.problem.bytes(workers)?;
         Ok([own, with_slack(Measure::of(|space| self.layout(space, own).map(|_| ()))?)?])
     }
 
@@ -121,10 +121,14 @@ where
         outputs.add(self.gradient.iter().flat_map(Points::extents));
         outputs.add(self.node_mass.map(|o| o.range().into())).add(self.node_potential.map(|o| o.range().into()));
         outputs.add(self.node_gradient.map(|o| o.range().into())).add(self.total.map(|o| o.range().into()));
-        outputs.add(self.outside.map(|o| o.range().into()));
+        outputs.add(self.outside.map(|o| o.range().into())).add(self.problem.output().map(|o| o.range().into()));
         inputs.add(self.positions.extents()).add([self.masses.extent()]);
         inputs.add(self.targets.iter().flat_map(Points::extents));
-        inputs.add([of_structure(ask.mesh)?, of_structure(ask.sources)?, of_structure(ask.outputs)?]);
+        inputs.add(self.problem.inputs()).add([
+            of_structure(ask.mesh)?,
+            of_structure(ask.sources)?,
+            of_structure(ask.outputs)?,
+        ]);
         if !ask.targets.is_null() {
             inputs.add([of_structure(ask.targets)?]);
         }
@@ -188,16 +192,23 @@ where
             return Err(Error::NotFinite);
         }
         host.enter(|run| {
-            let mut grid = Grid::prepare(space.grid, checked.mesh, checked.equation, run.executor.workers())?;
+            // SAFETY: as above.
+            let mut field = unsafe { checked.problem.field(space.grid, run.executor.workers())? };
             let go_on = || if run.should_stop.is_some_and(|ask| ask()) { Err(Error::Stopped) } else { Ok(()) };
-            grid.deposit(sources, masses, run.resources())?;
+            field.deposit(sources, masses, run.resources())?;
+            let mut solved = Ok(());
             go_on()?;
             if checked.gradient.is_some() || checked.node_potential.is_some() || checked.node_gradient.is_some() {
-                grid.solve(run.resources())?;
+                solved = field.solve(run.resources());
+                // SAFETY: as above.
+                unsafe { field.tell() };
+                // The last iterate is a result.
+                solved = if solved == Err(Error::NotConverged) { solved } else { Ok(solved?) };
                 go_on()?;
             } else {
-                grid.locate_mass();
+                field.locate_mass();
             }
+            let grid = field.grid();
             // SAFETY: as above, for each output.
             unsafe {
                 if let Some(points) = checked.gradient {
@@ -226,7 +237,7 @@ where
                     out.slice().fill(grid.outside());
                 }
             }
-            Ok(())
+            solved
         })
     }
 }

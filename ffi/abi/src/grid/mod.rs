@@ -1,8 +1,10 @@
 //! Mesh fields: the mesh, and what is solved on it.
 
 pub(crate) mod call;
+pub(crate) mod medium;
 
 pub use call::GridOutputsOf;
+pub use medium::mollis_medium2;
 
 use mollis_core::grid::{Equation, Mesh, Order, Walls};
 use mollis_core::{Error, Real, Result};
@@ -64,9 +66,18 @@ pub struct mollis_grid2_options {
     pub order: i32,
     /// Ignored.
     pub reserved: i32,
+    /// The medium; null (the default): the same everywhere. With one, screening is 0, the order 2, and the walls are not MOLLIS_WALLS_FREE_QUADRUPOLE, else
+    /// MOLLIS_ERR_UNSUPPORTED.
+    pub medium: *const mollis_medium2,
 }
 
-options::options!(mollis_grid2_options { walls: MOLLIS_WALLS_FREE, screening: 0.0, order: 2, reserved: 0 });
+options::options!(mollis_grid2_options {
+    walls: MOLLIS_WALLS_FREE,
+    screening: 0.0,
+    order: 2,
+    reserved: 0,
+    medium: core::ptr::null()
+});
 
 pub(crate) fn equation<T: Real>(options: &mollis_grid2_options) -> Result<Equation<T>> {
     let walls = match options.walls {

@@ -1,20 +1,20 @@
 //! A caller's choice of a field on a mesh.
 
 use mollis_core::field;
-use mollis_core::grid::{Equation, Grid, Mesh};
 use mollis_core::kernel::Kernel;
 use mollis_core::pks::Heavy;
-use mollis_core::{Real, Result};
+use mollis_core::{Error, Real, Result};
 
 use super::mollis_pks_attraction;
-use crate::grid::{equation, mollis_mesh2};
+use crate::buffers::Range;
+use crate::grid::medium::{Field, Problem};
+use crate::grid::mollis_mesh2;
 use crate::kernel;
 use crate::options as structures;
 
 /// The mesh, its equation, and the kernel and least mass of heavy particles.
 pub(super) struct MeshChoice<'k, T: Real> {
-    mesh: Mesh<T>,
-    equation: Equation<T>,
+    problem: Problem<T>,
     heavy: Option<(Kernel<'k, T, 2>, T)>,
 }
 
@@ -24,31 +24,41 @@ impl<T: Real> MeshChoice<'_, T> {
     pub unsafe fn read(given: &mollis_pks_attraction) -> Result<Self> {
         // SAFETY: passed on.
         unsafe {
-            let (mesh, equation) = (mollis_mesh2::read(given.mesh)?, equation(&structures::read(given.grid)?)?);
+            let problem = Problem::read(mollis_mesh2::read(given.mesh)?, &structures::read(given.grid)?)?;
             let heavy = if given.heavy == 0.0 {
                 None
+            } else if problem.medium.is_some() {
+                return Err(Error::Unsupported);
             } else {
                 let kernel: Kernel<'_, T, 2> = kernel::open(given.kernel, given.kernel_bytes)?;
                 let mass = T::from_wide(given.heavy);
-                Heavy { kernel: &kernel, mass, core: kernel.delta() }.check(&equation)?;
+                Heavy { kernel: &kernel, mass, core: kernel.delta() }.check(&problem.equation)?;
                 Some((kernel, mass))
             };
-            Ok(Self { mesh, equation, heavy })
+            Ok(Self { problem, heavy })
         }
     }
 
-    /// Bytes of the grid.
+    /// Bytes of the field.
     pub fn bytes(&self, workers: usize) -> Result<usize> {
-        Grid::workspace_bytes(&self.mesh, &self.equation, workers)
+        self.problem.bytes(workers)
+    }
+
+    /// Where a medium's report goes.
+    pub fn output(&self) -> Option<Range> {
+        self.problem.output().map(|report| report.range())
     }
 
     /// The box that the mesh covers.
     pub fn domain(&self) -> [[T; 2]; 2] {
-        [self.mesh.lower(), self.mesh.upper()]
+        [self.problem.mesh.lower(), self.problem.mesh.upper()]
     }
 
-    pub fn grid<'w>(&self, memory: &'w mut [u8], workers: usize) -> Result<Grid<'w, T>> {
-        Grid::prepare(memory, self.mesh, self.equation, workers)
+    /// # Safety
+    /// The crate's contract for a medium's arrays.
+    pub unsafe fn field<'w>(&self, memory: &'w mut [u8], workers: usize) -> Result<Field<'w, T>> {
+        // SAFETY: passed on.
+        unsafe { self.problem.field(memory, workers) }
     }
 
     pub fn heavy(&self) -> Option<Heavy<'_, T>> {

@@ -4,11 +4,12 @@ use core::convert::Infallible;
 use core::marker::PhantomData;
 
 use mollis_core::field;
-use mollis_core::grid::Grid;
 use mollis_core::pks::Heavy;
 use mollis_core::{Error, Real, Result};
 
 use super::mollis_pks_attraction;
+use crate::buffers::Range;
+use crate::grid::medium::Field;
 
 /// Never there.
 pub(super) struct MeshChoice<'k, T: Real>(Infallible, PhantomData<(&'k (), T)>);
@@ -28,7 +29,13 @@ impl<T: Real> MeshChoice<'_, T> {
         match self.0 {}
     }
 
-    pub fn grid<'w>(&self, _memory: &'w mut [u8], _workers: usize) -> Result<Grid<'w, T>> {
+    pub fn output(&self) -> Option<Range> {
+        match self.0 {}
+    }
+
+    /// # Safety
+    /// None is needed.
+    pub unsafe fn field<'w>(&self, _memory: &'w mut [u8], _workers: usize) -> Result<Field<'w, T>> {
         match self.0 {}
     }
 

@@ -13,7 +13,7 @@ use super::meshes::{MeshChoice, SumOptions, has_heavy, sum_options};
 use super::options::*;
 
 use crate::arrays::fetch;
-use crate::buffers::{Input, Output, aligned, disjoint, with_slack};
+use crate::buffers::{Input, Output, Range, aligned, disjoint, with_slack};
 use crate::first_bad::first_bad;
 use crate::kernel;
 use crate::options as structures;
@@ -55,6 +55,14 @@ impl<T: Real> Chosen<'_, T> {
     fn summed(&self) -> Summed<'_, T> {
         match self {
             Self::Sum(kernel, options) => Some((kernel, options)),
+            _ => None,
+        }
+    }
+
+    /// Where a medium's report goes.
+    fn output(&self) -> Option<Range> {
+        match self {
+            Self::Mesh(choice) => choice.output(),
             _ => None,
         }
     }
@@ -148,7 +156,7 @@ where
     ///
     /// # Safety
     /// The crate's contract.
-    unsafe fn buffers(&self, host: &HostRun) -> Result<Buffers<T>> {
+    unsafe fn buffers(&self, host: &HostRun, told: Option<Range>) -> Result<Buffers<T>> {
         // SAFETY: the caller promises the crate's contract.
         let PksParticlesOf { room, positions, masses, labels, species } = unsafe { fetch(self.particles)? };
         let (positions, masses) = (Output::new(positions, room)?, Output::new(masses, room)?);
@@ -185,6 +193,7 @@ where
                 Some(memory.range()),
                 first_bad,
                 needed,
+                told,
             ],
             &[own_log.range(), own_particles.range(), kernel.range()],
         )?;
@@ -221,7 +230,7 @@ where
             _ => options,
         };
         // SAFETY: as above.
-        let buffers = unsafe { self.buffers(run)? };
+        let buffers = unsafe { self.buffers(run, chosen.output())? };
         // Without a grid the step finds out by itself whether the workspace is large enough.
         // SAFETY: as above.
         let mut memory = aligned(unsafe { buffers.memory.slice() });
@@ -275,14 +284,15 @@ where
         };
         let (own_memory, rest) = memory.split_at_mut_checked(own).ok_or(Error::WorkspaceTooSmall)?;
         let result = run.enter(|with| {
-            let (mut grid, heavy) = match chosen {
-                Chosen::Mesh(choice) => (Some(choice.grid(rest, with.executor.workers())?), choice.heavy()),
+            let (mut field, heavy) = match chosen {
+                // SAFETY: as above.
+                Chosen::Mesh(choice) => (Some(unsafe { choice.field(rest, with.executor.workers())? }), choice.heavy()),
                 _ => (None, None),
             };
             for number in 0..self.steps {
                 let attraction = match chosen {
                     Chosen::Mesh(_) => {
-                        grid.as_mut().map_or(Attraction::None, |grid| Attraction::Mesh(grid, heavy.as_ref()))
+                        field.as_mut().map_or(Attraction::None, |field| field.attraction(heavy.as_ref()))
                     }
                     Chosen::Sum(kernel, options) => Attraction::Sum(kernel, options),
                     _ => Attraction::None,
@@ -302,6 +312,10 @@ where
                     own_memory,
                     Setting { options, attraction, run: &mut *with, report: report.as_deref_mut() },
                 );
+                if let Some(field) = &field {
+                    // SAFETY: as above.
+                    unsafe { field.tell() };
+                }
                 match made {
                     Err(Error::NotFinite) if number > 0 => return Err(Error::BecameNotFinite),
                     Err(Error::NotFinite) => {

@@ -1,0 +1,156 @@
+//! Coalescing particles in a medium: the index (4.30) has the gamma of the place, the field is the medium's.
+
+use mollis_core::exec::Run;
+use mollis_core::grid::{Coefficients, Equation, Grid, Limits, Mesh, Variable, Walls};
+use mollis_core::pks::theory::{Constants, GAMMA, Group};
+use mollis_core::pks::{Attraction, Counters, Event, Events, Options, Scheme, Setting, State, step, workspace_bytes};
+use mollis_core::random::Philox;
+use mollis_core::{Error, Result};
+use mollis_tests::{Aligned, Split};
+
+const LIMITS: Limits<f64> = Limits { tolerance: 1e-10, iterations: 100 };
+
+struct Cloud {
+    positions: Vec<[f64; 2]>,
+    masses: Vec<f64>,
+    labels: Vec<u64>,
+    counters: Counters,
+    events: Vec<Event>,
+}
+
+impl Cloud {
+    fn new(positions: Vec<[f64; 2]>, masses: Vec<f64>) -> Self {
+        let n = positions.len();
+        // Not the first step, whose mesh of the search has borders through the outermost particles.
+        let counters = Counters { count: n as u64, step: 7, ..Counters::default() };
+        Self { positions, masses, labels: (0..n as u64).collect(), counters, events: Vec::new() }
+    }
+
+    fn step(&mut self, options: &Options<f64>, attraction: Attraction<'_, '_, f64>, dt: f64) -> Result<()> {
+        let n = self.positions.len();
+        let mut memory = Aligned::new(workspace_bytes(n, None, options, 1).unwrap());
+        let (mut events, mut absorbed) = (vec![Event::default(); n], vec![0; n]);
+        let (mut written, mut labels_written) = (0, 0);
+        step(
+            State { positions: &mut self.positions, masses: &mut self.masses, labels: &mut self.labels, species: None },
+            &mut self.counters,
+            &mut Philox::new(3),
+            dt,
+            Events {
+                events: &mut events,
+                labels: &mut absorbed,
+                written: &mut written,
+                labels_written: &mut labels_written,
+            },
+            memory.bytes(),
+            Setting { options, attraction, run: &mut Run::default(), report: None },
+        )?;
+        self.events.extend(&events[..written]);
+        Ok(())
+    }
+}
+
+fn with_medium<R>(mesh: Mesh<f64>, walls: Walls, g: &[f64], body: impl FnOnce(&mut Variable<'_, f64>) -> R) -> R {
+    let medium = Coefficients { diffusivity: g, decay: None };
+    let mut memory = Aligned::new(Variable::workspace_bytes(&mesh, walls, 1).unwrap());
+    body(&mut Variable::prepare(memory.bytes(), mesh, walls, &medium, 1).unwrap())
+}
+
+/// Pairs far from each other, of masses 1 and 2 that all but touch.
+fn pairs(places: &[[f64; 2]]) -> Cloud {
+    let positions = places.iter().flat_map(|&[x, y]| [[x, y], [x + 1e-9, y]]).collect();
+    Cloud::new(positions, places.iter().flat_map(|_| [1.0, 2.0]).collect())
+}
+
+#[test]
+fn the_index_has_the_gamma_of_the_place() {
+    let mesh = Mesh::new([-1.0; 2], [1.0; 2], [40, 40]).unwrap();
+    // G rises along x from 1 to 5.
+    let rising = |x: f64| 3.0 + 2.0 * x;
+    let g: Vec<f64> = (0..mesh.nodes()).map(|k| rising(mesh.node((k % 41) as isize, 0)[0])).collect();
+    let noise = 0.001;
+    let options = Options::new(1.0, noise);
+    let places = [[-0.81, 0.3], [-0.2, -0.6], [0.37, 0.7], [0.93, -0.2]];
+    with_medium(mesh, Walls::NoFlux, &g, |field| {
+        let mut cloud = pairs(&places);
+        cloud.step(&options, Attraction::Medium(field, LIMITS), 1e-5).unwrap();
+        assert_eq!((cloud.events.len(), cloud.counters.count), (4, 4));
+        for event in &cloud.events {
+            let x = places[event.label as usize / 2][0];
+            let law = Constants { chi: 1.0, noise, gamma: GAMMA / rising(x) };
+            let want = law.index(&Group::of(&[1.0, 2.0]));
+            // The place is the centre of mass, 1e-9 from x.
+            assert!((event.index / want - 1.0).abs() < 1e-8, "{x}: {} {want}", event.index);
+        }
+    });
+}
+
+#[test]
+fn pairs_merge_where_gamma_is_large_enough() {
+    // Hard collisions alone: nu <= -1, that is G at most gamma chi 4 / (4 mu~). With mu~ = gamma / 4 it is G <= 4.
+    let mesh = Mesh::new([-1.0; 2], [1.0; 2], [40, 40]).unwrap();
+    let g: Vec<f64> = (0..mesh.nodes()).map(|k| 3.0 + 2.0 * mesh.node((k % 41) as isize, 0)[0]).collect();
+    let mut options = Options::new(1.0, GAMMA / 4.0);
+    options.merging = mollis_core::pks::Merging::Hard;
+    with_medium(mesh, Walls::NoFlux, &g, |field| {
+        let places = [[-0.9, 0.3], [0.2, -0.6], [0.45, 0.7], [0.55, -0.2], [0.9, 0.6]];
+        let mut cloud = pairs(&places);
+        cloud.step(&options, Attraction::Medium(field, LIMITS), 1e-5).unwrap();
+        let mut merged: Vec<u64> = cloud.events.iter().map(|event| event.label / 2).collect();
+        merged.sort_unstable();
+        // Without a medium of G = 1 all of them would.
+        assert_eq!(merged, [0, 1, 2]);
+    });
+}
+
+#[test]
+fn an_even_medium_is_the_plain_mesh() {
+    for walls in [Walls::Free, Walls::NoFlux] {
+        for scheme in [Scheme::EulerMaruyama, Scheme::StrangRk4] {
+            let mesh = Mesh::new([-2.0; 2], [2.0; 2], [48, 45]).unwrap();
+            let mut numbers = Split(9);
+            let positions: Vec<_> = (0..300).map(|_| [0, 1].map(|_| 1.5 * (numbers.uniform() - 0.5))).collect();
+            let masses = vec![0.1; 300];
+            // In a medium of G = 4, with chi four times as large.
+            let even = vec![4.0; mesh.nodes()];
+            let options = |chi: f64| Options { scheme, ..Options::new(chi, 0.01) };
+            let mut in_medium = Cloud::new(positions.clone(), masses.clone());
+            with_medium(mesh, walls, &even, |field| {
+                for _ in 0..5 {
+                    in_medium.step(&options(4.0), Attraction::Medium(field, LIMITS), 1e-3).unwrap();
+                }
+            });
+            let mut plain = Cloud::new(positions, masses);
+            let equation = Equation { walls, ..Equation::POISSON };
+            let mut memory = Aligned::new(Grid::workspace_bytes(&mesh, &equation, 1).unwrap());
+            let mut grid = Grid::prepare(memory.bytes(), mesh, equation, 1).unwrap();
+            for _ in 0..5 {
+                plain.step(&options(1.0), Attraction::Mesh(&mut grid, None), 1e-3).unwrap();
+            }
+            assert_eq!(in_medium.counters, plain.counters);
+            assert!(plain.counters.count < 300 && in_medium.events.len() == plain.events.len());
+            for (a, b) in in_medium.positions.iter().zip(&plain.positions) {
+                assert!((a[0] - b[0]).hypot(a[1] - b[1]) < 1e-8, "{walls:?} {scheme:?}: {a:?} {b:?}");
+            }
+            for (a, b) in in_medium.events.iter().zip(&plain.events) {
+                assert!((a.index / b.index - 1.0).abs() < 1e-12 && a.label == b.label);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_solve_that_does_not_converge_changes_nothing() {
+    let mesh = Mesh::new([-1.0; 2], [1.0; 2], [20, 20]).unwrap();
+    let g: Vec<f64> = (0..mesh.nodes()).map(|k| if k % 21 < 8 { 1.0 } else { 10.0 }).collect();
+    with_medium(mesh, Walls::NoFlux, &g, |field| {
+        let mut cloud = pairs(&[[0.1, 0.2], [-0.5, 0.3]]);
+        let before = (cloud.positions.clone(), cloud.masses.clone());
+        let few = Limits { iterations: 2, ..LIMITS };
+        let options = Options::new(1.0, 0.01);
+        assert_eq!(cloud.step(&options, Attraction::Medium(field, few), 1e-3), Err(Error::NotConverged));
+        assert_eq!((cloud.positions.clone(), cloud.masses.clone(), cloud.counters.step), (before.0, before.1, 7));
+        assert_eq!(field.report().iterations, 2);
+        cloud.step(&options, Attraction::Medium(field, LIMITS), 1e-3).unwrap();
+    });
+}
