@@ -56,6 +56,7 @@ module mollis
   integer(c_int32_t), parameter :: MOLLIS_ERR_GENERATOR = 45
   integer(c_int32_t), parameter :: MOLLIS_ERR_EXECUTOR = 46
   integer(c_int32_t), parameter :: MOLLIS_ERR_INTERNAL = 47
+  integer(c_int32_t), parameter :: MOLLIS_ERR_NOT_CONVERGED = 48
   integer(c_int32_t), parameter :: MOLLIS_ALIGN = 64
   integer(c_int32_t), parameter :: MOLLIS_KERNEL2_NEWTONIAN_BYTES_F32 = 1216
   integer(c_int32_t), parameter :: MOLLIS_METHOD_AUTO = 0
@@ -459,12 +460,21 @@ module mollis
     type(c_ptr) :: outside = c_null_ptr
   end type
 
+  type, bind(c) :: mollis_medium2
+    type(c_ptr) :: diffusivity = c_null_ptr
+    type(c_ptr) :: decay = c_null_ptr
+    real(c_double) :: tolerance = 0
+    integer(c_int64_t) :: iterations = 0
+    type(c_ptr) :: report = c_null_ptr
+  end type
+
   type, bind(c) :: mollis_grid2_options
     integer(c_int32_t) :: size = 0
     integer(c_int32_t) :: walls = 0
     real(c_double) :: screening = 0
     integer(c_int32_t) :: order = 0
     integer(c_int32_t) :: reserved = 0
+    type(c_ptr) :: medium = c_null_ptr
   end type
 
   type, bind(c) :: mollis_grid2_outputs_f32

@@ -107,6 +107,8 @@
 #define MOLLIS_ERR_EXECUTOR 46
 /** an invariant of the library is broken. */
 #define MOLLIS_ERR_INTERNAL 47
+/** the iteration did not reach its tolerance. */
+#define MOLLIS_ERR_NOT_CONVERGED 48
 /** How arrays in a workspace are aligned, and best prepared kernels. */
 #define MOLLIS_ALIGN 64
 /** `bytes`, rounded up to the alignment: what an array takes in a workspace. */
@@ -628,6 +630,34 @@ typedef struct mollis_grid2_outputs {
   uint64_t *outside;
 } mollis_grid2_outputs;
 
+/**
+ * A medium: G and k^2 of div(G grad u) - k^2 u = density at the nodes of a mesh, in double precision for both scalars, and when the iteration ends that solves for u.
+ *
+ * Nodes stand for the cells around them, and faces between them have the harmonic mean of G. The error is of second order in the mesh width where G and k^2 are smooth or jump along
+ * lines midway between nodes, of first order where a jump crosses the mesh elsewhere. About 25 iterations for jumps of 10 and a tolerance of 1e-10, on every mesh.
+ */
+typedef struct mollis_medium2 {
+  /**
+   * G > 0 at the nodes, in any unit, the least at least 2.2e-16 (single precision: 1.2e-7) of the largest. In free space the same everywhere on the border.
+   */
+  const double *diffusivity;
+  /**
+   * k^2 >= 0 at the nodes, in the unit of G over length^2; null: 0 everywhere. In free space the same everywhere on the border, and 0 there only if it is everywhere.
+   */
+  const double *decay;
+  /**
+   * The relative residual to be reached, positive: 1e-10, say. Times sqrt(max G / min G) it bounds the relative error of the solve in the energy norm. Rounding keeps it above 2e-16
+   * (single precision: 2e-7) times the square root of the number of nodes.
+   */
+  double tolerance;
+  /** The most iterations: 100, say. If they do not suffice, the call ends with MOLLIS_ERR_NOT_CONVERGED. */
+  uint64_t iterations;
+  /**
+   * Two numbers, overwritten by the iterations that were made and the residual that was reached, also with MOLLIS_ERR_NOT_CONVERGED; null: not wanted.
+   */
+  double (*report)[2];
+} mollis_medium2;
+
 /** Which field a grid solves for. Fill it with `mollis_grid2_options_init`; null means the defaults. */
 typedef struct mollis_grid2_options {
   /** Bytes of this structure, as `mollis_grid2_options_init` sets it. */
@@ -644,6 +674,11 @@ typedef struct mollis_grid2_options {
   int32_t order;
   /** Ignored. */
   int32_t reserved;
+  /**
+   * The medium; null (the default): the same everywhere. With one, screening is 0, the order 2, and the walls are not MOLLIS_WALLS_FREE_QUADRUPOLE, else
+   * MOLLIS_ERR_UNSUPPORTED.
+   */
+  const struct mollis_medium2 *medium;
 } mollis_grid2_options;
 
 typedef struct mollis_grid2_outputs_f32 {
@@ -725,7 +760,9 @@ typedef struct mollis_pks_attraction {
   int32_t reserved;
   /** MESH: its rectangle and cells. */
   const struct mollis_mesh2 *mesh;
-  /** MESH: walls and screening; null for free space without screening. */
+  /**
+   * MESH: walls, screening, medium; null for free space without screening. In a medium clusters have the index (4.30) of the paper, with gamma / G at their centres.
+   */
   const struct mollis_grid2_options *grid;
   /**
    * SUM, and MESH with heavy particles: a kernel prepared by mollis_kernel2_prepare (or its _f32); its mollifier bounds the speed.
@@ -739,7 +776,7 @@ typedef struct mollis_pks_attraction {
    * MESH: particles of at least this mass, the 64 heaviest at most (of equal masses those that come first in the arrays), act by `kernel` pair
    * by pair, both ways and at every distance, and not through the mesh, which is wrong within some widths of a particle, and on which a mass below
    * 4.4e-16 of the total adds nothing (see mollis_grid2_eval). The kernel is V of the mesh's equation, mollified over
-   * a part of a mesh width (a quarter, say); sub-steps become short near them. Not with no-flux walls, nor with a singular kernel. 0: none.
+   * a part of a mesh width (a quarter, say); sub-steps become short near them. Not with no-flux walls, nor in a medium, nor with a singular kernel. 0: none.
    */
   double heavy;
 } mollis_pks_attraction;
@@ -1234,7 +1271,8 @@ mollis_status mollis_field3_essential_f32(const void *kernel, size_t kernel_byte
  * Refused: MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_NOT_FINITE, MOLLIS_ERR_OUT_OF_DOMAIN (an empty rectangle, fewer than 2 cells, a corner beyond
  * 2^-13 of the scalar's largest number, a mesh width below its normal range, cells more than 2^40 times as long as wide),
  * MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_UNKNOWN_VALUE (walls, order), MOLLIS_ERR_KERNEL_PARAMETER (screening), MOLLIS_ERR_UNSUPPORTED (second
- * moments with screening; order 4 with long or coarse cells), MOLLIS_ERR_OPTIONS_SIZE, MOLLIS_ERR_NOT_INITIALISED.
+ * moments with screening; order 4 with long or coarse cells; a medium with screening, order 4 or second moments), MOLLIS_ERR_OPTIONS_SIZE,
+ * MOLLIS_ERR_NOT_INITIALISED.
  */
 mollis_status mollis_grid2_workspace_bytes(const struct mollis_mesh2 *mesh, const struct mollis_sources2 *sources,
     const struct mollis_targets2 *targets, const struct mollis_grid2_outputs *outputs, const struct mollis_grid2_options *options,
@@ -1247,6 +1285,10 @@ mollis_status mollis_grid2_workspace_bytes_f32(const struct mollis_mesh2 *mesh, 
  * The field of masses of any sign on a mesh: u(x) = sum_j masses[j] V(x - x_j), V = log r / (2 pi), or -K0(k r) / (2 pi) with
  * screening k. Cloud-in-cell deposit in 64-bit fixed point, the five-point scheme solved exactly, bilinear interpolation of its centred
  * differences (Zhelezov & Fatkullin, (3.6) to (3.10), whose c is -u); or the scheme of fourth order, see mollis_grid2_options.
+ *
+ * With a medium V is the solution of div(G grad V) - k^2 V = Dirac, see mollis_medium2; MOLLIS_ERR_NOT_CONVERGED: the iteration did not reach its tolerance, and the outputs are those of the last
+ * iterate. Refused beside what is below: MOLLIS_ERR_OUT_OF_DOMAIN (G <= 0, k^2 < 0, a G too far below the largest, a tolerance that is not positive), MOLLIS_ERR_UNSUPPORTED (free space
+ * with coefficients that differ on the border), MOLLIS_ERR_NOT_FINITE (first_bad is not set).
  *
  * Masses are rounded to a unit between 2^-50 and 2^-49 of the sum of |masses|, four shares each: beside the others a mass below 2^-51 =
  * 4.4e-16 of that sum adds nothing, and one of 1e-12 has three digits. Of a source outside, the distance from the mesh's middle counts up to 1024 widths

@@ -46,10 +46,30 @@ macro_rules! check {
             for cells in [[2, 2], [16, 16], [15, 14], [37, 41]] {
                 let mesh = mollis_mesh2 { lower: [-1.0; 2], upper: [1.0; 2], cells };
                 let nodes = (cells[0] + 1) * (cells[1] + 1);
-                for options in options() {
+                // A jump of 10 in the middle, the same on the border.
+                let inside = |k: usize| (k % (cells[0] + 1)).min(k / (cells[0] + 1)) > 0 && k * 2 < nodes;
+                let inside = |k: usize| inside(k) && k % (cells[0] + 1) < cells[0];
+                let diffusivity: Vec<f64> = (0..nodes).map(|k| if inside(k) { 10.0 } else { 1.0 }).collect();
+                let media = [null(), diffusivity.as_ptr()].map(|decay| mollis_medium2 {
+                    diffusivity: diffusivity.as_ptr(),
+                    decay,
+                    tolerance: 1e-3,
+                    iterations: 50,
+                    report: std::ptr::null_mut(),
+                });
+                let plain = options();
+                let in_media = plain.iter().filter(|options| {
+                    options.screening == 0.0 && options.order == 2 && options.walls != MOLLIS_WALLS_FREE_QUADRUPOLE
+                });
+                let in_media = in_media
+                    .flat_map(|options| media.iter().map(move |medium| mollis_grid2_options { medium, ..*options }));
+                for options in plain.iter().copied().chain(in_media) {
                     let what = |function: &str, kind: &str| {
-                        let mollis_grid2_options { walls, screening, order, .. } = options;
-                        format!("{function}, {cells:?}, walls {walls}, screening {screening}, order {order}, {kind}")
+                        let mollis_grid2_options { walls, screening, order, medium, .. } = options;
+                        let medium = if medium.is_null() { "" } else { ", a medium" };
+                        format!(
+                            "{function}, {cells:?}, walls {walls}, screening {screening}, order {order}{medium}, {kind}"
+                        )
                     };
                     // Cells that are too coarse for the screening are refused.
                     if options.order == 4 && cells[0] == 2 {

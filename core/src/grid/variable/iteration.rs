@@ -9,7 +9,7 @@ use crate::grid::poisson::Shape;
 use crate::grid::transform::Kind;
 use crate::grid::{Grid, Walls};
 use crate::memory::Space;
-use crate::real::Real;
+use crate::real::{Real, quotient};
 
 /// The iteration's arrays, in the layout of the solver's values.
 #[derive(Debug)]
@@ -91,7 +91,7 @@ impl<'w, T: Real> Vectors<'w, T> {
             iterations += 1;
             exact = false;
         };
-        let residual = if whole > 0.0 { T::from_f64(energy / whole).sqrt() } else { T::ZERO };
+        let residual = if whole > 0.0 { T::from_f64(quotient(energy, whole)).sqrt() } else { T::ZERO };
         solver.values_mut().iter_mut().zip(u.iter()).for_each(|(value, &u)| *value = u);
         Ok((Report { iterations, residual }, reached))
     }

@@ -149,6 +149,7 @@ impl<T: Real> Problem<T> {
 }
 
 /// The field of a mesh.
+#[expect(clippy::large_enum_variant, reason = "there is no heap, and a call has one of them")]
 pub(crate) enum Field<'w, T: Real> {
     /// Solved directly.
     Uniform(Grid<'w, T>),
