@@ -124,6 +124,9 @@ pub struct Field {
     /// A core radius for each source, from 3/4 to 5/4 of delta.
     #[arg(long)]
     radii: bool,
+    /// In space: vector strengths in place of masses, whose gradient is the velocity of vortex elements.
+    #[arg(long)]
+    vectors: bool,
     /// The mollifier's order.
     #[arg(long, default_value_t = 2)]
     order: u32,
@@ -272,6 +275,9 @@ impl Field {
         let positions: Vec<[T; D]> = scene.positions.iter().map(|x| x.map(T::from_f64)).collect();
         let masses: Vec<T> = scene.masses.iter().map(|&m| T::from_f64(m)).collect();
         let radii: Vec<T> = core_radii(kernel.delta().to_f64(), self.n);
+        let vectors = Scene::<D>::uniform(self.n, None, 2).positions;
+        let vectors: Vec<[T; D]> = vectors.iter().map(|s| s.map(|s| T::from_f64(s - 0.5))).collect();
+        let vectors = self.vectors.then_some(&vectors[..]);
         let targets = &positions[..n_targets];
         let options = Options {
             accumulation: if self.compensated { Accumulation::Compensated } else { Accumulation::Blocked },
@@ -283,6 +289,7 @@ impl Field {
             },
             tolerance: self.tolerance,
             radii: self.radii,
+            strengths: self.vectors,
             ..Options::default()
         };
         let plan = field::plan(&kernel, self.n, n_targets, wanted, &options)?;
@@ -294,7 +301,7 @@ impl Field {
         let mut results = Results::zeros(n_targets);
         let mut counters = Statistics::default();
         let mut once = |counters: Option<&mut Statistics>| {
-            let sources = Sources::new(&positions, &masses);
+            let sources = vectors.map_or(Sources::new(&positions, &masses), |s| Sources::vortices(&positions, s));
             let sources = if self.radii { sources.with_radii(&radii) } else { sources };
             let outputs = results.outputs(wanted);
             let mut run = Run { level, executor, counters, ..Run::default() };
@@ -303,6 +310,7 @@ impl Field {
         once(Some(&mut counters))?;
         let mut peer = if self.no_peer
             || self.radii
+            || self.vectors
             || self.mollifier != MollifierName::Compact
             || self.kernel != KernelName::Law(Law::Newtonian)
         {
@@ -338,8 +346,8 @@ impl Field {
             Times { seconds_min: least, seconds_median: median, pairs_per_second: pairs / least }
         };
         let each = self.radii.then_some(&radii[..]);
-        let relative_error = if matches!(plan.method(), Method::Fmm | Method::Tree) {
-            error_of_sample::<T, D>(&scene, &accurate, each, wanted, &results)?
+        let relative_error = if self.vectors || matches!(plan.method(), Method::Fmm | Method::Tree) {
+            error_of_sample::<T, D>(&scene, &accurate, (each, vectors), wanted, &results)?
         } else {
             error::<T, D>(&scene, &accurate, each, wanted, &results)?
         };
@@ -470,11 +478,12 @@ fn error<T: Real, const D: usize>(
 fn error_of_sample<T: Real, const D: usize>(
     scene: &Scene<D>,
     kernel: &Kernel<'_, f64, D>,
-    radii: Option<&[T]>,
+    (radii, vectors): (Option<&[T]>, Option<&[[T; D]]>),
     wanted: Wanted,
     results: &Results<T, D>,
 ) -> Result<f64> {
     let Results { potential, gradient, laplacian, hessian } = results;
+    let vectors: Option<Vec<[f64; D]>> = vectors.map(|all| all.iter().map(|s| s.map(T::to_f64)).collect());
     let each = gradient.len().div_ceil(100).max(1);
     let targets: Vec<[f64; D]> = scene.positions.iter().take(gradient.len()).step_by(each).copied().collect();
     let radii: Option<Vec<f64>> = radii.map(|radii| radii.iter().map(|r| r.to_f64()).collect());
@@ -482,6 +491,7 @@ fn error_of_sample<T: Real, const D: usize>(
         accumulation: Accumulation::Compensated,
         method: Some(Method::Direct),
         radii: radii.is_some(),
+        strengths: vectors.is_some(),
         ..Options::default()
     };
     let plan = field::plan(kernel, scene.positions.len(), targets.len(), wanted, &options)?;
@@ -490,6 +500,7 @@ fn error_of_sample<T: Real, const D: usize>(
     let mut exact = Results::zeros(n);
     let outputs = exact.outputs(wanted);
     let sources = Sources::new(&scene.positions, &scene.masses);
+    let sources = vectors.as_deref().map_or(sources, |s| Sources::vortices(&scene.positions, s));
     let sources = radii.as_deref().map_or(sources, |radii| sources.with_radii(radii));
     field::evaluate(&plan, kernel, sources, &targets, outputs, aligned(&mut memory), &mut Run::default())?;
     let relative = |pairs: &mut dyn Iterator<Item = (T, f64)>| {

@@ -107,6 +107,20 @@ def distance_norm(a: ArrayLike, b: ArrayLike, cell: float = 1.0, p: float = 1.0)
     return out[0]
 
 
+def sobolev_norm(values: ArrayLike, spacing: float, p: float = 2.0) -> float:
+    """The W^{1,p}_h norm of a function on a box of the lattice h Z^D: (|v|^p + sum_j |D_j v|^p)^(1/p), forward
+    differences over h; for infinite p the largest of all. Outside the box the function is zero.
+
+    `values` has one axis a dimension, x along the last; `spacing` is h. Raises `mollis.Error`: OUT_OF_DOMAIN.
+    """
+    _, v, at = _numbers(values)
+    api = _library.api(v.ndim, v.dtype)
+    counts, out = np.array(v.shape[::-1], np.uintp), ffi.new(api.array, 1)
+    sizes = ffi.cast(f"const size_t (*)[{v.ndim}]", ffi.from_buffer(counts))
+    _library.check(api["sobolev_norm#"](sizes, spacing, p, at, out))
+    return out[0]
+
+
 def dual_norm(values: ArrayLike, spacing: float, margin: int) -> float:
     """The W^{-1,2}_h norm of a function on a box of the lattice h Z^D, in which the density of the blob method
     converges.

@@ -107,6 +107,20 @@ def test_norms(rng):
     assert diagnostics.first_bad([[0.0, 1.0], [2.0, np.inf]]) == 1 and diagnostics.first_bad(v) is None
 
 
+def test_the_sobolev_norm(rng):
+    v, h = rng.standard_normal((3, 5)), 0.8
+    padded = np.pad(v, 1)
+    slopes = [np.diff(padded, axis=axis) / h for axis in (0, 1)]
+    for p in (1.0, 2.0, 3.5):
+        expected = h**2 * sum((np.abs(part) ** p).sum() for part in (v, *slopes))
+        assert diagnostics.sobolev_norm(v, h, p) == pytest.approx(expected ** (1 / p))
+    largest = max(np.abs(part).max() for part in (v, *slopes))
+    assert diagnostics.sobolev_norm(v, h, np.inf) == pytest.approx(largest)
+    # The duality of W^{1,2} and W^{-1,2}.
+    w = rng.standard_normal((3, 5))
+    assert h**2 * (v * w).sum() <= diagnostics.dual_norm(v, h, 12) * diagnostics.sobolev_norm(w, h)
+
+
 def test_the_dual_norm(rng):
     """The norm is sqrt(h^2 v (I - Laplacian_h)^-1 v) on the lattice: a dense solution; the last axis is x."""
     v, h, margin = rng.standard_normal((3, 5)), 0.8, 12

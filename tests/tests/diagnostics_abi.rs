@@ -22,7 +22,7 @@ fn kernel_block<T: Real, const D: usize>(mollifier: Mollifier) -> Aligned {
 
 macro_rules! check {
     ($name:ident, $t:ty, $d:literal; $moments:ident() $step:ident() $anywhere:ident() $overlap:ident() $distance:ident()
-     $size:ident() $dual:ident() $norm:ident()) => {
+     $size:ident() $dual:ident() $norm:ident() $sobolev:ident()) => {
         #[test]
         fn $name() {
             type P = [$t; $d];
@@ -103,6 +103,16 @@ macro_rules! check {
                 let pp = &raw const points;
                 assert_eq!(($dual(pp, 0.5, 4, vp, a, wp, bytes), Ok(out[0])), (OK, want));
                 out = untouched;
+                for p in [1.0, 2.0, <$t>::INFINITY] {
+                    let want = diagnostics::sobolev(&points, &values, 0.5, p);
+                    assert_eq!(($sobolev(pp, 0.5, p, vp, a), Ok(out[0])), (OK, want));
+                }
+                out = untouched;
+                assert_eq!($sobolev(pp, 0.0, 2.0, vp, a), Error::OutOfDomain as i32);
+                assert_eq!($sobolev(pp, 0.5, 0.5, vp, a), Error::OutOfDomain as i32);
+                assert_eq!($sobolev(pp, 0.5, 2.0, null(), a), Error::NullPointer as i32);
+                assert_eq!($sobolev(pp, 0.5, 2.0, vp, vp.cast_mut()), Error::Overlap as i32);
+                assert_eq!($sobolev(&raw const [usize::MAX; $d], 0.5, 2.0, vp, a), Error::TooLarge as i32);
                 assert_eq!($dual(pp, 0.0, 4, vp, a, wp, bytes), Error::OutOfDomain as i32);
                 assert_eq!($dual(pp, 0.5, 4, vp, a, wp, bytes - 1), Error::WorkspaceTooSmall as i32);
                 assert_eq!($dual(pp, 0.5, usize::MAX, vp, a, wp, bytes), Error::TooLarge as i32);
@@ -117,17 +127,17 @@ macro_rules! check {
 }
 
 check!(line_f64, f64, 1; mollis_moments1() mollis_stable_step1() mollis_stable_step1_anywhere()
-    mollis_overlap1() mollis_distance_norm1() mollis_dual_norm1_workspace_bytes() mollis_dual_norm1() mollis_norm());
+    mollis_overlap1() mollis_distance_norm1() mollis_dual_norm1_workspace_bytes() mollis_dual_norm1() mollis_norm() mollis_sobolev_norm1());
 check!(plane_f64, f64, 2; mollis_moments2() mollis_stable_step2() mollis_stable_step2_anywhere()
-    mollis_overlap2() mollis_distance_norm2() mollis_dual_norm2_workspace_bytes() mollis_dual_norm2() mollis_norm());
+    mollis_overlap2() mollis_distance_norm2() mollis_dual_norm2_workspace_bytes() mollis_dual_norm2() mollis_norm() mollis_sobolev_norm2());
 check!(space_f64, f64, 3; mollis_moments3() mollis_stable_step3() mollis_stable_step3_anywhere()
-    mollis_overlap3() mollis_distance_norm3() mollis_dual_norm3_workspace_bytes() mollis_dual_norm3() mollis_norm());
+    mollis_overlap3() mollis_distance_norm3() mollis_dual_norm3_workspace_bytes() mollis_dual_norm3() mollis_norm() mollis_sobolev_norm3());
 check!(line_f32, f32, 1; mollis_moments1_f32() mollis_stable_step1_f32() mollis_stable_step1_anywhere_f32()
     mollis_overlap1_f32() mollis_distance_norm1_f32() mollis_dual_norm1_workspace_bytes_f32()
-    mollis_dual_norm1_f32() mollis_norm_f32());
+    mollis_dual_norm1_f32() mollis_norm_f32() mollis_sobolev_norm1_f32());
 check!(plane_f32, f32, 2; mollis_moments2_f32() mollis_stable_step2_f32() mollis_stable_step2_anywhere_f32()
     mollis_overlap2_f32() mollis_distance_norm2_f32() mollis_dual_norm2_workspace_bytes_f32()
-    mollis_dual_norm2_f32() mollis_norm_f32());
+    mollis_dual_norm2_f32() mollis_norm_f32() mollis_sobolev_norm2_f32());
 check!(space_f32, f32, 3; mollis_moments3_f32() mollis_stable_step3_f32() mollis_stable_step3_anywhere_f32()
     mollis_overlap3_f32() mollis_distance_norm3_f32() mollis_dual_norm3_workspace_bytes_f32()
-    mollis_dual_norm3_f32() mollis_norm_f32());
+    mollis_dual_norm3_f32() mollis_norm_f32() mollis_sobolev_norm3_f32());

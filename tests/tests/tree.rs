@@ -3,7 +3,9 @@
 //! Errors are in the l2 norm over the sample, relative to that of sum_j |m_j| |K_j|, for potentials and gradients.
 
 use mollis_core::exec::{Executor, Run, Serial, Statistics};
-use mollis_core::field::{self, Accumulation, Interaction, Method, Options, Outputs, Reason, Sources, Wanted};
+use mollis_core::field::{
+    self, Accumulation, Interaction, Method, Options, Outputs, PairRadius, Reason, Sources, Wanted,
+};
 use mollis_core::kernel::{Kernel, Law, Term};
 use mollis_core::mollifier::{Blob, Mollifier};
 use mollis_core::simd::Level;
@@ -490,8 +492,113 @@ fn plans() {
         let bytes = plan(kernel, 100_000, FIELD, &auto).unwrap().workspace_bytes(1).unwrap() / 100_000;
         assert!(bytes <= 480, "{bytes}");
     });
-    let options = Options { radii: true, ..forced };
-    assert_eq!(plan(&space, 500, FIELD, &options).err(), Some(Error::Unsupported));
+    // Core radii where cores end, of sources alone; vector strengths.
+    let radii = Options { radii: true, ..forced };
+    assert_eq!(plan(&space, 500, FIELD, &radii).unwrap().method(), Method::Tree);
+    assert_eq!(plan(&plummer, 500, FIELD, &radii).err(), Some(Error::Unsupported));
+    let pairs = Options { pair_radius: PairRadius::Maximum, ..radii };
+    assert_eq!(plan(&space, 500, FIELD, &pairs).err(), Some(Error::Unsupported));
+    let velocity = Wanted { potential: false, ..FIELD };
+    let vortices = Options { strengths: true, radii: true, ..auto };
+    assert_eq!(plan(&space, 200_000, velocity, &vortices).unwrap().method(), Method::Tree);
+    assert_eq!(plan(&space, 500, velocity, &vortices).unwrap().method(), Method::Direct);
+}
+
+/// Sums over sources with core radii, vector strengths or both, on a sample of the sources: the error of the gradient relative to sum_j |s_j| |grad K_j|.
+fn error_of_vortices<T: Real>(
+    kernel: &Blob<T, 3>,
+    (kind, n): (Points, usize),
+    (vectors, with_radii): (bool, bool),
+    tolerance: f64,
+    workers: usize,
+) -> f64 {
+    let x = points::<T, 3>(kind, n, 21);
+    let flat = masses::<T>(3 * n, true);
+    let strengths: Vec<[T; 3]> = flat.as_chunks().0.to_vec();
+    let radii: Vec<T> = (0..n).map(|k| T::from_f64(0.01 + 0.02 * (k as f64 * 0.7).sin().abs())).collect();
+    let sources = if vectors { Sources::vortices(&x, &strengths) } else { Sources::new(&x, &flat[..n]) };
+    let sources = if with_radii { sources.with_radii(&radii) } else { sources };
+    let wanted = Wanted { gradient: true, ..Wanted::default() };
+    let sum = |targets: &[[T; 3]], method: Method| {
+        let of_sources = Options { radii: with_radii, strengths: vectors, ..Options::default() };
+        let options = Options { tolerance, method: Some(method), ..of_sources };
+        let plan = field::plan(kernel, n, targets.len(), wanted, &options).unwrap();
+        let bytes = plan.workspace_bytes(workers).unwrap();
+        let mut memory = Aligned::new(bytes + 64);
+        let mut gradient = vec![[T::NAN; 3]; targets.len()];
+        let outputs = Outputs { gradient: Some(&mut gradient), ..Outputs::default() };
+        let mut run = Run { executor: &Threads(workers), level: Level::best(), ..Run::default() };
+        field::evaluate(&plan, kernel, sources, targets, outputs, &mut memory.bytes()[..bytes], &mut run).unwrap();
+        assert!(memory.bytes()[bytes..].iter().all(|&byte| byte == CANARY));
+        gradient
+    };
+    let got = sum(&x, Method::Tree);
+    let sample: Vec<usize> = (0..n).step_by(n.div_ceil(20)).collect();
+    let want = sum(&sample.iter().map(|&k| x[k]).collect::<Vec<_>>(), Method::Direct);
+    let (mut error, mut size) = (0.0, 0.0);
+    for (&k, want) in sample.iter().zip(&want) {
+        error += got[k].iter().zip(want).map(|(&a, &b)| (a - b).to_f64().powi(2)).sum::<f64>();
+        let mut all = 0.0;
+        for (j, y) in x.iter().enumerate() {
+            let r = x[k].iter().zip(y).map(|(&a, &b)| (a - b).to_f64().powi(2)).sum::<f64>().sqrt();
+            let own = if vectors { strengths[j].map(|s| s.to_f64()).to_vec() } else { vec![flat[j].to_f64()] };
+            let strength = own.iter().map(|s| s * s).sum::<f64>().sqrt();
+            all += strength * kernel.gradient_factor(T::from_f64(r)).to_f64().abs() * r;
+        }
+        size += all * all;
+    }
+    (error / size).sqrt()
+}
+
+#[test]
+fn vector_strengths_and_core_radii() {
+    let compact = Blob::<f64, 3>::new(COMPACT, 0.02).unwrap();
+    let gaussian = Blob::<f64, 3>::new(Mollifier::Gaussian { order: 2 }, 0.01).unwrap();
+    let plummer = Blob::<f64, 3>::new(Mollifier::Plummer, 0.02).unwrap();
+    for kind in [Points::Uniform, Points::Sphere, Points::TwoScales] {
+        for tolerance in [1e-3, 1e-6] {
+            for (vectors, radii) in [(true, false), (true, true), (false, true)] {
+                let error = error_of_vortices(&compact, (kind, 1200), (vectors, radii), tolerance, 1);
+                assert!(error <= tolerance, "{kind:?} {vectors} {radii} {tolerance:e}: {error:e}");
+            }
+        }
+    }
+    for (kernel, radii) in [(&gaussian, true), (&gaussian, false), (&plummer, false)] {
+        let error = error_of_vortices(kernel, (Points::Normal, 1000), (true, radii), 1e-4, 3);
+        assert!(error <= 1e-4, "{kernel:?} {radii}: {error:e}");
+    }
+    let single = Blob::<f32, 3>::new(COMPACT, 0.02).unwrap();
+    let error = error_of_vortices(&single, (Points::Uniform, 1000), (true, true), 1e-3, 1);
+    assert!(error <= 1e-3, "{error:e}");
+}
+
+/// Sources in one place are added up, component by component, unless they have core radii of their own.
+#[test]
+fn coincident_vortices() {
+    let kernel = Blob::<f64, 3>::new(COMPACT, 0.02).unwrap();
+    let n = 600;
+    let (x, s) = (vec![[0.3, 0.4, 0.5]; n], vec![[0.5, -0.25, 1.0]; n]);
+    let radii = vec![0.01; n];
+    let targets = [[1.0, 2.0, 0.0], [0.31, 0.4, 0.5], [0.3, 0.4, 0.5]];
+    let sum = |with_radii: bool, method: Method| {
+        let sources = Sources::vortices(&x, &s);
+        let sources = if with_radii { sources.with_radii(&radii) } else { sources };
+        let of_sources = Options { radii: with_radii, strengths: true, ..Options::default() };
+        let options = Options { tolerance: 1e-9, method: Some(method), ..of_sources };
+        let wanted = Wanted { gradient: true, ..Wanted::default() };
+        let plan = field::plan(&kernel, n, 3, wanted, &options).unwrap();
+        let mut memory = Aligned::new(plan.workspace_bytes(1).unwrap());
+        let mut gradient = [[f64::NAN; 3]; 3];
+        let outputs = Outputs { gradient: Some(&mut gradient), ..Outputs::default() };
+        field::evaluate(&plan, &kernel, sources, &targets, outputs, memory.bytes(), &mut Run::default()).unwrap();
+        gradient
+    };
+    for with_radii in [false, true] {
+        let (got, want) = (sum(with_radii, Method::Tree), sum(with_radii, Method::Direct));
+        for (got, want) in got.as_flattened().iter().zip(want.as_flattened()) {
+            assert!((got - want).abs() <= 1e-8 * want.abs().max(1.0), "{with_radii}: {got} {want}");
+        }
+    }
 }
 
 #[test]

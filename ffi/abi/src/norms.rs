@@ -35,6 +35,26 @@ where
     Ok(())
 }
 
+pub(crate) unsafe fn sobolev<T: Real, const D: usize>(
+    points: *const [usize; D],
+    values: *const T,
+    (spacing, p): (T, T),
+    norm: *mut T,
+) -> Result<()>
+where
+    [usize; D]: Plain,
+{
+    let given = Input::new(points, 1)?;
+    // SAFETY: the caller promises the crate's contract.
+    let points = unsafe { given.slice() }.first().copied().unwrap_or([0; D]);
+    let count = points.iter().try_fold(1_usize, |product, &n| product.checked_mul(n)).ok_or(Error::TooLarge)?;
+    let (values, norm) = (Input::new(values, count)?, Output::new(norm, 1)?);
+    disjoint(&[Some(norm.range())], &[given.range(), values.range()])?;
+    // SAFETY: the caller promises the crate's contract; the output overlaps nothing.
+    unsafe { put(Some(norm), diagnostics::sobolev(&points, values.slice(), spacing, p)?) };
+    Ok(())
+}
+
 pub(crate) unsafe fn lattice<T: Real, const D: usize>(
     points: *const [usize; D],
     spacing: T,

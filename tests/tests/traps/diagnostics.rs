@@ -9,7 +9,7 @@ use super::*;
 
 macro_rules! check {
     ($name:ident, $t:ty, $d:literal; $moments:ident() $step:ident() $anywhere:ident() $overlap:ident() $distance:ident()
-     $size:ident() $dual:ident() $norm:ident(); $bytes:ident() $prepare:ident()) => {
+     $size:ident() $dual:ident() $norm:ident() $sobolev:ident(); $bytes:ident() $prepare:ident()) => {
         #[test]
         fn $name() {
             const N: usize = 24;
@@ -83,6 +83,11 @@ macro_rules! check {
                 rows.row(format!("{}, {kind}", stringify!($dual)), || unsafe {
                     $dual(&raw const points, 0.5, 4, values.as_ptr(), a, workspace, bytes)
                 });
+                for p in [1.0, 2.0, 3.0, <$t>::INFINITY] {
+                    rows.row(format!("{}, {kind} {p}", stringify!($sobolev)), || unsafe {
+                        $sobolev(&raw const points, 0.5, p, values.as_ptr(), a)
+                    });
+                }
             }
             rows.finish();
         }
@@ -90,20 +95,20 @@ macro_rules! check {
 }
 
 check!(line_f64, f64, 1; mollis_moments1() mollis_stable_step1() mollis_stable_step1_anywhere()
-    mollis_overlap1() mollis_distance_norm1() mollis_dual_norm1_workspace_bytes() mollis_dual_norm1() mollis_norm();
+    mollis_overlap1() mollis_distance_norm1() mollis_dual_norm1_workspace_bytes() mollis_dual_norm1() mollis_norm() mollis_sobolev_norm1();
     mollis_kernel1_bytes() mollis_kernel1_prepare());
 check!(plane_f64, f64, 2; mollis_moments2() mollis_stable_step2() mollis_stable_step2_anywhere()
-    mollis_overlap2() mollis_distance_norm2() mollis_dual_norm2_workspace_bytes() mollis_dual_norm2() mollis_norm();
+    mollis_overlap2() mollis_distance_norm2() mollis_dual_norm2_workspace_bytes() mollis_dual_norm2() mollis_norm() mollis_sobolev_norm2();
     mollis_kernel2_bytes() mollis_kernel2_prepare());
 check!(space_f64, f64, 3; mollis_moments3() mollis_stable_step3() mollis_stable_step3_anywhere()
-    mollis_overlap3() mollis_distance_norm3() mollis_dual_norm3_workspace_bytes() mollis_dual_norm3() mollis_norm();
+    mollis_overlap3() mollis_distance_norm3() mollis_dual_norm3_workspace_bytes() mollis_dual_norm3() mollis_norm() mollis_sobolev_norm3();
     mollis_kernel3_bytes() mollis_kernel3_prepare());
 check!(line_f32, f32, 1; mollis_moments1_f32() mollis_stable_step1_f32() mollis_stable_step1_anywhere_f32()
     mollis_overlap1_f32() mollis_distance_norm1_f32() mollis_dual_norm1_workspace_bytes_f32()
-    mollis_dual_norm1_f32() mollis_norm_f32(); mollis_kernel1_bytes_f32() mollis_kernel1_prepare_f32());
+    mollis_dual_norm1_f32() mollis_norm_f32() mollis_sobolev_norm1_f32(); mollis_kernel1_bytes_f32() mollis_kernel1_prepare_f32());
 check!(plane_f32, f32, 2; mollis_moments2_f32() mollis_stable_step2_f32() mollis_stable_step2_anywhere_f32()
     mollis_overlap2_f32() mollis_distance_norm2_f32() mollis_dual_norm2_workspace_bytes_f32()
-    mollis_dual_norm2_f32() mollis_norm_f32(); mollis_kernel2_bytes_f32() mollis_kernel2_prepare_f32());
+    mollis_dual_norm2_f32() mollis_norm_f32() mollis_sobolev_norm2_f32(); mollis_kernel2_bytes_f32() mollis_kernel2_prepare_f32());
 check!(space_f32, f32, 3; mollis_moments3_f32() mollis_stable_step3_f32() mollis_stable_step3_anywhere_f32()
     mollis_overlap3_f32() mollis_distance_norm3_f32() mollis_dual_norm3_workspace_bytes_f32()
-    mollis_dual_norm3_f32() mollis_norm_f32(); mollis_kernel3_bytes_f32() mollis_kernel3_prepare_f32());
+    mollis_dual_norm3_f32() mollis_norm_f32() mollis_sobolev_norm3_f32(); mollis_kernel3_bytes_f32() mollis_kernel3_prepare_f32());

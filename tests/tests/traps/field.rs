@@ -53,7 +53,7 @@ macro_rules! points {
 
 macro_rules! check {
     ($name:ident, $t:ty, $d:literal; $bytes:ident() $prepare:ident(); $size:ident() $text:ident() $field:ident();
-     $blob_size:ident() $blob:ident()) => {
+     $blob_size:ident() $blob:ident(); $essential_size:ident() $essential:ident()) => {
         #[test]
         fn $name() {
             // More than a block of lanes, and a remainder.
@@ -132,6 +132,35 @@ macro_rules! check {
                             }
                         }
                     }
+                    // Boxes beside the points, far away, around them, and without targets.
+                    let ends = [[1.0, 2.0], [40.0, 41.0], [-1.0, 1.0], [1.0, -1.0]];
+                    let boxes = ends.map(|ends| ends.map(|x| [x as $t; $d]));
+                    let none = null_mut();
+                    let sum = Sum::new((N, x.as_ptr(), some.as_ptr()), (N, x.as_ptr()), (none, null_mut(), none));
+                    rows.row(what(stringify!($essential_size), ""), || unsafe {
+                        $essential_size(kernel, bytes, sum.sources(), 1e-3, &raw mut needed)
+                    });
+                    let mut memory = Aligned::new(needed);
+                    let workspace = memory.pointer();
+                    let (mut starts, mut found, mut mass) = ([0; 5], [[0.0 as $t; $d]; 4 * N], [0.0 as $t; 4 * N]);
+                    rows.row(what(stringify!($essential), ""), || unsafe {
+                        $essential(
+                            kernel,
+                            bytes,
+                            sum.sources(),
+                            1e-3,
+                            4,
+                            boxes.as_ptr(),
+                            starts.as_mut_ptr(),
+                            4 * N,
+                            found.as_mut_ptr(),
+                            mass.as_mut_ptr(),
+                            null_mut(),
+                            null(),
+                            workspace,
+                            needed,
+                        )
+                    });
                     // Steps with all optional outputs.
                     let wanted = DENSITY | VELOCITY | DIVERGENCE;
                     for (kind, tracers) in [("particles", 0), ("tracers", 5)] {
@@ -180,17 +209,23 @@ macro_rules! check {
 }
 
 check!(line_f64, f64, 1; mollis_kernel1_bytes() mollis_kernel1_prepare();
-    mollis_field1_workspace_bytes() mollis_field1_text() mollis_field1_eval(); blob1_workspace_bytes() blob1_step());
+    mollis_field1_workspace_bytes() mollis_field1_text() mollis_field1_eval(); blob1_workspace_bytes() blob1_step();
+    mollis_field1_essential_bytes() mollis_field1_essential());
 check!(plane_f64, f64, 2; mollis_kernel2_bytes() mollis_kernel2_prepare();
-    mollis_field2_workspace_bytes() mollis_field2_text() mollis_field2_eval(); blob2_workspace_bytes() blob2_step());
+    mollis_field2_workspace_bytes() mollis_field2_text() mollis_field2_eval(); blob2_workspace_bytes() blob2_step();
+    mollis_field2_essential_bytes() mollis_field2_essential());
 check!(space_f64, f64, 3; mollis_kernel3_bytes() mollis_kernel3_prepare();
-    mollis_field3_workspace_bytes() mollis_field3_text() mollis_field3_eval(); blob3_workspace_bytes() blob3_step());
+    mollis_field3_workspace_bytes() mollis_field3_text() mollis_field3_eval(); blob3_workspace_bytes() blob3_step();
+    mollis_field3_essential_bytes() mollis_field3_essential());
 check!(line_f32, f32, 1; mollis_kernel1_bytes_f32() mollis_kernel1_prepare_f32();
     mollis_field1_workspace_bytes_f32() mollis_field1_text_f32() mollis_field1_eval_f32();
-    blob1_workspace_bytes_f32() blob1_step_f32());
+    blob1_workspace_bytes_f32() blob1_step_f32();
+    mollis_field1_essential_bytes_f32() mollis_field1_essential_f32());
 check!(plane_f32, f32, 2; mollis_kernel2_bytes_f32() mollis_kernel2_prepare_f32();
     mollis_field2_workspace_bytes_f32() mollis_field2_text_f32() mollis_field2_eval_f32();
-    blob2_workspace_bytes_f32() blob2_step_f32());
+    blob2_workspace_bytes_f32() blob2_step_f32();
+    mollis_field2_essential_bytes_f32() mollis_field2_essential_f32());
 check!(space_f32, f32, 3; mollis_kernel3_bytes_f32() mollis_kernel3_prepare_f32();
     mollis_field3_workspace_bytes_f32() mollis_field3_text_f32() mollis_field3_eval_f32();
-    blob3_workspace_bytes_f32() blob3_step_f32());
+    blob3_workspace_bytes_f32() blob3_step_f32();
+    mollis_field3_essential_bytes_f32() mollis_field3_essential_f32());

@@ -63,7 +63,7 @@ pub(super) fn sums<T: Real, const D: usize>(
     let Call { options, sources, targets, outputs, near: _ } = call;
     let NearCall { method, scratch, each } = near;
     let starts = method.starts();
-    let extras = [sources.radii.is_some(), false];
+    let extras = [sources.radii.is_some(), sources.strengths.is_some()];
     let packed = Packed::<T, D>::layout(&mut Carve::reopen(workspace)?, sources.positions.len(), extras)?;
     let rule = options.pair_radius;
     let core = |square: T| kernel.core(rule, square);

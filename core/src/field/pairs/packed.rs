@@ -145,7 +145,7 @@ pub(in crate::field) struct Packed<'w, T, const D: usize> {
     /// Of their core radii, if they have any, or vector strengths ([`super::PairKernel::core`]).
     cores: &'w mut [T],
     /// Vector strengths in units, if they have any; masses are then 1.
-    strengths: &'w mut [[T; D]],
+    pub(in crate::field) strengths: &'w mut [[T; D]],
     /// Which of the caller's sources each one is.
     pub(in crate::field) origins: &'w mut [u32],
     /// The bounds of each block, class by class.

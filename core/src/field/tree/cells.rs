@@ -219,8 +219,9 @@ impl<'w, T: Real> Cells<'w, T> {
         }
     }
 
-    /// Gives the mass of coincident sources in leaves of more than `leaf` to the first of them. `points` in their order, in space.
-    pub fn merge(&mut self, leaf: usize, masses: &mut [T], points: &dyn Fn(usize) -> [T; 3]) {
+    /// Gives the mass of coincident sources in leaves of more than `leaf` to the first of them; `masses` are `count` numbers, or the components of as many vectors, one component after
+    /// the other. `points` in their order, in space.
+    pub fn merge(&mut self, leaf: usize, (masses, count): (&mut [T], usize), points: &dyn Fn(usize) -> [T; 3]) {
         for words in self.all.iter_mut().take(self.len) {
             let mut cell = Cell::of(*words);
             let range = cell.points(SOURCES);
@@ -228,11 +229,13 @@ impl<'w, T: Real> Cells<'w, T> {
             if !cell.is_leaf() || range.len() <= leaf || range.clone().any(|k| points(k) != first) {
                 continue;
             }
-            let mut sum = DoubleWord::ZERO;
-            for mass in masses.get_mut(range.clone()).unwrap_or_default() {
-                sum = sum.plus(core::mem::replace(mass, T::ZERO));
+            for masses in masses.chunks_mut(count.max(1)) {
+                let mut sum = DoubleWord::ZERO;
+                for mass in masses.get_mut(range.clone()).unwrap_or_default() {
+                    sum = sum.plus(core::mem::replace(mass, T::ZERO));
+                }
+                masses.get_mut(range.start).into_iter().for_each(|mass| *mass = sum.hi);
             }
-            masses.get_mut(range.start).into_iter().for_each(|mass| *mass = sum.hi);
             cell.spans[SOURCES][1] = cell.spans[SOURCES][0] + 1;
             *words = cell.words();
         }

@@ -219,7 +219,7 @@ impl<T: Real> Passes<'_, '_, T> {
         Ok(())
     }
 
-    /// Adds what the cells of a level give to each other.
+    /// Adds what the cells of a level give to each other. Of vectors the moments of one component of all cells stand before those of the next.
     pub fn across(
         &self,
         of: &mut AtLevel<'_, T>,
@@ -239,8 +239,7 @@ impl<T: Real> Passes<'_, '_, T> {
                 Ok(())
             })?;
         }
-        let stride = basis.stride;
-        let own = locals.get_mut(range.start * stride..range.end * stride).present()?;
+        let (stride, size) = (basis.stride, (cells.len() * basis.stride).max(1));
         let mut wanted = counts.iter().enumerate().filter(|(_, count)| **count > 0).map(|(class, _)| class).peekable();
         while wanted.peek().is_some() {
             let mut n = 0;
@@ -250,7 +249,10 @@ impl<T: Real> Passes<'_, '_, T> {
                 n += 1;
             }
             self.prepare(n, of, far, room, run)?;
-            self.apply(n, (depth, far), (moments, &mut *own), room, run)?;
+            for (moments, locals) in moments.chunks(size).zip(locals.chunks_mut(size)) {
+                let own = locals.get_mut(range.start * stride..range.end * stride).present()?;
+                self.apply(n, (depth, far), (moments, own), room, run)?;
+            }
         }
         Ok(())
     }

@@ -35,7 +35,7 @@ mod near;
 mod operators;
 mod settings;
 
-use super::options::Options;
+use super::options::{Options, PairRadius};
 use super::pairs::{self, Call, ErasedCall, NearCall, Packed, Units, largest};
 use super::problem::{Interaction, Outputs, Sources, Wanted};
 use super::results::{Output, bring_back};
@@ -66,8 +66,9 @@ pub(super) fn settings<T: Real, const D: usize>(
 ) -> Option<Settings> {
     // Beyond the core of a Newtonian kernel the Laplacian is zero.
     let no_laplacian = kernel.newtonian().is_some_and(|(_, blob)| pairs::support::<T>(D, blob.mollifier()).is_some());
-    let serves = !options.strengths
-        && !options.radii
+    // Where cores end is known; afar they don't matter.
+    let serves = (!options.radii || no_laplacian)
+        && options.pair_radius == PairRadius::Source
         && !wanted.hessian
         && (!wanted.laplacian || no_laplacian)
         && (options.method.is_some() || options.tolerance >= floor::<T>());
@@ -90,6 +91,8 @@ struct Arrays<'w, T> {
     /// The sources in their order, as the engine for pairs lays them out, and one source for samples of the kernel.
     packed: &'w mut [u8],
     one: &'w mut [u8],
+    /// Of vector strengths the components, one after the other, in the order of the sources.
+    components: &'w mut [T],
     /// Keys and indices.
     words: [&'w mut [u64]; 2],
     spare: &'w mut [u64],
@@ -127,35 +130,38 @@ struct Sizes {
     wanted: Wanted,
     workers: usize,
     settings: Settings,
+    /// Whether sources have core radii, and vector strengths.
+    extras: [bool; 2],
 }
 
 /// Bytes of the engine's sources.
-fn packed_bytes<T: Real>(dimension: usize, n: usize) -> Result<usize> {
+fn packed_bytes<T: Real>(dimension: usize, n: usize, extras: [bool; 2]) -> Result<usize> {
     match dimension {
-        1 => pairs::workspace_bytes::<T, 1>(n, [false; 2]),
-        2 => pairs::workspace_bytes::<T, 2>(n, [false; 2]),
-        _ => pairs::workspace_bytes::<T, 3>(n, [false; 2]),
+        1 => pairs::workspace_bytes::<T, 1>(n, extras),
+        2 => pairs::workspace_bytes::<T, 2>(n, extras),
+        _ => pairs::workspace_bytes::<T, 3>(n, extras),
     }
 }
 
-/// The engine's sources: positions, masses, origins.
-type Placed<'w, T> = (&'w mut [T], &'w mut [T], &'w mut [u32]);
+/// The engine's sources: positions, masses, vector strengths, origins.
+type Placed<'w, T> = (&'w mut [T], &'w mut [T], &'w mut [T], &'w mut [u32]);
 
 /// Opens the engine's sources.
-fn open_packed<T: Real>(dimension: usize, packed: &mut [u8], n: usize) -> Result<Placed<'_, T>> {
-    fn of<T: Real, const D: usize>(packed: &mut [u8], n: usize) -> Result<Placed<'_, T>> {
-        let packed = Packed::<T, D>::layout(&mut Carve::reopen(packed)?, n, [false; 2])?;
-        Ok((packed.positions.as_flattened_mut(), packed.masses, packed.origins))
+fn open_packed<T: Real>(dimension: usize, packed: &mut [u8], n: usize, extras: [bool; 2]) -> Result<Placed<'_, T>> {
+    fn of<T: Real, const D: usize>(packed: &mut [u8], n: usize, extras: [bool; 2]) -> Result<Placed<'_, T>> {
+        let packed = Packed::<T, D>::layout(&mut Carve::reopen(packed)?, n, extras)?;
+        let strengths = packed.strengths.as_flattened_mut();
+        Ok((packed.positions.as_flattened_mut(), packed.masses, strengths, packed.origins))
     }
     match dimension {
-        1 => of::<T, 1>(packed, n),
-        2 => of::<T, 2>(packed, n),
-        _ => of::<T, 3>(packed, n),
+        1 => of::<T, 1>(packed, n, extras),
+        2 => of::<T, 2>(packed, n, extras),
+        _ => of::<T, 3>(packed, n, extras),
     }
 }
 
 fn layout<'w, T: Real>(space: &mut impl Space<'w>, sizes: Sizes) -> Result<Arrays<'w, T>> {
-    let Sizes { sources, targets, wanted, workers, settings } = sizes;
+    let Sizes { sources, targets, wanted, workers, settings, extras } = sizes;
     let dimension = settings.dimension;
     let most = sources.max(targets);
     if u32::try_from(most).is_err() {
@@ -166,13 +172,15 @@ fn layout<'w, T: Real>(space: &mut impl Space<'w>, sizes: Sizes) -> Result<Array
     let each = Measure::of(|space| Scratch::<T>::layout(space, settings.terms).map(|_| ()))?;
     let times = |a: usize, b: usize| a.checked_mul(b).ok_or(Error::TooLarge);
     let basis = Basis::layout(space, dimension, settings.order)?;
-    let expansions = times(n_cells, basis.stride)?;
+    let components = if extras[1] { 3 } else { 1 };
+    let expansions = times(n_cells, basis.stride * components)?;
     // A task ends when the next leaf would make it too large, so any two neighbours have more than that.
     let n_tasks = times(targets.div_ceil(TASK), 2)?.saturating_add(2);
     let some = |wanted: bool| if wanted { targets } else { 0 };
     Ok(Arrays {
-        packed: space.try_array(packed_bytes::<T>(dimension, sources)?)?,
-        one: space.try_array(packed_bytes::<T>(dimension, 1)?)?,
+        packed: space.try_array(packed_bytes::<T>(dimension, sources, extras)?)?,
+        one: space.try_array(packed_bytes::<T>(dimension, 1, [false; 2])?)?,
+        components: space.try_array(if extras[1] { times(sources, components)? } else { 0 })?,
         words: [space.try_array(sources)?, space.try_array(targets)?],
         spare: space.try_array(most)?,
         counts: space.try_array(BUCKETS)?,
@@ -207,10 +215,11 @@ pub(super) fn workspace_bytes<T: Real>(
     settings: Settings,
     (sources, targets): (usize, usize),
     wanted: Wanted,
-    _: &Options,
+    options: &Options,
     workers: usize,
 ) -> Result<usize> {
-    let sizes = Sizes { sources, targets, wanted, workers, settings };
+    let extras = [options.radii, options.strengths];
+    let sizes = Sizes { sources, targets, wanted, workers, settings, extras };
     Measure::of(|space| layout::<T>(space, sizes).map(|_| ()))
 }
 
@@ -275,28 +284,41 @@ fn sums<T: Real>(
         laplacian: call.laplacian.is_some(),
         hessian: false,
     };
-    let ErasedCall { dimension: d, newtonian, reach, options, positions, masses, targets, .. } = call;
+    let ErasedCall { dimension: d, newtonian, options, positions, masses, strengths, targets, radii, .. } = call;
     let settings = Settings::new(options.tolerance, d, newtonian.is_some());
     let (n_sources, n_targets) = (positions.len() / d.max(1), targets.len() / d.max(1));
     let workers = run.executor.workers().min(MAX_WORKERS);
-    let sizes = Sizes { sources: n_sources, targets: n_targets, wanted, workers, settings };
+    let extras = [radii.is_some(), strengths.is_some()];
+    let sizes = Sizes { sources: n_sources, targets: n_targets, wanted, workers, settings, extras };
     // Nothing is read before it is written.
     let arrays = layout::<T>(&mut Carve::reopen(workspace)?, sizes)?;
-    let Arrays { packed, one, words, spare, counts, mut cells, mut basis, mut nodes, moments, locals, .. } = arrays;
+    let Arrays {
+        packed, one, components, words, spare, counts, mut cells, mut basis, mut nodes, moments, locals, ..
+    } = arrays;
     let Arrays { mut operators, sample, sample_values, sample_slopes, points, ranks, .. } = arrays;
     let Arrays { potential, gradient, laplacian, leaves, stack, tasks, starts, scratch, each, .. } = arrays;
     if n_targets == 0 {
         return Ok(());
     }
 
+    let reach = match (radii, newtonian) {
+        (Some(radii), Some((_, mollifier, _))) => {
+            pairs::support::<T>(d, mollifier).ok_or(Error::Unsupported)? * largest(T::ZERO, radii)
+        }
+        _ => call.reach,
+    };
     let length = largest(largest(T::ZERO, positions), targets).max(reach);
-    let units = Units::new(length, largest(T::ZERO, masses));
+    let units = Units::new(length, largest(T::ZERO, strengths.unwrap_or(masses)));
     let unit = T::ONE.ldexp(units.position);
     let [source_words, target_words] = words;
     let mut count = 0;
-    for (source, _) in masses.iter().enumerate().filter(|(_, m)| **m != T::ZERO) {
-        *source_words.get_mut(count).present()? = source as u64;
-        count += 1;
+    let per_source = if strengths.is_some() { d.max(1) } else { 1 };
+    let of_sources = strengths.unwrap_or(masses);
+    for (source, mass) in of_sources.chunks(per_source.max(1)).enumerate() {
+        if mass.iter().any(|&m| m != T::ZERO) {
+            *source_words.get_mut(count).present()? = source as u64;
+            count += 1;
+        }
     }
     let source_words = source_words.get_mut(..count).present()?;
     // Targets that are the sources are in the same cells in the same order.
@@ -319,20 +341,34 @@ fn sums<T: Real>(
         cells.share();
     }
     let target_words = if same { &*source_words } else { &*target_words };
-    let (in_order, heavy, origins) = open_packed::<T>(d, packed, n_sources)?;
-    let (in_order, heavy) = (in_order.get_mut(..count * d).present()?, heavy.get_mut(..count).present()?);
+    let (in_order, heavy, vectors, origins) = open_packed::<T>(d, packed, n_sources, extras)?;
+    let in_order = in_order.get_mut(..count * d).present()?;
     let of_mass = T::ONE.ldexp(units.mass);
-    for (((to, mass), origin), &word) in in_order.chunks_mut(d.max(1)).zip(&mut *heavy).zip(origins).zip(&*source_words)
-    {
+    for ((to, origin), &word) in in_order.chunks_mut(d.max(1)).zip(origins).zip(&*source_words) {
         let source = index(word);
         let from = positions.get(source * d..).and_then(|rest| rest.get(..d)).present()?;
         to.iter_mut().zip(from).for_each(|(to, &x)| *to = x * unit);
-        *mass = masses.get(source).copied().present()? * of_mass;
         *origin = source as u32;
     }
-    cells.merge(limits.leaf, heavy, &|k| {
-        spatial(in_order.get(k * d..).and_then(|rest| rest.get(..d)).unwrap_or_default(), T::ONE)
-    });
+    // The masses, or the components of the strengths one after the other.
+    let loads = if strengths.is_some() { components } else { &mut *heavy };
+    let loads = loads.get_mut(..count * per_source).present()?;
+    for (component, loads) in loads.chunks_mut(count.max(1)).enumerate() {
+        for (to, &word) in loads.iter_mut().zip(&*source_words) {
+            *to = of_sources.get(index(word) * per_source + component).copied().present()? * of_mass;
+        }
+    }
+    if radii.is_none() {
+        cells.merge(limits.leaf, (&mut *loads, count), &|k| {
+            spatial(in_order.get(k * d..).and_then(|rest| rest.get(..d)).unwrap_or_default(), T::ONE)
+        });
+    }
+    if strengths.is_some() {
+        for (component, loads) in loads.chunks(count.max(1)).enumerate() {
+            let to = vectors.iter_mut().skip(component).step_by(per_source.max(1));
+            to.zip(loads).for_each(|(to, &x)| *to = x);
+        }
+    }
     for ((rank, to), &word) in (0..).zip(points.chunks_mut(d.max(1))).zip(target_words) {
         let target = index(word);
         let from = targets.get(target * d..).and_then(|rest| rest.get(..d)).present()?;
@@ -344,9 +380,15 @@ fn sums<T: Real>(
     nodes.prepare(settings.order);
     let passes = Passes { cells: &cells, basis: &basis, nodes: &nodes };
     let stride = basis.stride;
-    let moments = moments.get_mut(..cells.len() * stride).present()?;
-    let locals = locals.get_mut(..cells.len() * stride).present()?;
-    passes.up((in_order, heavy), moments, &mut operators, run)?;
+    let size = (cells.len() * stride).max(1);
+    let moments = moments.get_mut(..size * per_source).present()?;
+    let locals = locals.get_mut(..size * per_source).present()?;
+    for (moments, loads) in moments.chunks_mut(size).zip(loads.chunks(count.max(1))) {
+        passes.up((in_order, loads), moments, &mut operators, run)?;
+    }
+    if strengths.is_some() {
+        heavy.get_mut(..count).present()?.fill(T::ONE);
+    }
     locals.fill(T::ZERO);
 
     // The mean sizes are those of the largest mass, as the masses are in units of it.
@@ -371,7 +413,9 @@ fn sums<T: Real>(
         let mut level = AtLevel { depth, allowed, kernel: &mut at_level };
         passes.across(&mut level, (moments, &mut *locals), &mut far, &mut operators, run)?;
     }
-    passes.down(locals, &mut operators, run)?;
+    for locals in locals.chunks_mut(size) {
+        passes.down(locals, &mut operators, run)?;
+    }
 
     let n_leaves = cells.leaves(leaves, stack)?;
     let leaves = leaves.get(..n_leaves).present()?;
@@ -383,6 +427,7 @@ fn sums<T: Real>(
         units,
         count,
         locals,
+        vectors: strengths.is_some(),
         points,
         list: leaves,
         tasks: tasks.get(..n_tasks).present()?,
@@ -394,6 +439,8 @@ fn sums<T: Real>(
         options: &plain,
         positions,
         masses,
+        radii,
+        strengths,
         targets: points,
         potential: wanted.potential.then_some(&mut *potential),
         gradient: wanted.gradient.then_some(&mut *gradient),

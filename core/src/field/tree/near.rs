@@ -15,6 +15,8 @@ pub(super) const TASK: usize = 1024;
 /// Room for groups of targets and ranges of sources.
 const GROUPS: usize = 128;
 const RANGES: usize = 4096;
+/// Targets at a time where sources have vector strengths.
+const SOME: usize = 64;
 
 /// What all tasks share.
 pub(super) struct Leaves<'a, 'w, T: Real> {
@@ -24,8 +26,10 @@ pub(super) struct Leaves<'a, 'w, T: Real> {
     pub units: Units<T>,
     /// How many sources there are.
     pub count: usize,
-    /// The local expansions of all cells.
+    /// The local expansions of all cells; of vectors those of one component before those of the next.
     pub locals: &'a [T],
+    /// Whether sources have vector strengths.
+    pub vectors: bool,
     /// The targets, in true units.
     pub points: &'a [T],
     /// The leaves with targets; the first and one beyond the last of each task, and where the tasks' targets begin.
@@ -126,19 +130,53 @@ impl<T: Real> Leaves<'_, '_, T> {
         let points = cell.points(TARGETS);
         let at = points.start - start as usize..points.end - start as usize;
         let d = basis.dimension;
-        let from = self.locals.get(leaf * basis.stride..).and_then(|rest| rest.get(..basis.stride)).present()?;
         let per_half = T::TWO / self.cells.width(depth);
+        let frame = Frame { centre: self.cells.centre(&cell), per_half, factor: T::ONE.ldexp(self.units.position) };
+        let scales = [per_half, T::ONE.ldexp(self.units.position)];
+        let of_component = |component: usize| {
+            let start = (component * self.cells.len() + leaf) * basis.stride;
+            self.locals.get(start..).and_then(|rest| rest.get(..basis.stride)).present()
+        };
+        let targets = self.points.get(points.start * d..points.end * d).present()?;
         let [potential, gradient, ..] = to.outputs();
-        level.run(Values {
-            basis,
-            from,
-            points: self.points.get(points.start * d..points.end * d).present()?,
-            frame: Frame { centre: self.cells.centre(&cell), per_half, factor: T::ONE.ldexp(self.units.position) },
-            scratch,
-            potential: potential.and_then(|p| p.get_mut(at.clone())),
-            gradient: gradient.and_then(|g| g.get_mut(at.start * d..at.end * d)),
-            scales: [per_half, T::ONE.ldexp(self.units.position)],
-        });
+        let gradient = gradient.and_then(|g| g.get_mut(at.start * d..at.end * d));
+        if !self.vectors {
+            level.run(Values {
+                basis,
+                from: of_component(0)?,
+                points: targets,
+                frame,
+                scratch,
+                potential: potential.and_then(|p| p.get_mut(at)),
+                gradient,
+                scales,
+            });
+            return Ok(());
+        }
+        for (points, to) in targets.chunks(3 * SOME).zip(gradient.unwrap_or_default().chunks_mut(3 * SOME)) {
+            for component in 0..3 {
+                let mut slopes = [T::ZERO; 3 * SOME];
+                level.run(Values {
+                    basis,
+                    from: of_component(component)?,
+                    points,
+                    frame,
+                    scratch: &mut *scratch,
+                    potential: None,
+                    gradient: slopes.get_mut(..points.len()),
+                    scales,
+                });
+                // grad A x e of the unit vector e along the component's axis.
+                for (to, &[x, y, z]) in to.as_chunks_mut::<3>().0.iter_mut().zip(slopes.as_chunks::<3>().0) {
+                    let product = match component {
+                        0 => [T::ZERO, z, -y],
+                        1 => [-z, T::ZERO, x],
+                        _ => [y, -x, T::ZERO],
+                    };
+                    to.iter_mut().zip(product).for_each(|(to, x)| *to += x);
+                }
+            }
+        }
         Ok(())
     }
 

@@ -23,7 +23,7 @@ pub const MOLLIS_METHOD_SPLIT: i32 = 5;
 /// below 2^-1022 of the largest (single precision: 2^-126) count as zero in the end.
 pub const MOLLIS_METHOD_FMM: i32 = 6;
 /// Any kernel that is smooth away from zero, in one, two and three dimensions: cells, and the kernel interpolated between those that do not touch, to the tolerance (at least 1e-12,
-/// single precision 1e-5). Potentials and gradients, and Laplacians of Newtonian kernels; no core radii and no vector strengths. Where a kernel cannot be interpolated, as about
+/// single precision 1e-5). Potentials and gradients, and Laplacians of Newtonian kernels; vector strengths; core radii of sources under compact and Gaussian mollifiers, where cells are no narrower than the largest core. Where a kernel cannot be interpolated, as about
 /// an edge of it, pairs are summed one by one. Masses below 2^-1022 of the largest (single precision: 2^-126) count as zero in the end.
 pub const MOLLIS_METHOD_TREE: i32 = 7;
 
