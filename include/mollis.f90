@@ -2089,6 +2089,60 @@ module mollis
       real(c_float), intent(inout), optional :: norm
       integer(c_int32_t) :: answer
     end function
+    function mollis_sobolev_norm2(points, spacing, p, values, norm) bind(c) result(answer)
+      import
+      integer(c_size_t), intent(in) :: points(2)
+      real(c_double), value :: spacing
+      real(c_double), value :: p
+      real(c_double), intent(in) :: values(*)
+      real(c_double), intent(inout), optional :: norm
+      integer(c_int32_t) :: answer
+    end function
+    function mollis_sobolev_norm2_f32(points, spacing, p, values, norm) bind(c) result(answer)
+      import
+      integer(c_size_t), intent(in) :: points(2)
+      real(c_float), value :: spacing
+      real(c_float), value :: p
+      real(c_float), intent(in) :: values(*)
+      real(c_float), intent(inout), optional :: norm
+      integer(c_int32_t) :: answer
+    end function
+    function mollis_sobolev_norm1(points, spacing, p, values, norm) bind(c) result(answer)
+      import
+      integer(c_size_t), intent(in) :: points(1)
+      real(c_double), value :: spacing
+      real(c_double), value :: p
+      real(c_double), intent(in) :: values(*)
+      real(c_double), intent(inout), optional :: norm
+      integer(c_int32_t) :: answer
+    end function
+    function mollis_sobolev_norm1_f32(points, spacing, p, values, norm) bind(c) result(answer)
+      import
+      integer(c_size_t), intent(in) :: points(1)
+      real(c_float), value :: spacing
+      real(c_float), value :: p
+      real(c_float), intent(in) :: values(*)
+      real(c_float), intent(inout), optional :: norm
+      integer(c_int32_t) :: answer
+    end function
+    function mollis_sobolev_norm3(points, spacing, p, values, norm) bind(c) result(answer)
+      import
+      integer(c_size_t), intent(in) :: points(3)
+      real(c_double), value :: spacing
+      real(c_double), value :: p
+      real(c_double), intent(in) :: values(*)
+      real(c_double), intent(inout), optional :: norm
+      integer(c_int32_t) :: answer
+    end function
+    function mollis_sobolev_norm3_f32(points, spacing, p, values, norm) bind(c) result(answer)
+      import
+      integer(c_size_t), intent(in) :: points(3)
+      real(c_float), value :: spacing
+      real(c_float), value :: p
+      real(c_float), intent(in) :: values(*)
+      real(c_float), intent(inout), optional :: norm
+      integer(c_int32_t) :: answer
+    end function
     function mollis_dual_norm2_workspace_bytes(points, margin, bytes) bind(c) result(answer)
       import
       integer(c_size_t), intent(in) :: points(2)
@@ -2632,6 +2686,18 @@ module mollis
 
   interface distance_norm3
     module procedure thin_distance_norm3, thin_distance_norm3_f32
+  end interface
+
+  interface sobolev_norm2
+    module procedure thin_sobolev_norm2, thin_sobolev_norm2_f32
+  end interface
+
+  interface sobolev_norm1
+    module procedure thin_sobolev_norm1, thin_sobolev_norm1_f32
+  end interface
+
+  interface sobolev_norm3
+    module procedure thin_sobolev_norm3, thin_sobolev_norm3_f32
   end interface
 
   interface dual_norm2_workspace_bytes
@@ -4366,6 +4432,66 @@ contains
     real(c_float), intent(inout), optional :: norm
     integer(c_int32_t), intent(out), optional :: status
     call tell(mollis_distance_norm3_f32(int(n, c_size_t), a, b, cell, p, norm), status)
+  end subroutine
+
+  subroutine thin_sobolev_norm2(points, spacing, p, values, norm, status)
+    integer(c_size_t), intent(in) :: points(2)
+    real(c_double), value :: spacing
+    real(c_double), value :: p
+    real(c_double), intent(in) :: values(*)
+    real(c_double), intent(inout), optional :: norm
+    integer(c_int32_t), intent(out), optional :: status
+    call tell(mollis_sobolev_norm2(points, spacing, p, values, norm), status)
+  end subroutine
+
+  subroutine thin_sobolev_norm2_f32(points, spacing, p, values, norm, status)
+    integer(c_size_t), intent(in) :: points(2)
+    real(c_float), value :: spacing
+    real(c_float), value :: p
+    real(c_float), intent(in) :: values(*)
+    real(c_float), intent(inout), optional :: norm
+    integer(c_int32_t), intent(out), optional :: status
+    call tell(mollis_sobolev_norm2_f32(points, spacing, p, values, norm), status)
+  end subroutine
+
+  subroutine thin_sobolev_norm1(points, spacing, p, values, norm, status)
+    integer(c_size_t), intent(in) :: points(1)
+    real(c_double), value :: spacing
+    real(c_double), value :: p
+    real(c_double), intent(in) :: values(*)
+    real(c_double), intent(inout), optional :: norm
+    integer(c_int32_t), intent(out), optional :: status
+    call tell(mollis_sobolev_norm1(points, spacing, p, values, norm), status)
+  end subroutine
+
+  subroutine thin_sobolev_norm1_f32(points, spacing, p, values, norm, status)
+    integer(c_size_t), intent(in) :: points(1)
+    real(c_float), value :: spacing
+    real(c_float), value :: p
+    real(c_float), intent(in) :: values(*)
+    real(c_float), intent(inout), optional :: norm
+    integer(c_int32_t), intent(out), optional :: status
+    call tell(mollis_sobolev_norm1_f32(points, spacing, p, values, norm), status)
+  end subroutine
+
+  subroutine thin_sobolev_norm3(points, spacing, p, values, norm, status)
+    integer(c_size_t), intent(in) :: points(3)
+    real(c_double), value :: spacing
+    real(c_double), value :: p
+    real(c_double), intent(in) :: values(*)
+    real(c_double), intent(inout), optional :: norm
+    integer(c_int32_t), intent(out), optional :: status
+    call tell(mollis_sobolev_norm3(points, spacing, p, values, norm), status)
+  end subroutine
+
+  subroutine thin_sobolev_norm3_f32(points, spacing, p, values, norm, status)
+    integer(c_size_t), intent(in) :: points(3)
+    real(c_float), value :: spacing
+    real(c_float), value :: p
+    real(c_float), intent(in) :: values(*)
+    real(c_float), intent(inout), optional :: norm
+    integer(c_int32_t), intent(out), optional :: status
+    call tell(mollis_sobolev_norm3_f32(points, spacing, p, values, norm), status)
   end subroutine
 
   subroutine thin_dual_norm2_workspace_bytes(points, margin, bytes, status)

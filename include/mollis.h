@@ -159,7 +159,7 @@
 
 /**
  * Any kernel that is smooth away from zero, in one, two and three dimensions: cells, and the kernel interpolated between those that do not touch, to the tolerance (at least 1e-12,
- * single precision 1e-5). Potentials and gradients, and Laplacians of Newtonian kernels; no core radii and no vector strengths. Where a kernel cannot be interpolated, as about
+ * single precision 1e-5). Potentials and gradients, and Laplacians of Newtonian kernels; vector strengths; core radii of sources under compact and Gaussian mollifiers, where cells are no narrower than the largest core. Where a kernel cannot be interpolated, as about
  * an edge of it, pairs are summed one by one. Masses below 2^-1022 of the largest (single precision: 2^-126) count as zero in the end.
  */
 #define MOLLIS_METHOD_TREE 7
@@ -1517,6 +1517,22 @@ mollis_status mollis_distance_norm1(size_t n, const double (*a)[1], const double
 mollis_status mollis_distance_norm1_f32(size_t n, const float (*a)[1], const float (*b)[1], float cell, float p, float *norm);
 mollis_status mollis_distance_norm3(size_t n, const double (*a)[3], const double (*b)[3], double cell, double p, double *norm);
 mollis_status mollis_distance_norm3_f32(size_t n, const float (*a)[3], const float (*b)[3], float cell, float p, float *norm);
+
+/**
+ * Writes the W^{1,p}_h norm of a function on a box of the lattice h Z^2: (|v|^p + sum_j |D_j v|^p)^(1/p) in L^p_h, with forward differences D_j over
+ * h; for infinite p the largest of all. Outside the box the function is zero, so differences at its border count.
+ *
+ * `values` holds points[0] * points[1] numbers, the first axis fastest; `spacing` is h; 1 <= p.
+ *
+ * Refused, with `norm` as it was: MOLLIS_ERR_OUT_OF_DOMAIN (p, or h or h^2 out of range), MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_NULL_POINTER,
+ * MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_OVERLAP. NaN gives NaN.
+ */
+mollis_status mollis_sobolev_norm2(const size_t (*points)[2], double spacing, double p, const double *values, double *norm);
+mollis_status mollis_sobolev_norm2_f32(const size_t (*points)[2], float spacing, float p, const float *values, float *norm);
+mollis_status mollis_sobolev_norm1(const size_t (*points)[1], double spacing, double p, const double *values, double *norm);
+mollis_status mollis_sobolev_norm1_f32(const size_t (*points)[1], float spacing, float p, const float *values, float *norm);
+mollis_status mollis_sobolev_norm3(const size_t (*points)[3], double spacing, double p, const double *values, double *norm);
+mollis_status mollis_sobolev_norm3_f32(const size_t (*points)[3], float spacing, float p, const float *values, float *norm);
 
 /**
  * Writes the bytes of workspace that `mollis_dual_norm2` needs for a box of points[0] x points[1] lattice points (one

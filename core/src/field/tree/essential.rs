@@ -25,7 +25,7 @@ use crate::field::problem::{Essential, Interaction, PROXY, Sources};
 use crate::kernel::Kernel;
 use crate::memory::{Carve, Measure, Space};
 use crate::mollifier::{Blob, Mollifier};
-use crate::real::{Real, Scalar};
+use crate::real::{Extended, Real, Scalar};
 use crate::simd::{Level, MAX_LANES};
 use crate::sort::words::BUCKETS;
 
@@ -93,7 +93,7 @@ fn settings<T: Real, const D: usize>(kernel: &dyn Interaction<T, D>, tolerance: 
         return Err(Error::OutOfDomain);
     }
     let newtonian = kernel.newtonian().is_some();
-    if !newtonian && !kernel.sum().is_some_and(|sum| sum.is_known()) {
+    if !newtonian && !kernel.sum().is_some_and(Kernel::is_known) {
         return Err(Error::Unsupported);
     }
     // One side alone is interpolated, so that a few terms more reach the accuracy of the tree's steps at the same distance.
@@ -152,7 +152,7 @@ pub fn essential<T: Real, const D: usize>(
     if !run.level.is_available() {
         return Err(Error::Unsupported);
     }
-    let blob = kernel.newtonian().map(|(_, blob)| blob).or(kernel.sum().map(|sum| sum.blob()));
+    let blob = kernel.newtonian().map(|(_, blob)| blob).or(kernel.sum().map(Kernel::blob));
     let blob = blob.ok_or(Error::Unsupported)?;
     let ratio = support::<T>(D, blob.mollifier());
     if sources.radii.is_some() && ratio.is_none() {
@@ -216,7 +216,7 @@ fn others<T: Real, const D: usize>(sum: &Kernel<'_, T, D>, half: f64, at: &[f64]
     let pair = |x: f64| sum.pair_scaled(half * x, [true, true, false]);
     let mut unit = i32::MIN;
     for &x in at {
-        let [value, factor, _] = pair(x).map(|number| number.exponent());
+        let [value, factor, _] = pair(x).map(Extended::exponent);
         let factor = factor.map(|factor| factor.saturating_add(2 * exponent));
         unit = value.into_iter().chain(factor).fold(unit, |most, e| if e > most { e } else { most });
     }

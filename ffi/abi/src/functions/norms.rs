@@ -5,7 +5,7 @@
 use core::ffi::c_void;
 
 use crate::first_bad::search;
-use crate::norms::{distance, dual_norm, dual_norm_size};
+use crate::norms::{distance, dual_norm, dual_norm_size, sobolev};
 use crate::status::{mollis_status, status};
 
 /// Writes the L^p_h norm (sum |v_i|^p cell)^(1/p) of n values, cell = h^d, 1 <= p; the largest |v_i| for infinite p. The sum is
@@ -116,6 +116,90 @@ pub unsafe extern "C" fn mollis_distance_norm3_f32(
 ) -> mollis_status {
     // SAFETY: the crate's contract.
     status(unsafe { distance::<f32, 3>(n, a, b, cell, p, norm) })
+}
+
+/// Writes the W^{1,p}_h norm of a function on a box of the lattice h Z^2: (|v|^p + sum_j |D_j v|^p)^(1/p) in L^p_h, with forward differences D_j over
+/// h; for infinite p the largest of all. Outside the box the function is zero, so differences at its border count.
+///
+/// `values` holds points[0] * points[1] numbers, the first axis fastest; `spacing` is h; 1 <= p.
+///
+/// Refused, with `norm` as it was: MOLLIS_ERR_OUT_OF_DOMAIN (p, or h or h^2 out of range), MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_NULL_POINTER,
+/// MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_OVERLAP. NaN gives NaN.
+#[cfg(feature = "double")]
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mollis_sobolev_norm2(
+    points: *const [usize; 2],
+    spacing: f64,
+    p: f64,
+    values: *const f64,
+    norm: *mut f64,
+) -> mollis_status {
+    // SAFETY: the crate's contract.
+    status(unsafe { sobolev::<f64, 2>(points, values, (spacing, p), norm) })
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mollis_sobolev_norm2_f32(
+    points: *const [usize; 2],
+    spacing: f32,
+    p: f32,
+    values: *const f32,
+    norm: *mut f32,
+) -> mollis_status {
+    // SAFETY: the crate's contract.
+    status(unsafe { sobolev::<f32, 2>(points, values, (spacing, p), norm) })
+}
+
+#[cfg(all(feature = "dimensions", feature = "double"))]
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mollis_sobolev_norm1(
+    points: *const [usize; 1],
+    spacing: f64,
+    p: f64,
+    values: *const f64,
+    norm: *mut f64,
+) -> mollis_status {
+    // SAFETY: the crate's contract.
+    status(unsafe { sobolev::<f64, 1>(points, values, (spacing, p), norm) })
+}
+
+#[cfg(feature = "dimensions")]
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mollis_sobolev_norm1_f32(
+    points: *const [usize; 1],
+    spacing: f32,
+    p: f32,
+    values: *const f32,
+    norm: *mut f32,
+) -> mollis_status {
+    // SAFETY: the crate's contract.
+    status(unsafe { sobolev::<f32, 1>(points, values, (spacing, p), norm) })
+}
+
+#[cfg(all(feature = "dimensions", feature = "double"))]
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mollis_sobolev_norm3(
+    points: *const [usize; 3],
+    spacing: f64,
+    p: f64,
+    values: *const f64,
+    norm: *mut f64,
+) -> mollis_status {
+    // SAFETY: the crate's contract.
+    status(unsafe { sobolev::<f64, 3>(points, values, (spacing, p), norm) })
+}
+
+#[cfg(feature = "dimensions")]
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mollis_sobolev_norm3_f32(
+    points: *const [usize; 3],
+    spacing: f32,
+    p: f32,
+    values: *const f32,
+    norm: *mut f32,
+) -> mollis_status {
+    // SAFETY: the crate's contract.
+    status(unsafe { sobolev::<f32, 3>(points, values, (spacing, p), norm) })
 }
 
 /// Writes the bytes of workspace that `mollis_dual_norm2` needs for a box of points[0] x points[1] lattice points (one
