@@ -206,7 +206,6 @@ impl<'w, T: Real> Cells<'w, T> {
             k += 1;
         }
         *self.levels.get_mut(self.n_levels).present()? = self.len as u32;
-        self.find_adjacent()?;
         Ok(true)
     }
 
@@ -307,8 +306,8 @@ impl<'w, T: Real> Cells<'w, T> {
         Ok(true)
     }
 
-    /// Lists the adjacent cells of each.
-    fn find_adjacent(&mut self) -> Result<()> {
+    /// Lists the adjacent cells of each, for what asks for them.
+    pub fn find_adjacent(&mut self) -> Result<()> {
         let mut of_root = [NONE; ADJACENT];
         of_root[0] = 0;
         *self.adjacent.first_mut().present()? = of_root;

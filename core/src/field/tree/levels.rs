@@ -249,7 +249,8 @@ impl<T: Real> Passes<'_, '_, T> {
                 n += 1;
             }
             self.prepare(n, of, far, room, run)?;
-            for (moments, locals) in moments.chunks(size).zip(locals.chunks_mut(size)) {
+            for (component, locals) in locals.chunks_mut(size.max(1)).enumerate() {
+                let moments = moments.get(component * size..).and_then(|rest| rest.get(..size)).present()?;
                 let own = locals.get_mut(range.start * stride..range.end * stride).present()?;
                 self.apply(n, (depth, far), (moments, own), room, run)?;
             }

@@ -337,6 +337,7 @@ fn sums<T: Real>(
         // Larger leaves need fewer cells. Any order of the words will do.
         limits.leaf = limits.leaf.saturating_mul(2);
     }
+    cells.find_adjacent()?;
     if same {
         cells.share();
     }
@@ -383,7 +384,9 @@ fn sums<T: Real>(
     let size = (cells.len() * stride).max(1);
     let moments = moments.get_mut(..size * per_source).present()?;
     let locals = locals.get_mut(..size * per_source).present()?;
-    for (moments, loads) in moments.chunks_mut(size).zip(loads.chunks(count.max(1))) {
+    for component in 0..per_source {
+        let moments = moments.get_mut(component * size..).and_then(|rest| rest.get_mut(..size)).present()?;
+        let loads = loads.get(component * count..).and_then(|rest| rest.get(..count)).present()?;
         passes.up((in_order, loads), moments, &mut operators, run)?;
     }
     if strengths.is_some() {
@@ -413,7 +416,7 @@ fn sums<T: Real>(
         let mut level = AtLevel { depth, allowed, kernel: &mut at_level };
         passes.across(&mut level, (moments, &mut *locals), &mut far, &mut operators, run)?;
     }
-    for locals in locals.chunks_mut(size) {
+    for locals in locals.chunks_mut(size.max(1)) {
         passes.down(locals, &mut operators, run)?;
     }
 
