@@ -21,7 +21,7 @@ const COMPACT: mollis_mollifier = mollis_mollifier { kind: MOLLIS_MOLLIFIER_COMP
 const NONE: mollis_mollifier = mollis_mollifier { kind: MOLLIS_MOLLIFIER_NONE, order: 0, exponent: 0 };
 
 /// A structure as its `_init` function leaves it.
-fn filled<X>(init: unsafe extern "C" fn(*mut X, usize) -> i32) -> X {
+pub(crate) fn filled<X>(init: unsafe extern "C" fn(*mut X, usize) -> i32) -> X {
     let mut value = MaybeUninit::<X>::uninit();
     unsafe {
         assert_eq!(init(value.as_mut_ptr(), size_of::<X>()), OK);

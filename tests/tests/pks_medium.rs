@@ -1,12 +1,20 @@
 //! Coalescing particles in a medium: the index (4.30) has the gamma of the place, the field is the medium's.
+#![expect(unsafe_code, reason = "calls the C ABI as a C program does")]
 
+use std::ptr::{null, null_mut};
+
+use mollis_abi::*;
 use mollis_core::exec::Run;
 use mollis_core::grid::{Coefficients, Equation, Grid, Limits, Mesh, Variable, Walls};
 use mollis_core::pks::theory::{Constants, GAMMA, Group};
 use mollis_core::pks::{Attraction, Counters, Event, Events, Options, Scheme, Setting, State, step, workspace_bytes};
 use mollis_core::random::Philox;
 use mollis_core::{Error, Result};
+use mollis_tests::positional::*;
 use mollis_tests::{Aligned, Split};
+
+use crate::border::grid_options;
+use crate::boundary_abi::{NOTHING, filled};
 
 const LIMITS: Limits<f64> = Limits { tolerance: 1e-10, iterations: 100 };
 
@@ -153,4 +161,101 @@ fn a_solve_that_does_not_converge_changes_nothing() {
         assert_eq!(field.report().iterations, 2);
         cloud.step(&options, Attraction::Medium(field, LIMITS), 1e-3).unwrap();
     });
+}
+
+#[test]
+fn a_step_in_c_is_that_of_core() {
+    let rectangle = mollis_mesh2 { lower: [-1.0; 2], upper: [1.0; 2], cells: [20, 24] };
+    let mesh = Mesh::new(rectangle.lower, rectangle.upper, rectangle.cells).unwrap();
+    let g: Vec<f64> = (0..mesh.nodes()).map(|k| if k % 21 < 8 { 2.0 } else { 7.0 }).collect();
+    let places = [[0.13, 0.24], [-0.57, 0.31], [0.71, -0.47]];
+    let mut report = [7.0; 2];
+    let medium = mollis_medium2 {
+        diffusivity: g.as_ptr(),
+        decay: null(),
+        tolerance: LIMITS.tolerance,
+        iterations: u64::from(LIMITS.iterations),
+        report: &raw mut report,
+    };
+    let grid = mollis_grid2_options { medium: &raw const medium, ..grid_options(MOLLIS_WALLS_NO_FLUX) };
+    let attraction = mollis_pks_attraction {
+        kind: MOLLIS_PKS_ATTRACTION_MESH,
+        mesh: &raw const rectangle,
+        grid: &raw const grid,
+        ..NOTHING
+    };
+    let options = mollis_pks_options { chi: 1.0, noise: 0.01, seed: 3, ..filled(mollis_pks_options_init) };
+    let mut cloud = pairs(&places);
+    let n = cloud.positions.len();
+    let mut progress = mollis_pks_progress { time: 0.0, step: 7, count: n as u64, pending: 0 };
+    let none = mollis_pks_event { time: 0.0, label: 0, mass: 0.0, index: 0.0, first: 0, absorbed: 0 };
+    let (mut log, mut absorbed) = (vec![none; n], vec![0; n]);
+    let mut events = mollis_pks_events {
+        events: log.as_mut_ptr(),
+        room: n,
+        written: 0,
+        labels: absorbed.as_mut_ptr(),
+        labels_room: n,
+        labels_written: 0,
+    };
+    let mut bytes = 0;
+    // SAFETY: live arrays of these lengths.
+    assert_eq!(unsafe { pks_workspace_bytes(n, &raw const options, &raw const attraction, null(), &raw mut bytes) }, 0);
+    let mut memory = Aligned::new(bytes);
+    let mut call = |attraction: &mollis_pks_attraction, bytes: usize| {
+        // SAFETY: live arrays of these lengths.
+        unsafe {
+            pks_step(
+                &raw const options,
+                attraction,
+                n,
+                cloud.positions.as_mut_ptr(),
+                cloud.masses.as_mut_ptr(),
+                cloud.labels.as_mut_ptr(),
+                null_mut(),
+                &raw mut progress,
+                null(),
+                0,
+                1e-4,
+                2,
+                &raw mut events,
+                null_mut(),
+                memory.pointer(),
+                bytes,
+                null(),
+            )
+        }
+    };
+    let heavy = mollis_pks_attraction { heavy: 1.0, ..attraction };
+    assert_eq!(call(&heavy, bytes), Error::Unsupported as i32);
+    assert_eq!(call(&attraction, bytes - 1), Error::WorkspaceTooSmall as i32);
+    let short = mollis_medium2 { iterations: 2, ..medium };
+    let few = mollis_grid2_options { medium: &raw const short, ..grid };
+    let few = mollis_pks_attraction { grid: &raw const few, ..attraction };
+    assert_eq!(call(&few, bytes), Error::NotConverged as i32);
+    // SAFETY: the medium's report lives.
+    assert_eq!(unsafe { (*medium.report)[0] }, 2.0);
+    assert_eq!(call(&attraction, bytes), 0);
+
+    let mut want = pairs(&places);
+    with_medium(mesh, Walls::NoFlux, &g, |field| {
+        let core = Options {
+            search: mollis_core::pks::search::Search {
+                domain: Some([mesh.lower(), mesh.upper()]),
+                ..Options::new(1.0, 0.01).search
+            },
+            ..Options::new(1.0, 0.01)
+        };
+        for _ in 0..2 {
+            want.step(&core, Attraction::Medium(field, LIMITS), 1e-4).unwrap();
+        }
+        let last = field.report();
+        assert_eq!(report, [f64::from(last.iterations), last.residual]);
+    });
+    assert!(cloud.positions == want.positions && cloud.masses == want.masses && cloud.labels == want.labels);
+    assert_eq!((progress.count, progress.step), (want.counters.count, want.counters.step));
+    assert!(events.written == want.events.len() && events.written > 0);
+    for (a, b) in log.iter().zip(&want.events) {
+        assert_eq!((a.index, a.label, a.time), (b.index, b.label, b.time));
+    }
 }
