@@ -646,7 +646,7 @@ typedef struct mollis_medium2 {
    */
   const double *decay;
   /**
-   * The relative residual to be reached, positive: 1e-10, say. Times sqrt(max G / min G) it bounds the relative error of the solve in the energy norm. Rounding keeps it above 2e-16
+   * The relative residual to be reached, positive: 1e-10, say. If k^2 / G is the same everywhere, sqrt(max G / min G) times it bounds the relative error of the solve in the energy norm. Rounding keeps it above 2e-16
    * (single precision: 2e-7) times the square root of the number of nodes.
    */
   double tolerance;

@@ -21,7 +21,7 @@ pub struct mollis_medium2 {
     pub diffusivity: *const f64,
     /// k^2 >= 0 at the nodes, in the unit of G over length^2; null: 0 everywhere. In free space the same everywhere on the border, and 0 there only if it is everywhere.
     pub decay: *const f64,
-    /// The relative residual to be reached, positive: 1e-10, say. Times sqrt(max G / min G) it bounds the relative error of the solve in the energy norm. Rounding keeps it above 2e-16
+    /// The relative residual to be reached, positive: 1e-10, say. If k^2 / G is the same everywhere, sqrt(max G / min G) times it bounds the relative error of the solve in the energy norm. Rounding keeps it above 2e-16
     /// (single precision: 2e-7) times the square root of the number of nodes.
     pub tolerance: f64,
     /// The most iterations: 100, say. If they do not suffice, the call ends with MOLLIS_ERR_NOT_CONVERGED.
