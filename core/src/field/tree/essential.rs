@@ -99,9 +99,9 @@ fn settings<T: Real, const D: usize>(kernel: &dyn Interaction<T, D>, tolerance: 
     // One side alone is interpolated, so that a few terms more reach the accuracy of the tree's steps at the same distance.
     let settings = Settings::new(effective::<T>(tolerance), D, newtonian);
     let order = if settings.order + MORE < MAX_ORDER { settings.order + MORE } else { MAX_ORDER };
-    // Smaller cells would hardly be replaced.
+    // Smaller cells would hardly be replaced; in space, where proxies are many, by few of them far away.
     let terms = basis::count(D, order);
-    let leaf = if terms > settings.leaf { terms } else { settings.leaf };
+    let leaf = if D < 3 && terms > settings.leaf { terms } else { settings.leaf };
     Ok(Settings { order, terms, leaf, ..settings })
 }
 
