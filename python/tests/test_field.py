@@ -485,7 +485,8 @@ def _in_child(kernel, x, m):
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
 @pytest.mark.parametrize("dimension", [1, 2, 3])
 def test_essential(rng, dimension, dtype):
-    n, tolerance = 4000, 1e-4
+    # In space so few sources are replaced for a few digits only.
+    n, tolerance = 4000, 1e-4 if dimension < 3 else 1e-2
     x, m = rng.random((n, dimension)).astype(dtype), rng.random(n).astype(dtype)
     kernel = mollis.Kernel(kernels.newtonian(), mollifiers.compact(2, 4), 0.01, dimension, dtype=dtype)
     lower = np.array([[3.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 0.0, 0.0]])[:, :dimension]
