@@ -1242,7 +1242,7 @@ mollis_status mollis_field3_essential_bytes_f32(const void *kernel, size_t kerne
  * Cost: a sort, the moments of the cells that are replaced, each once, and for each box a time proportional to what comes out; on one thread.
  *
  * Refused: MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_OVERLAP, MOLLIS_ERR_NOT_FINITE, MOLLIS_ERR_DELTA (a core radius that is not positive), MOLLIS_ERR_OUT_OF_DOMAIN (the tolerance),
- * MOLLIS_ERR_UNSUPPORTED (vector strengths; a kernel of the host's; core radii under an algebraic mollifier), MOLLIS_ERR_WORKSPACE_TOO_SMALL, MOLLIS_ERR_NOT_PREPARED and those of an unprepared kernel.
+ * MOLLIS_ERR_UNSUPPORTED (vector strengths; a kernel of the host's; core radii under an algebraic mollifier or of another kernel than the Newtonian), MOLLIS_ERR_WORKSPACE_TOO_SMALL, MOLLIS_ERR_NOT_PREPARED and those of an unprepared kernel.
  * MOLLIS_ERR_NO_ROOM: `room` is less than starts[n_boxes]; so much is written. MOLLIS_ERR_STOPPED.
  */
 mollis_status mollis_field2_essential(const void *kernel, size_t kernel_bytes, const struct mollis_sources2 *sources,

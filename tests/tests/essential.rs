@@ -319,6 +319,10 @@ fn refusals_write_nothing() {
     assert_eq!(one(&blob, good.with_radii(&[1.0, -1.0]), 1e-6, &corners), Err(Error::Delta));
     assert_eq!(one(&blob, good.with_radii(&[1.0, f64::NAN]), 1e-6, &corners), Err(Error::NotFinite));
     assert_eq!(one(&plummer, good.with_radii(&[1.0, 1.0]), 1e-6, &corners), Err(Error::Unsupported));
+    with_kernel::<f64, 2, _>(&[term(Law::Power { exponent: 1.5 }, 1.0)], (COMPACT, 0.1), |kernel| {
+        assert_eq!(one(kernel, good, 1e-6, &corners), Ok(()));
+        assert_eq!(one(kernel, good.with_radii(&[1.0, 1.0]), 1e-6, &corners), Err(Error::Unsupported));
+    });
     assert_eq!(one(&blob, Sources { strengths: Some(&x), ..good }, 1e-6, &corners), Err(Error::Unsupported));
 }
 

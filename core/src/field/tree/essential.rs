@@ -132,7 +132,7 @@ pub fn essential_bytes<T: Real, const D: usize>(
 ///
 /// # Errors
 /// [`Error::LengthMismatch`]; [`Error::NotFinite`] (a coordinate, mass, corner or the tolerance); [`Error::OutOfDomain`]: a tolerance below the least; [`Error::Unsupported`]: a kernel with functions of the host, which
-/// may be smooth nowhere, vector strengths, core radii under a mollifier without end; [`Error::WorkspaceTooSmall`], [`Error::Misaligned`]. All of these before anything is written.
+/// may be smooth nowhere, vector strengths, core radii under a mollifier without end or of a kernel that is not Newtonian; [`Error::WorkspaceTooSmall`], [`Error::Misaligned`]. All of these before anything is written.
 /// [`Error::NoRoom`]: `to` is too short, and filled. [`Error::Stopped`].
 pub fn essential<T: Real, const D: usize>(
     kernel: &dyn Interaction<T, D>,
@@ -158,7 +158,7 @@ pub fn essential<T: Real, const D: usize>(
     let blob = kernel.newtonian().map(|(_, blob)| blob).or(kernel.sum().map(Kernel::blob));
     let blob = blob.ok_or(Error::Unsupported)?;
     let ratio = support::<T>(D, blob.mollifier());
-    if sources.radii.is_some() && ratio.is_none() {
+    if sources.radii.is_some() && (ratio.is_none() || kernel.newtonian().is_none()) {
         return Err(Error::Unsupported);
     }
     let level = run.level;
