@@ -176,14 +176,28 @@ impl<'w, T: Real> Cells<'w, T> {
         centre
     }
 
-    /// Divides the cube around all points, and sorts the words. `false`: there is no room for the cells.
+    /// Divides the cube around all points, and sorts the words. Returns the most points of a leaf: more than asked for where there is no room for so many cells.
     pub fn divide(
         &mut self,
         mut words: Words<'_>,
+        mut limits: Limits<T>,
+        point: &[&dyn Fn(usize) -> [T; 3]; 2],
+    ) -> Result<usize> {
+        // Any order of the words will do.
+        while !self.divided(&mut words, limits, point)? {
+            limits.leaf = limits.leaf.saturating_mul(2);
+        }
+        Ok(limits.leaf)
+    }
+
+    /// The same for leaves of this size. `false`: there is no room for the cells.
+    fn divided(
+        &mut self,
+        words: &mut Words<'_>,
         limits: Limits<T>,
         point: &[&dyn Fn(usize) -> [T; 3]; 2],
     ) -> Result<bool> {
-        let (corner, width) = self.cube(&words, point);
+        let (corner, width) = self.cube(words, point);
         (self.corner, self.width) = (corner, width);
         let spans = [[0, words.sorts[SOURCES].len() as u32], [0, words.sorts[TARGETS].len() as u32]];
         let root = Cell { spans, parts: [0; 2], parent: NONE, level: 0, bits: 0, place: [0; 3] };
@@ -200,7 +214,7 @@ impl<'w, T: Real> Cells<'w, T> {
             }
             let [sources, targets] = [SOURCES, TARGETS].map(|sort| cell.points(sort).len());
             let is_large = sources.max(targets) > limits.leaf && level < DEPTH && self.width(level + 1) >= limits.width;
-            if is_large && self.width(level) > T::ZERO && !self.split(k, &mut words, point)? {
+            if is_large && self.width(level) > T::ZERO && !self.split(k, words, point)? {
                 return Ok(false);
             }
             k += 1;

@@ -5,8 +5,8 @@
 //!
 //! w_n = sum_a (2 - [a_1 = 0]) / q .. T_a(x_n) M_a,
 //!
-//! as sum_n T_a(x_n) T_b(x_n) is zero for different a, b < q. They are sources like others, so that whoever receives them needs no other method than for particles. In the language of trees this
-//! is a locally essential tree (Warren & Salmon 1992), with masses in place of expansions.
+//! as sum_n T_a(x_n) T_b(x_n) is zero for different a, b < q. Proxies are ordinary sources: the receiver sums them by the method it uses for particles. With expansions in place of
+//! masses this is a locally essential tree (Warren & Salmon 1992).
 //!
 //! How many are needed follows from the kernel: on lines through the cell the coefficients of K and its gradient from q on are what is left out ([`least_order`]). The closest point
 //! of the box decides, as a kernel that is smooth away from zero is smoother farther away. A cell is kept whole if it is too near, within the reach of the mollifier, or if it holds no more sources than
@@ -14,6 +14,7 @@
 
 use super::basis::{self, Basis, Frame, MAX_ORDER, Moments};
 use super::cells::{self, Cell, Cells, DEPTH, Limits, SOURCES, STACK, Words, index};
+use super::operators::along_axes;
 use super::settings::{Settings, effective, floor};
 use super::spatial;
 use crate::checked::Present;
@@ -149,8 +150,11 @@ pub fn essential<T: Real, const D: usize>(
         to.masses.len() == to.positions.len() && to.origins.as_ref().is_none_or(|o| o.len() == to.masses.len())
     });
     let alike = sources.masses.len() == n && sources.radii.is_none_or(|radii| radii.len() == n);
-    if !(together && alike && starts.len() == boxes.len() + 1) || sources.strengths.is_some() {
-        return Err(if sources.strengths.is_some() { Error::Unsupported } else { Error::LengthMismatch });
+    if sources.strengths.is_some() {
+        return Err(Error::Unsupported);
+    }
+    if !(together && alike && starts.len() == boxes.len() + 1) {
+        return Err(Error::LengthMismatch);
     }
     if !run.level.is_available() {
         return Err(Error::Unsupported);
@@ -267,7 +271,7 @@ impl<T: Real> Given<'_, T> {
         workspace: &mut [u8],
         run: &mut Run<'_>,
     ) -> Result<()> {
-        let (d, order) = (self.settings.dimension.max(1), self.settings.order);
+        let d = self.settings.dimension.max(1);
         let arrays = layout::<T>(&mut Carve::reopen(workspace)?, self.settings, self.masses.len())?;
         let Arrays { words, spare, counts, mut cells, mut basis, moments, ready, sums, .. } = arrays;
         let Arrays { points, masses, cubes, orders, stack, .. } = arrays;
@@ -290,15 +294,8 @@ impl<T: Real> Given<'_, T> {
         let of = |k: usize| self.positions.get(k * d..).and_then(|rest| rest.get(..d)).present_or(&[]);
         let point = |k: usize| spatial(of(k), unit);
         let counts = counts.first_chunk_mut().present()?;
-        let mut limits = Limits { leaf: self.settings.leaf, width: T::ZERO };
-        loop {
-            let words = Words { sorts: [&mut *words, &mut []], spare: &mut *spare, counts: &mut *counts };
-            if cells.divide(words, limits, &[&point, &point])? {
-                break;
-            }
-            // Larger leaves need fewer cells. Any order of the words will do.
-            limits.leaf = limits.leaf.saturating_mul(2);
-        }
+        let limits = Limits { leaf: self.settings.leaf, width: T::ZERO };
+        cells.divide(Words { sorts: [&mut *words, &mut []], spare, counts }, limits, &[&point, &point])?;
         let (points, masses) = (points.get_mut(..n * d).present()?, masses.get_mut(..n).present()?);
         for ((to, mass), &word) in points.chunks_mut(d.max(1)).zip(&mut *masses).zip(&*words) {
             to.iter_mut().zip(point(index(word))).for_each(|(to, x)| *to = x);
@@ -316,7 +313,7 @@ impl<T: Real> Given<'_, T> {
             words,
             units,
             orders,
-            proxies: Proxies { order: 0, at: [T::ZERO; MAX_ORDER], weights: [[T::ZERO; MAX_ORDER]; MAX_ORDER], cubes },
+            proxies: Proxies { order: 0, at: [T::ZERO; MAX_ORDER], weights: [T::ZERO; MAX_ORDER * MAX_ORDER], cubes },
         };
         let mut slots = starts.iter_mut();
         for corners in boxes.chunks((2 * d).max(1)) {
@@ -326,7 +323,7 @@ impl<T: Real> Given<'_, T> {
             *slots.next().present()? = sink.count;
             let (lower, upper) = corners.split_at_checked(d).present()?;
             if n > 0 && has_targets(corners) {
-                reduction.of_box([spatial(lower, unit), spatial(upper, unit)], stack, order, &mut sink)?;
+                reduction.of_box([spatial(lower, unit), spatial(upper, unit)], stack, &mut sink)?;
             }
         }
         *slots.next().present()? = sink.count;
@@ -387,7 +384,7 @@ struct Reduction<'a, 'w, T> {
 
 impl<T: Real> Reduction<'_, '_, T> {
     /// The sources for a box, in units.
-    fn of_box(&mut self, corners: [[T; 3]; 2], stack: &mut [u32], order: usize, sink: &mut Sink<'_, T>) -> Result<()> {
+    fn of_box(&mut self, corners: [[T; 3]; 2], stack: &mut [u32], sink: &mut Sink<'_, T>) -> Result<()> {
         let mut waiting = 1;
         *stack.first_mut().present()? = 0;
         while waiting > 0 {
@@ -397,7 +394,7 @@ impl<T: Real> Reduction<'_, '_, T> {
             let count = cell.points(SOURCES).len();
             let q = self.order_for(&cell, corners)?.filter(|&q| q.pow(sink.dimension as u32) < count);
             if let Some(q) = q {
-                self.replace(k, &cell, if q > order { order } else { q }, sink)?;
+                self.replace(k, &cell, q, sink)?;
             } else if cell.is_leaf() {
                 self.keep(&cell, sink)?;
             } else {
@@ -529,8 +526,8 @@ struct Proxies<'w, T> {
     /// q, of which nodes and weights are.
     order: usize,
     at: [T; MAX_ORDER],
-    /// (2 - [a = 0]) / q T_a(x_n), by n and a.
-    weights: [[T; MAX_ORDER]; MAX_ORDER],
+    /// (2 - [a = 0]) / q T_a(x_n), by n q + a.
+    weights: [T; MAX_ORDER * MAX_ORDER],
     cubes: [&'w mut [T]; 2],
 }
 
@@ -540,16 +537,18 @@ impl<T: Real> Proxies<'_, T> {
         if self.order != q {
             self.order = q;
             let cosine = |numerator: usize| Scalar::cos(core::f64::consts::PI * numerator as f64 / (2 * q) as f64);
-            for (n, (at, row)) in self.at.iter_mut().zip(&mut self.weights).enumerate().take(q) {
+            for (n, (at, row)) in self.at.iter_mut().zip(self.weights.chunks_mut(q.max(1))).enumerate().take(q) {
                 *at = T::from_f64(cosine(2 * n + 1));
-                for (a, weight) in row.iter_mut().enumerate().take(q) {
+                for (a, weight) in row.iter_mut().enumerate() {
                     let factor = if a == 0 { 1.0 } else { 2.0 } / q as f64;
                     *weight = T::from_f64(factor * cosine(a * (2 * n + 1) % (4 * q).max(1)));
                 }
             }
         }
-        let (d, [a, b]) = (basis.dimension, &mut self.cubes);
-        for (at, to) in a.iter_mut().enumerate().take(q.pow(d as u32)) {
+        let (d, [cube, spare]) = (basis.dimension, &mut self.cubes);
+        let number = q.pow(d as u32);
+        let (cube, spare) = (cube.get_mut(..number).present()?, spare.get_mut(..number).present()?);
+        for (at, to) in cube.iter_mut().enumerate() {
             let (mut exponent, mut left) = ([0; 3], at);
             for exponent in exponent.iter_mut().take(d) {
                 *exponent = left % q.max(1);
@@ -557,22 +556,7 @@ impl<T: Real> Proxies<'_, T> {
             }
             *to = basis.rank(exponent).and_then(|rank| moments.get(rank)).copied().unwrap_or(T::ZERO);
         }
-        let mut pitch = 1_usize;
-        for _ in 0..d {
-            let both = (pitch * q).max(1);
-            let number = q.pow(d as u32);
-            let (from, to) = (a.get(..number).present()?, b.get_mut(..number).present()?);
-            to.fill(T::ZERO);
-            for (to, from) in to.chunks_mut(both.max(1)).zip(from.chunks(both.max(1))) {
-                for (to, row) in to.chunks_mut(pitch.max(1)).zip(&self.weights) {
-                    for (from, &weight) in from.chunks(pitch.max(1)).zip(row) {
-                        to.iter_mut().zip(from).for_each(|(to, &x)| *to += weight * x);
-                    }
-                }
-            }
-            core::mem::swap(a, b);
-            pitch = both;
-        }
+        along_axes(&self.weights, (q, d), cube, spare);
         Ok(())
     }
 }

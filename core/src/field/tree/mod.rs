@@ -328,15 +328,9 @@ fn sums<T: Real>(
     let of = |points: &[T], k: usize| spatial(points.get(k * d..).and_then(|rest| rest.get(..d)).present_or(&[]), unit);
     let (source_point, target_point) = (|k: usize| of(positions, k), |k: usize| of(targets, k));
     let counts = counts.first_chunk_mut().present()?;
-    let mut limits = Limits { leaf: settings.leaf, width: reach.ldexp(units.position) };
-    loop {
-        let words = Words { sorts: [&mut *source_words, &mut *target_words], spare: &mut *spare, counts: &mut *counts };
-        if cells.divide(words, limits, &[&source_point, &target_point])? {
-            break;
-        }
-        // Larger leaves need fewer cells. Any order of the words will do.
-        limits.leaf = limits.leaf.saturating_mul(2);
-    }
+    let words = Words { sorts: [&mut *source_words, &mut *target_words], spare, counts };
+    let limits = Limits { leaf: settings.leaf, width: reach.ldexp(units.position) };
+    let leaf = cells.divide(words, limits, &[&source_point, &target_point])?;
     cells.find_adjacent()?;
     if same {
         cells.share();
@@ -360,7 +354,7 @@ fn sums<T: Real>(
         }
     }
     if radii.is_none() {
-        cells.merge(limits.leaf, (&mut *loads, count), &|k| {
+        cells.merge(leaf, (&mut *loads, count), &|k| {
             spatial(in_order.get(k * d..).and_then(|rest| rest.get(..d)).unwrap_or_default(), T::ONE)
         });
     }

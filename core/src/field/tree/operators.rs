@@ -112,25 +112,30 @@ impl<'w, T: Real> Nodes<'w, T> {
 
     /// Values at the nodes to coefficients, along each axis. `scratch` has the same length.
     fn interpolate(&self, values: &mut [T], scratch: &mut [T], dimension: usize) {
-        let (mut pitch, n) = (1_usize, self.n.max(1));
-        for _ in 0..dimension {
-            scratch.fill(T::ZERO);
-            let both = (pitch * n).max(1);
-            for (to, from) in scratch.chunks_mut(both).zip(values.chunks(both)) {
-                for (to, weights) in to.chunks_mut(pitch.max(1)).zip(self.to_coefficients.chunks(n.max(1))) {
-                    for (from, &weight) in from.chunks(pitch.max(1)).zip(weights) {
-                        to.iter_mut().zip(from).for_each(|(to, &x)| *to += weight * x);
-                    }
-                }
-            }
-            values.iter_mut().zip(&*scratch).for_each(|(to, &x)| *to = x);
-            pitch = (pitch * n).max(1);
-        }
+        along_axes(self.to_coefficients, (self.n, dimension), values, scratch);
     }
 
     /// B_kda.
     fn product(&self, order: usize, [k, d, a]: [usize; 3]) -> T {
         self.products.get((k * order + d) * order + a).copied().present_or(T::ZERO)
+    }
+}
+
+/// Multiplies a square, or a cube, of n numbers along each axis by an n x n matrix along each axis. `scratch` has the same length.
+pub(super) fn along_axes<T: Real>(matrix: &[T], (n, dimension): (usize, usize), values: &mut [T], scratch: &mut [T]) {
+    let (mut pitch, n) = (1_usize, n.max(1));
+    for _ in 0..dimension {
+        scratch.fill(T::ZERO);
+        let both = (pitch * n).max(1);
+        for (to, from) in scratch.chunks_mut(both).zip(values.chunks(both)) {
+            for (to, weights) in to.chunks_mut(pitch.max(1)).zip(matrix.chunks(n.max(1))) {
+                for (from, &weight) in from.chunks(pitch.max(1)).zip(weights) {
+                    to.iter_mut().zip(from).for_each(|(to, &x)| *to += weight * x);
+                }
+            }
+        }
+        values.iter_mut().zip(&*scratch).for_each(|(to, &x)| *to = x);
+        pitch = (pitch * n).max(1);
     }
 }
 
