@@ -152,7 +152,8 @@
 #define MOLLIS_METHOD_SPLIT 5
 
 /**
- * Newtonian kernels in the plane, without a mollifier or with a compact or Gaussian one: the fast multipole method, to the tolerance (at least 1e-13, single precision 1e-5). Masses
+ * Newtonian kernels in the plane and in space, without a mollifier or with a compact or Gaussian one: the fast multipole method, to the tolerance (at least 1e-13, in space 1e-12, single precision 1e-5). In
+ * space potentials, gradients, Laplacians; vector strengths; core radii of sources, where cells are no narrower than the largest core. Masses
  * below 2^-1022 of the largest (single precision: 2^-126) count as zero in the end.
  */
 #define MOLLIS_METHOD_FMM 6

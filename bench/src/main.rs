@@ -3,7 +3,7 @@
 mod codes;
 mod count;
 mod field;
-mod fmm2d;
+mod fmm;
 mod peers;
 mod pks;
 mod scene;
@@ -25,7 +25,9 @@ enum What {
     /// Sums over sources.
     Field(field::Field),
     /// The fast multipole method beside FMM2D.
-    Fmm2d(fmm2d::Fmm2d),
+    Fmm2d(fmm::Fmm),
+    /// The same in space, beside FMM3D.
+    Fmm3d(fmm::Fmm),
     /// One sub-step of the Patlak-Keller-Segel particles on a mesh.
     Pks(pks::Pks),
     /// Sums as particle codes have them, through the C ABI, beside plain loops.
@@ -41,7 +43,8 @@ enum What {
 fn main() -> anyhow::Result<()> {
     match Arguments::parse().what {
         What::Field(field) => field.run(),
-        What::Fmm2d(fmm2d) => fmm2d.run(),
+        What::Fmm2d(fmm) => fmm.run::<2>(),
+        What::Fmm3d(fmm) => fmm.run::<3>(),
         What::Pks(pks) => pks.run(),
         What::Codes => codes::run(),
         What::Count(count) => count.run(),

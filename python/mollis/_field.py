@@ -109,9 +109,9 @@ def field(
     all. An output must overlap nothing else. In the plane the gradient output is a grad u + b (grad u rotated by +90
     degrees) for `combination` = (a, b): (0, 1) are velocities of vortices.
 
-    `tolerance` is the error that may be spent for speed, relative in the l2 norm (Newtonian kernels in the plane: fast
-    multipole method, from 1e-13 on; other kernels and dimensions: tree, from 1e-12 on; float32: 1e-5); 0 asks for
-    rounding alone. `method` is "auto", "direct", "moments", "sorted", "neighbours", "split", "fmm" or "tree";
+    `tolerance` is the error that may be spent for speed, relative in the l2 norm (Newtonian kernels: fast multipole
+    method, from 1e-13 on in the plane, from 1e-12 on in space; other kernels and the line: tree, from 1e-12 on;
+    float32: 1e-5); 0 asks for rounding alone. `method` is "auto", "direct", "moments", "sorted", "neighbours", "split", "fmm" or "tree";
     `mollis.plan` tells what runs. `accumulation` is "blocked" or "compensated".
     `threads` is the number of threads (None: that of `mollis.set_threads`; 1: the calling one); results do not depend
     on it, bit for bit. `level` "portable" gives the same bits on every machine. `counts` asks for the numbers of

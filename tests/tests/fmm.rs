@@ -528,8 +528,8 @@ fn plans() {
         assert_eq!(plan(&kernel, 100_000, &auto).unwrap().method(), Method::Tree);
         assert_eq!(plan(&kernel, 100_000, &forced).err(), Some(Error::Unsupported));
     }
-    let space = Blob::<f64, 3>::new(COMPACT, 0.1).unwrap();
-    assert_eq!(field::plan(&space, 9, 9, FIELD, &forced).err(), Some(Error::Unsupported));
+    let line = Blob::<f64, 1>::new(COMPACT, 0.1).unwrap();
+    assert_eq!(field::plan(&line, 9, 9, FIELD, &forced).err(), Some(Error::Unsupported));
     // Few targets are served directly.
     assert_eq!(field::plan(&kernel, 100_000, 10, FIELD, &auto).unwrap().method(), Method::Direct);
     let bytes = |options: &Options| plan(&kernel, 100_000, options).unwrap().workspace_bytes(1).unwrap();

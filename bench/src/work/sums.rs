@@ -10,7 +10,7 @@ use mollis_core::simd::Level;
 
 use super::{Curve, Row, Study, Work, least_time};
 use crate::field::Results;
-use crate::fmm2d::{self, Fmm2d};
+use crate::fmm::{self, Fmm};
 use crate::peers::Peer;
 use crate::scene::{Scene, aligned};
 
@@ -37,7 +37,7 @@ fn row<T: Real>(
         field::evaluate(&plan, &kernel, sources, &positions, outputs, aligned(&mut memory), &mut run)?;
         Ok(())
     })?;
-    let error = fmm2d::error(exact, |i| results.gradient[i].map(T::to_f64));
+    let error = fmm::error(exact, |i| results.gradient[i].map(T::to_f64));
     Ok(Row { setting, time: 1e6 * seconds / n as f64, error, spread: None })
 }
 
@@ -45,7 +45,7 @@ fn row<T: Real>(
 pub fn study(work: &Work) -> Result<Study> {
     let n = if work.quick { 3000 } else { 100_000 };
     let scene = Scene::<2>::uniform(n, None, 1);
-    let peer = Fmm2d::of(n);
+    let peer = Fmm::of(n);
     let exact = peer.exact(&scene);
     let best = Level::best();
     let fmm = |tolerance: f64| Options { tolerance, method: Some(Method::Fmm), ..Options::default() };
@@ -83,7 +83,7 @@ pub fn study(work: &Work) -> Result<Study> {
             plain.run();
             Ok(())
         })?;
-        let error = fmm2d::error(&exact, |i| plain.gradient(i).map(|g| g / std::f64::consts::TAU));
+        let error = fmm::error(&exact, |i| plain.gradient(i).map(|g| g / std::f64::consts::TAU));
         let row = Row { setting: "f64".to_owned(), time: 1e6 * seconds / n as f64, error, spread: None };
         curves.push(Curve { name: "a loop in C (-O3 -march=native -ffast-math)".to_owned(), rows: vec![row] });
     }

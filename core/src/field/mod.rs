@@ -6,6 +6,7 @@
 //! is by position, so no index map is needed.
 
 mod evaluate;
+mod expansions;
 mod finite;
 #[cfg_attr(feature = "small", path = "no_expansions.rs")]
 mod fmm;

@@ -1,6 +1,6 @@
 //! Firmware has no methods of expansions: this file stands for each of them.
 
-use super::options::Options;
+use super::options::{Method, Options};
 use super::problem::{Essential, Interaction, Outputs, Sources, Wanted};
 use crate::error::{Error, Result};
 use crate::exec::Run;
@@ -16,6 +16,12 @@ pub(in crate::field) struct Settings {
 /// None: the method serves no sum.
 pub(super) fn settings<T: Real, const D: usize>(_: &dyn Interaction<T, D>, _: Wanted, _: &Options) -> Option<Settings> {
     None
+}
+
+/// What a plan would call it.
+#[allow(dead_code, reason = "one of the two methods has it")]
+pub(super) fn method(_: Settings) -> Method {
+    Method::Tree
 }
 
 /// No.

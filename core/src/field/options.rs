@@ -35,7 +35,7 @@ pub struct Options {
     /// this output, so there vortices have `(0, -1)`.
     pub combination: (f64, f64),
     /// Error allowed to [`Method::Fmm`] and [`Method::Tree`], in the l2 norm over targets relative to that of `sum_j |m_j| |K_j|`, for each output; masses of one sign: relative to the output
-    /// itself. From 1e-13 on (the tree: 1e-12; f32: 1e-5) the plan may choose these methods; below, 0 included, only rounding is allowed. Not negative.
+    /// itself. From 1e-13 on (in space and the tree: 1e-12; f32: 1e-5) the plan may choose these methods; below, 0 included, only rounding is allowed. Not negative.
     pub tolerance: f64,
     /// Forces a method; `None` lets the plan choose.
     pub method: Option<Method>,
@@ -81,8 +81,8 @@ pub enum Method {
     Neighbours,
     /// Even powers from moments; the other terms over all pairs.
     Split,
-    /// Newtonian kernels in the plane, without a mollifier or with a compact or Gaussian one: the fast multipole method, to [`Options::tolerance`] (forced with less than
-    /// its least one: to that). Masses below 2^-1022 of the largest (f32: 2^-126) count as zero in the end.
+    /// Newtonian kernels in the plane and in space, without a mollifier or with a compact or Gaussian one: the fast multipole method, to [`Options::tolerance`] (forced with less than
+    /// its least one: to that). Second derivatives and core radii of pairs in the plane alone. Masses below 2^-1022 of the largest (f32: 2^-126) count as zero in the end.
     Fmm,
     /// Any kernel that is smooth away from zero, in one, two and three dimensions: cells, and interpolation of the kernel between those that are not adjacent, to
     /// [`Options::tolerance`] (forced with less than its least one: to that). Masses below 2^-1022 of the largest (f32: 2^-126) count as zero in the end.

@@ -1,8 +1,9 @@
 //! Which method runs, why, what it skips and what it needs.
 
+use super::expansions::Expansions;
 use super::options::{Method, Options, PairRadius, Reason};
 use super::problem::{Interaction, Wanted};
-use super::{fmm, pairs, skips, tree};
+use super::{pairs, skips};
 use crate::build;
 use crate::error::{Error, Result};
 use crate::exec::MAX_WORKERS;
@@ -20,16 +21,8 @@ pub struct Plan {
     reason: Reason,
     bytes: usize,
     bytes_per_worker: usize,
-    expansions: Option<Expansions>,
-}
-
-/// What a plan says of a method of expansions.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Expansions {
-    terms: usize,
-    leaf: usize,
-    /// The numbers of sources and targets from which it is faster.
-    least: usize,
+    /// Terms, points of a leaf, and the numbers of sources and targets from which a method of expansions is faster.
+    expansions: Option<[usize; 3]>,
 }
 
 /// Whether sums of the kernel take core radii, those of a pair, and vector strengths, if these are asked for.
@@ -84,19 +77,9 @@ pub fn plan<T: Real, const D: usize>(
         let one = skips::workspace_bytes(kernel, method, (sizes, needed), options, 1)?;
         let bytes_per_worker = skips::workspace_bytes(kernel, method, (sizes, needed), options, 2)?.saturating_sub(one);
         let bytes = one.saturating_sub(bytes_per_worker);
-        let expansions = match method {
-            Method::Fmm => fmm::settings(kernel, wanted, options).map(|of| Expansions {
-                terms: of.terms,
-                leaf: of.leaf,
-                least: fmm::least_size(of),
-            }),
-            Method::Tree => tree::settings(kernel, wanted, options).map(|of| Expansions {
-                terms: of.terms,
-                leaf: of.leaf,
-                least: tree::least_size(of),
-            }),
-            _ => None,
-        };
+        let expansions = Expansions::of(kernel, wanted, options)
+            .filter(|expansions| expansions.method() == method)
+            .map(Expansions::numbers);
         let options = *options;
         return Ok(Plan { n_sources, n_targets, wanted, options, method, reason, bytes, bytes_per_worker, expansions });
     }
@@ -204,10 +187,10 @@ impl Plan {
         count(self.n_sources, " sources");
         count(self.n_targets, " targets");
         count(self.bytes, " workspace bytes, without copies of arrays with gaps");
-        if let Some(expansions) = self.expansions {
-            count(expansions.terms, " terms an expansion");
-            count(expansions.leaf, " points in a leaf at most");
-            count(expansions.least, " sources and targets or more make it faster than all pairs");
+        if let Some([terms, leaf, least]) = self.expansions {
+            count(terms, " terms an expansion");
+            count(leaf, " points in a leaf at most");
+            count(least, " sources and targets or more make it faster than all pairs");
         }
         let outputs = [
             (self.wanted.potential, "; potential computed", "; potential skipped"),

@@ -63,7 +63,7 @@ pub struct Sources<'a, T, const D: usize> {
     /// Their masses; those that are zero are dropped before the sum starts.
     pub masses: &'a [T],
     /// The core radius of each, positive: the mollifier's length in place of the kernel's delta. For Newtonian kernels with a mollifier: by the sum
-    /// over all pairs, in the plane by the fast multipole method, and by the tree, whose cells are no narrower than the largest core.
+    /// over all pairs, by the fast multipole methods, and by the tree. But for the plane, cells are no narrower than the largest core.
     pub radii: Option<&'a [T]>,
     /// The core radii of the targets `[n_targets]`, where a pair's radius depends on both ([`super::Options::pair_radius`]). Without them targets that are the sources have the sources'.
     pub target_radii: Option<&'a [T]>,

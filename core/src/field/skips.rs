@@ -1,8 +1,9 @@
 //! Methods that avoid the sum over all pairs: their selection and execution.
 
+use super::expansions::Expansions;
 use super::options::{Method, Options, Reason};
 use super::problem::{Interaction, Outputs, Sources, Wanted};
-use super::{fmm, moments, neighbours, pairs, sorted, tree};
+use super::{moments, neighbours, pairs, sorted};
 use crate::build;
 use crate::error::{Error, Result};
 use crate::exec::Run;
@@ -92,21 +93,14 @@ pub(super) fn choose<T: Real, const D: usize>(
                 _ => Err(Error::Unsupported),
             }
         }
-        (Some(Method::Fmm), _) => match fmm::settings(kernel, wanted, options) {
-            Some(_) => Ok(Some((Method::Fmm, Reason::Forced))),
-            None => Err(Error::Unsupported),
-        },
-        (Some(Method::Tree), _) => match tree::settings(kernel, wanted, options) {
-            Some(_) => Ok(Some((Method::Tree, Reason::Forced))),
-            None => Err(Error::Unsupported),
+        (Some(forced @ (Method::Fmm | Method::Tree)), _) => match Expansions::of(kernel, wanted, options) {
+            Some(expansions) if expansions.method() == forced => Ok(Some((forced, Reason::Forced))),
+            _ => Err(Error::Unsupported),
         },
         (Some(_), _) => Ok(None),
         (None, None) => {
-            if let Some(settings) = fmm::settings(kernel, wanted, options) {
-                return Ok(fmm::pays(settings, sizes).then_some((Method::Fmm, Reason::Tolerance)));
-            }
-            let chosen = tree::settings(kernel, wanted, options).filter(|&settings| tree::pays(settings, sizes));
-            Ok(chosen.map(|_| (Method::Tree, Reason::Tolerance)))
+            let expansions = Expansions::of(kernel, wanted, options).filter(|expansions| expansions.pays(sizes));
+            Ok(expansions.map(|expansions| (expansions.method(), Reason::Tolerance)))
         }
         (None, Some((Method::Sorted | Method::Split, _))) if sizes.0.saturating_mul(sizes.1) < FEW_PAIRS => Ok(None),
         (None, found) => Ok(found),
@@ -132,13 +126,9 @@ pub(super) fn workspace_bytes<T: Real, const D: usize>(
             let (even, _) = kernel.sum().and_then(Kernel::without_even_powers).ok_or(Error::Unsupported)?;
             Measure::of(|space| Split::<T, D>::layout(space, &even, (n_sources, n_targets), workers).map(|_| ()))
         }
-        Method::Fmm => {
-            let settings = fmm::settings(kernel, wanted, options).ok_or(Error::Unsupported)?;
-            fmm::workspace_bytes::<T>(settings, sizes, wanted, options, workers)
-        }
-        Method::Tree => {
-            let settings = tree::settings(kernel, wanted, options).ok_or(Error::Unsupported)?;
-            tree::workspace_bytes::<T>(settings, sizes, wanted, options, workers)
+        Method::Fmm | Method::Tree => {
+            let expansions = Expansions::of(kernel, wanted, options).ok_or(Error::Unsupported)?;
+            expansions.workspace_bytes::<T>(sizes, wanted, options, workers)
         }
         Method::Direct => Ok(0),
     }
@@ -232,13 +222,10 @@ pub(super) fn evaluate<T: Real, const D: usize>(
     run: &mut Run<'_>,
 ) -> Result<()> {
     // A plan for another kernel may ask for what this one cannot do.
-    if method == Method::Fmm {
-        fmm::settings(kernel, wanted, options).ok_or(Error::Unsupported)?;
-        return fmm::evaluate((kernel, wanted), options, (sources, targets), outputs, workspace, run);
-    }
-    if method == Method::Tree {
-        tree::settings(kernel, wanted, options).ok_or(Error::Unsupported)?;
-        return tree::evaluate((kernel, wanted), options, (sources, targets), outputs, workspace, run);
+    if matches!(method, Method::Fmm | Method::Tree) {
+        let expansions = Expansions::of(kernel, wanted, options).filter(|expansions| expansions.method() == method);
+        let expansions = expansions.ok_or(Error::Unsupported)?;
+        return expansions.evaluate((kernel, wanted), options, (sources, targets), outputs, workspace, run);
     }
     let kernel = kernel.sum().ok_or(Error::Unsupported)?;
     let skip = skip(kernel, wanted).filter(|skip| skip.method().0 == method).ok_or(Error::Unsupported)?;

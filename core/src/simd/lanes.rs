@@ -24,6 +24,8 @@ pub trait Isa<T: Scalar>: Copy + Send + Sync {
     type M: Copy;
     /// Row numbers, one per lane.
     type R: Copy;
+    /// The numbers of a vector in memory.
+    type Row: Copy + AsRef<[T]>;
     /// Numbers in a vector.
     const LANES: usize;
     /// Whether a lane's sum must not depend on other lanes, including the order of the additions. The bits then do not
@@ -46,6 +48,16 @@ pub trait Isa<T: Scalar>: Copy + Send + Sync {
     fn load(self, from: &[T; MAX_LANES]) -> Self::V;
     /// The numbers, padded with zeros.
     fn store(self, a: Self::V) -> [T; MAX_LANES];
+    /// Numbers as vectors' rows, without those that fill none.
+    fn rows_of(from: &[T]) -> &[Self::Row];
+    /// The same.
+    fn rows_of_mut(from: &mut [T]) -> &mut [Self::Row];
+    /// The numbers of rows.
+    fn numbers_of(rows: &[Self::Row]) -> &[T];
+    /// All numbers of a row.
+    fn load_row(self, from: &Self::Row) -> Self::V;
+    /// The numbers as a row.
+    fn store_row(self, a: Self::V) -> Self::Row;
     fn add(self, a: Self::V, b: Self::V) -> Self::V;
     fn sub(self, a: Self::V, b: Self::V) -> Self::V;
     fn mul(self, a: Self::V, b: Self::V) -> Self::V;

@@ -29,6 +29,7 @@ macro_rules! neon {
             type V = $v;
             type M = $m;
             type R = [usize; $lanes];
+            type Row = [$t; $lanes];
             const LANES: usize = $lanes;
             #[inline(always)]
             fn in_blocks<J: super::lanes::BlockJob<$t>>(self, job: J) -> J::Out {
@@ -46,6 +47,28 @@ macro_rules! neon {
             #[inline(always)]
             fn store(self, a: $v) -> [$t; MAX_LANES] {
                 let mut to = [0.0; MAX_LANES];
+                op!($st(to.as_mut_ptr(), a));
+                to
+            }
+            #[inline(always)]
+            fn rows_of(from: &[$t]) -> &[Self::Row] {
+                from.as_chunks().0
+            }
+            #[inline(always)]
+            fn rows_of_mut(from: &mut [$t]) -> &mut [Self::Row] {
+                from.as_chunks_mut().0
+            }
+            #[inline(always)]
+            fn numbers_of(rows: &[Self::Row]) -> &[$t] {
+                rows.as_flattened()
+            }
+            #[inline(always)]
+            fn load_row(self, from: &Self::Row) -> Self::V {
+                op!($ld(from.as_ptr()))
+            }
+            #[inline(always)]
+            fn store_row(self, a: Self::V) -> Self::Row {
+                let mut to = [0.0; $lanes];
                 op!($st(to.as_mut_ptr(), a));
                 to
             }

@@ -90,6 +90,7 @@ macro_rules! portable {
             // All bits or none: a choice by truth values would be a branch in every lane.
             type M = [$mask; LANES];
             type R = [usize; LANES];
+            type Row = [$t; LANES];
             const LANES: usize = LANES;
             const IN_ORDER: bool = true;
             #[inline(always)]
@@ -110,6 +111,26 @@ macro_rules! portable {
                 let mut to = [0.0; MAX_LANES];
                 to.iter_mut().zip(a).for_each(|(to, a)| *to = a);
                 to
+            }
+            #[inline(always)]
+            fn rows_of(from: &[$t]) -> &[Self::Row] {
+                from.as_chunks().0
+            }
+            #[inline(always)]
+            fn rows_of_mut(from: &mut [$t]) -> &mut [Self::Row] {
+                from.as_chunks_mut().0
+            }
+            #[inline(always)]
+            fn numbers_of(rows: &[Self::Row]) -> &[$t] {
+                rows.as_flattened()
+            }
+            #[inline(always)]
+            fn load_row(self, from: &Self::Row) -> Self::V {
+                *from
+            }
+            #[inline(always)]
+            fn store_row(self, a: Self::V) -> Self::Row {
+                a
             }
             #[inline(always)]
             fn add(self, a: Self::V, b: Self::V) -> Self::V {

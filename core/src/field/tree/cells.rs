@@ -1,7 +1,8 @@
 //! Cells: a cube around all points, halved along each axis as long as a part holds many points.
 //!
-//! The width of the cube is a power of two and its corner a multiple of a quarter of it, so that the centres of all cells are numbers without rounding, and positions relative to them
-//! as accurate as the points, however small a cell is.
+//! The width of the cube has few digits and its corner is a multiple of a small part of it, so that the centres of all cells are numbers without rounding, and positions relative to them
+//! as accurate as the points, however small a cell is. The lowest point is a third of the width from the corner, so a third of the width from a corner of cells of many levels:
+//! series of a cell are least accurate in its corners, and in the lowest corner and in the middle of all points there is often something heavy.
 //!
 //! Sources and targets share the cells. These stand level by level, parts of a cell next to each other, and their points along the Z-order curve, so that those of any cell
 //! are neighbours in memory. Cells without points are left out.
@@ -12,7 +13,7 @@
 use core::ops::Range;
 
 use crate::checked::Present;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::memory::Space;
 use crate::real::{DoubleWord, Real, quotient};
 use crate::sort::words::{BUCKETS, by_20_bits};
@@ -76,6 +77,11 @@ impl Cell {
         first as usize..first as usize + count as usize
     }
 
+    /// The axes along which it is the upper half of its parent, one bit each.
+    pub fn half(&self) -> u32 {
+        self.place.iter().enumerate().fold(0, |axes, (axis, place)| axes | (place % 2) << axis)
+    }
+
     /// Whether it has no parts.
     pub fn is_leaf(&self) -> bool {
         self.parts[1] == 0
@@ -109,6 +115,10 @@ pub(super) struct Limits<T> {
     pub leaf: usize,
     /// No cell is narrower than this.
     pub width: T,
+    /// The mean number of points of a leaf that is best if they are uniform; 0: any.
+    pub mean: usize,
+    /// Whether the lowest point is near a corner of large cells, so that few of them are partly filled; else it is a third of the width away.
+    pub aligned: bool,
 }
 
 /// All cells.
@@ -197,7 +207,7 @@ impl<'w, T: Real> Cells<'w, T> {
         limits: Limits<T>,
         point: &[&dyn Fn(usize) -> [T; 3]; 2],
     ) -> Result<bool> {
-        let (corner, width) = self.cube(words, point);
+        let (corner, width) = self.cube(words, limits, point);
         (self.corner, self.width) = (corner, width);
         let spans = [[0, words.sorts[SOURCES].len() as u32], [0, words.sorts[TARGETS].len() as u32]];
         let root = Cell { spans, parts: [0; 2], parent: NONE, level: 0, bits: 0, place: [0; 3] };
@@ -254,22 +264,42 @@ impl<'w, T: Real> Cells<'w, T> {
         }
     }
 
-    /// A cube around all points: its corner and width.
-    fn cube(&self, words: &Words<'_>, point: &[&dyn Fn(usize) -> [T; 3]; 2]) -> ([T; 3], T) {
+    /// A cube around all points: its corner and width. The lowest point is a third of the width from the corner. With `mean` the leaves of uniform points hold about so many, and fill the box around the points
+    /// up to its upper end.
+    fn cube(&self, words: &Words<'_>, limits: Limits<T>, point: &[&dyn Fn(usize) -> [T; 3]; 2]) -> ([T; 3], T) {
+        let Limits { mean, aligned, .. } = limits;
         let (mut least, mut most) = ([T::INFINITY; 3], [-T::INFINITY; 3]);
         for (words, point) in words.sorts.iter().zip(point) {
             let [low, high] = bounds(words, point);
             least.iter_mut().zip(low).for_each(|(to, x)| *to = to.min(x));
             most.iter_mut().zip(high).for_each(|(to, x)| *to = to.max(x));
         }
-        let side = least.iter().zip(&most).take(self.dimension).fold(T::ZERO, |side, (&a, &b)| side.max(b - a));
+        let mut sides = [T::ZERO; 3];
+        for (side, (&a, &b)) in sides.iter_mut().zip(least.iter().zip(&most)).take(self.dimension) {
+            *side = b - a;
+        }
+        let side = sides.into_iter().fold(T::ZERO, T::max);
         if !(side > T::ZERO && side.is_finite()) {
             return ([T::ZERO; 3], T::ZERO);
         }
-        // From the corner on three quarters of the width are free at least.
-        let width = T::ONE.ldexp((side * T::from_f64(4.0 / 3.0)).frexp().1);
-        let quarter = width * T::HALF * T::HALF;
-        (least.map(|x| if x.is_finite() { (x / quarter).floor() * quarter } else { T::ZERO }), width)
+        // Three quarters or two thirds of the width are free above the lowest point.
+        let needed = side * T::from_f64(if aligned { 4.0 / 3.0 } else { 1.5 + 0.03125 });
+        let (bits, digits) = if T::DIGITS > 32 { (20, 12) } else { (10, 6) };
+        let mut width = T::ONE.ldexp(needed.frexp().1);
+        let points = words.sorts.iter().map(|words| words.len()).max().unwrap_or(0);
+        if let Some(leaves) = points.checked_div(mean).filter(|&leaves| leaves > 1) {
+            let shape = sides.map(|x| quotient(x, side));
+            width = quotient(side, T::from_f64(along_side(shape, leaves, self.dimension)));
+            // A third of 4^k is a third more than a whole number.
+            while width < needed {
+                width = width.ldexp(2);
+            }
+            let unit = width.frexp().1 - digits;
+            width = (width.ldexp(-unit).floor() + T::ONE).ldexp(unit);
+        }
+        let (bits, third) = if aligned { (2, T::ZERO) } else { (bits, T::from_usize((1 << bits) / 3)) };
+        let part = width.ldexp(-bits);
+        (least.map(|x| if x.is_finite() { ((x / part).floor() - third) * part } else { T::ZERO }), width)
     }
 
     /// Divides a cell; not if its points coincide. `false`: there is no room.
@@ -396,6 +426,26 @@ impl<'w, T: Real> Cells<'w, T> {
     }
 }
 
+/// Part of a cell below the lowest point.
+const BELOW: f64 = 0.34;
+
+/// How many cells as wide as they should be lie along the longest side of a box, with the sides `shape` relative to it, so that about `leaves` of them fill it: a whole number but for what is below the lowest point.
+fn along_side<T: Real>(shape: [T; 3], leaves: usize, dimension: usize) -> f64 {
+    let cells = |n: f64| {
+        let along = |side: &T| {
+            let along = side.to_f64() * n;
+            if along > 1.0 { along } else { 1.0 }
+        };
+        shape.iter().take(dimension).map(along).product::<f64>()
+    };
+    let (mut n, leaves) = (2.0 - BELOW, leaves as f64);
+    // The volumes of two neighbours are as far from the one that is wanted where its square is their product.
+    while cells(n) * cells(n + 1.0) < leaves * leaves {
+        n += 1.0;
+    }
+    n
+}
+
 /// Entries that [`Cells::leaves`] needs on its stack.
 pub(super) const STACK: usize = 8 * (DEPTH + 1);
 
@@ -448,13 +498,4 @@ fn set_keys<T: Real>(
         }
         *word = key << 32 | index(*word) as u64;
     }
-}
-
-/// Cells for so many points, sources or targets, in leaves of at most `leaf`: what uniform points need, and more.
-///
-/// # Errors
-/// [`Error::TooLarge`].
-pub(super) fn room(points: usize, leaf: usize) -> Result<usize> {
-    let leaves = points.checked_mul(6).and_then(|points| points.checked_div(leaf)).ok_or(Error::TooLarge)?;
-    leaves.checked_add(512).ok_or(Error::TooLarge)
 }

@@ -12,11 +12,14 @@
 //! of the box decides, as a kernel that is smooth away from zero is smoother farther away. A cell is kept whole if it is too near, within the reach of the mollifier, or if it holds no more sources than
 //! it would have proxies.
 
-use super::basis::{self, Basis, Frame, MAX_ORDER, Moments};
-use super::cells::{self, Cell, Cells, DEPTH, Limits, SOURCES, STACK, Words, index};
-use super::operators::along_axes;
+use super::cells::{Cell, Cells, DEPTH, Limits, SOURCES, STACK, Words, index};
+use super::chebyshev::{
+    MAX_ORDER, along_axes,
+    basis::{self, Basis},
+};
+use super::placed::spatial;
+use super::series::{Frame, Series};
 use super::settings::{Settings, effective, floor};
-use super::spatial;
 use crate::checked::Present;
 use crate::error::{Error, Result};
 use crate::exec::Run;
@@ -27,7 +30,7 @@ use crate::kernel::Kernel;
 use crate::memory::{Carve, Measure, Space};
 use crate::mollifier::{Blob, Mollifier};
 use crate::real::{Extended, Real, Scalar};
-use crate::simd::{Level, MAX_LANES};
+use crate::simd::Level;
 use crate::sort::words::BUCKETS;
 
 /// Half widths of a cell from its centre to the box in the first class; each further class is farther by the square root of two.
@@ -50,7 +53,7 @@ struct Arrays<'w, T> {
     /// Of each cell the moments, and whether they are there.
     moments: &'w mut [T],
     ready: &'w mut [u8],
-    sums: &'w mut [[T; MAX_LANES]],
+    scratch: &'w mut [T],
     /// The sources in the order of the cells, in units.
     points: &'w mut [T],
     masses: &'w mut [T],
@@ -63,7 +66,7 @@ struct Arrays<'w, T> {
 fn layout<'w, T: Real>(space: &mut impl Space<'w>, settings: Settings, n: usize) -> Result<Arrays<'w, T>> {
     u32::try_from(n).map_err(|_| Error::TooLarge)?;
     let (d, order) = (settings.dimension, settings.order);
-    let n_cells = cells::room(n, settings.leaf)?;
+    let n_cells = settings.cells(n)?;
     let basis = Basis::layout(space, d, order)?;
     let times = |a: usize, b: usize| a.checked_mul(b).ok_or(Error::TooLarge);
     let moments = times(n_cells, basis.stride)?;
@@ -76,7 +79,7 @@ fn layout<'w, T: Real>(space: &mut impl Space<'w>, settings: Settings, n: usize)
         basis,
         moments: space.try_array(moments)?,
         ready: space.try_array(n_cells)?,
-        sums: space.try_array(settings.terms)?,
+        scratch: space.try_array(basis::scratch(d, order))?,
         points: space.try_array(times(n, d)?)?,
         masses: space.try_array(n)?,
         cubes: [space.try_array(cube)?, space.try_array(cube)?],
@@ -98,7 +101,7 @@ fn settings<T: Real, const D: usize>(kernel: &dyn Interaction<T, D>, tolerance: 
         return Err(Error::Unsupported);
     }
     // One side alone is interpolated, so that a few terms more reach the accuracy of the tree's steps at the same distance.
-    let settings = Settings::new(effective::<T>(tolerance), D, newtonian);
+    let settings = Settings::polynomials(effective::<T>(tolerance), D, newtonian);
     let order = if settings.order + MORE < MAX_ORDER { settings.order + MORE } else { MAX_ORDER };
     // Smaller cells would hardly be replaced; in space, where proxies are many, by few of them far away.
     let terms = basis::count(D, order);
@@ -273,7 +276,7 @@ impl<T: Real> Given<'_, T> {
     ) -> Result<()> {
         let d = self.settings.dimension.max(1);
         let arrays = layout::<T>(&mut Carve::reopen(workspace)?, self.settings, self.masses.len())?;
-        let Arrays { words, spare, counts, mut cells, mut basis, moments, ready, sums, .. } = arrays;
+        let Arrays { words, spare, counts, mut cells, mut basis, moments, ready, scratch, .. } = arrays;
         let Arrays { points, masses, cubes, orders, stack, .. } = arrays;
         let has_targets = |corners: &[T]| {
             let (lower, upper) = corners.split_at_checked(d).unwrap_or_default();
@@ -294,7 +297,7 @@ impl<T: Real> Given<'_, T> {
         let of = |k: usize| self.positions.get(k * d..).and_then(|rest| rest.get(..d)).present_or(&[]);
         let point = |k: usize| spatial(of(k), unit);
         let counts = counts.first_chunk_mut().present()?;
-        let limits = Limits { leaf: self.settings.leaf, width: T::ZERO };
+        let limits = Limits { leaf: self.settings.leaf, width: T::ZERO, mean: 0, aligned: true };
         cells.divide(Words { sorts: [&mut *words, &mut []], spare, counts }, limits, &[&point, &point])?;
         let (points, masses) = (points.get_mut(..n * d).present()?, masses.get_mut(..n).present()?);
         for ((to, mass), &word) in points.chunks_mut(d.max(1)).zip(&mut *masses).zip(&*words) {
@@ -309,7 +312,7 @@ impl<T: Real> Given<'_, T> {
             cells: &cells,
             basis: &basis,
             sources: (points, masses),
-            moments: Known { moments, ready, sums, level: run.level },
+            moments: Known { moments, ready, scratch, level: run.level },
             words,
             units,
             orders,
@@ -335,7 +338,7 @@ impl<T: Real> Given<'_, T> {
 struct Known<'w, T> {
     moments: &'w mut [T],
     ready: &'w mut [u8],
-    sums: &'w mut [[T; MAX_LANES]],
+    scratch: &'w mut [T],
     level: Level,
 }
 
@@ -354,14 +357,10 @@ impl<T: Real> Known<'_, T> {
             *ready = 1;
             to.fill(T::ZERO);
             let per_half = T::TWO / cells.width(cell.level as usize);
-            self.level.run(Moments {
-                basis,
-                points: points.get(range.start * d..range.end * d).present()?,
-                masses: masses.get(range).present()?,
-                frame: Frame { centre: cells.centre(cell), per_half, factor: T::ONE },
-                sums: &mut *self.sums,
-                to: &mut *to,
-            });
+            let points = points.get(range.start * d..range.end * d).present()?;
+            let frame = Frame { centre: cells.centre(cell), per_half, factor: T::ONE };
+            let sources = (points, masses.get(range).present()?);
+            basis.moments(sources, frame, (&mut *to, &mut *self.scratch), self.level);
         }
         Ok(to)
     }

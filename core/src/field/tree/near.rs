@@ -1,8 +1,8 @@
 //! What a leaf's targets get: the values of its local expansion, and the sums over near sources, by the engine for pairs.
 
-use super::basis::{Basis, Frame, Values};
 use super::cells::{Cells, SOURCES, TARGETS};
 use super::levels::{FIRST, Far};
+use super::series::{Frame, Series, Targets};
 use crate::checked::Present;
 use crate::error::Result;
 use crate::field::pairs::{Groups, Near, Task, Units};
@@ -21,7 +21,8 @@ const SOME: usize = 64;
 /// What all tasks share.
 pub(super) struct Leaves<'a, 'w, T: Real> {
     pub cells: &'a Cells<'w, T>,
-    pub basis: &'a Basis<'w, T>,
+    pub dimension: usize,
+    pub series: &'a dyn Series<T>,
     pub far: &'a Far,
     pub units: Units<T>,
     /// How many sources there are.
@@ -40,16 +41,16 @@ pub(super) struct Leaves<'a, 'w, T: Real> {
 
 /// The scratch of a worker.
 pub(super) struct Scratch<'s, T> {
-    expansion: &'s mut [T],
+    numbers: &'s mut [T],
     groups: &'s mut [[u32; 4]],
     ranges: &'s mut [[u32; 3]],
 }
 
 impl<'s, T: Real> Scratch<'s, T> {
-    /// The layout, for expansions of so many numbers.
-    pub fn layout(space: &mut impl Space<'s>, terms: usize) -> Result<Self> {
+    /// The layout, for so many numbers of scratch of the series.
+    pub fn layout(space: &mut impl Space<'s>, numbers: usize) -> Result<Self> {
         Ok(Self {
-            expansion: space.try_array(terms)?,
+            numbers: space.try_array(numbers)?,
             groups: space.try_array(GROUPS)?,
             ranges: space.try_array(RANGES)?,
         })
@@ -70,8 +71,8 @@ impl<T: Real> Near<T> for Leaves<'_, '_, T> {
     }
 
     fn run(&self, task: usize, level: Level, scratch: &mut [u8], to: &mut dyn Task<T>) -> Result<()> {
-        let Scratch { expansion, groups, ranges } =
-            Scratch::<T>::layout(&mut Carve::reopen(scratch)?, self.basis.exponents.len())?;
+        let Scratch { numbers, groups, ranges } =
+            Scratch::<T>::layout(&mut Carve::reopen(scratch)?, self.series.scratch())?;
         for output in to.outputs().into_iter().flatten() {
             output.fill(T::ZERO);
         }
@@ -79,7 +80,7 @@ impl<T: Real> Near<T> for Leaves<'_, '_, T> {
         let start = *self.starts.get(task).present()?;
         let (mut n_groups, mut n_ranges) = (0, 0_usize);
         for &leaf in self.list.get(first as usize..last as usize).present()? {
-            self.values(leaf as usize, start, level, (expansion, &mut *to))?;
+            self.values(leaf as usize, start, level, (&mut *numbers, &mut *to))?;
             let [from, end] = self.cells.get(leaf as usize).spans[TARGETS];
             let targets = [from - start, end - start];
             let mut first_range = n_ranges;
@@ -122,50 +123,33 @@ impl<T: Real> Near<T> for Leaves<'_, '_, T> {
 impl<T: Real> Leaves<'_, '_, T> {
     /// Adds the values of a leaf's local expansion.
     fn values(&self, leaf: usize, start: u32, level: Level, (scratch, to): (&mut [T], &mut dyn Task<T>)) -> Result<()> {
-        let (basis, cell) = (self.basis, self.cells.get(leaf));
-        let depth = cell.level as usize;
+        let (series, cell) = (self.series, self.cells.get(leaf));
+        let (d, depth, stride) = (self.dimension, cell.level as usize, series.stride());
         if depth < FIRST {
             return Ok(());
         }
         let points = cell.points(TARGETS);
         let at = points.start - start as usize..points.end - start as usize;
-        let d = basis.dimension;
         let per_half = T::TWO / self.cells.width(depth);
         let frame = Frame { centre: self.cells.centre(&cell), per_half, factor: T::ONE.ldexp(self.units.position) };
-        let scales = [per_half, T::ONE.ldexp(self.units.position)];
         let of_component = |component: usize| {
-            let start = (component * self.cells.len() + leaf) * basis.stride;
-            self.locals.get(start..).and_then(|rest| rest.get(..basis.stride)).present()
+            let start = (component * self.cells.len() + leaf) * stride;
+            self.locals.get(start..).and_then(|rest| rest.get(..stride)).present()
         };
         let targets = self.points.get(points.start * d..points.end * d).present()?;
         let [potential, gradient, ..] = to.outputs();
         let gradient = gradient.and_then(|g| g.get_mut(at.start * d..at.end * d));
         if !self.vectors {
-            level.run(Values {
-                basis,
-                from: of_component(0)?,
-                points: targets,
-                frame,
-                scratch,
-                potential: potential.and_then(|p| p.get_mut(at)),
-                gradient,
-                scales,
-            });
+            let potential = potential.and_then(|p| p.get_mut(at));
+            series.values(of_component(0)?, Targets { points: targets, frame, potential, gradient }, scratch, level);
             return Ok(());
         }
         for (points, to) in targets.chunks(3 * SOME).zip(gradient.unwrap_or_default().chunks_mut(3 * SOME)) {
             for component in 0..3 {
                 let mut slopes = [T::ZERO; 3 * SOME];
-                level.run(Values {
-                    basis,
-                    from: of_component(component)?,
-                    points,
-                    frame,
-                    scratch: &mut *scratch,
-                    potential: None,
-                    gradient: slopes.get_mut(..points.len()),
-                    scales,
-                });
+                let gradient = slopes.get_mut(..points.len());
+                let to_slopes = Targets { points, frame, potential: None, gradient };
+                series.values(of_component(component)?, to_slopes, scratch, level);
                 // grad A x e of the unit vector e along the component's axis.
                 for (to, &[x, y, z]) in to.as_chunks_mut::<3>().0.iter_mut().zip(slopes.as_chunks::<3>().0) {
                     let product = match component {

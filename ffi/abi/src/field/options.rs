@@ -19,7 +19,8 @@ pub const MOLLIS_METHOD_SORTED: i32 = 3;
 pub const MOLLIS_METHOD_NEIGHBOURS: i32 = 4;
 /// Even powers from moments, the other terms over all pairs.
 pub const MOLLIS_METHOD_SPLIT: i32 = 5;
-/// Newtonian kernels in the plane, without a mollifier or with a compact or Gaussian one: the fast multipole method, to the tolerance (at least 1e-13, single precision 1e-5). Masses
+/// Newtonian kernels in the plane and in space, without a mollifier or with a compact or Gaussian one: the fast multipole method, to the tolerance (at least 1e-13, in space 1e-12, single precision 1e-5). In
+/// space potentials, gradients, Laplacians; vector strengths; core radii of sources, where cells are no narrower than the largest core. Masses
 /// below 2^-1022 of the largest (single precision: 2^-126) count as zero in the end.
 pub const MOLLIS_METHOD_FMM: i32 = 6;
 /// Any kernel that is smooth away from zero, in one, two and three dimensions: cells, and the kernel interpolated between those that do not touch, to the tolerance (at least 1e-12,

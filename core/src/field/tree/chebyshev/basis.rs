@@ -9,19 +9,22 @@
 //! On the way to a larger cell, T_a((x + s) / 2) = sum_(b <= a) C_ab T_b(x) along each axis, s = 1 or -1, is exact: moments of the parts add up to those of the whole, and a
 //! local expansion of the whole is one of each part. The module `operators` leads from moments to local expansions.
 
-use super::cells::Cell;
 use crate::checked::Present;
 use crate::error::Result;
+use crate::field::tree::series::{Frame, Pair, Series, Targets};
 use crate::memory::Space;
 use crate::real::Real;
 use crate::simd::{BlockJob, Isa, Job, Level, Loops, MAX_LANES, with_simd};
 use crate::sort;
 
 /// The largest p.
-pub(super) const MAX_ORDER: usize = 20;
+pub(in crate::field::tree) const MAX_ORDER: usize = 20;
+
+/// Source cells that an operator takes at a time, at most.
+pub(in crate::field::tree) const TOGETHER: usize = 6;
 
 /// The basis.
-pub(super) struct Basis<'w, T> {
+pub(in crate::field::tree) struct Basis<'w, T> {
     pub dimension: usize,
     /// p.
     pub order: usize,
@@ -45,7 +48,7 @@ pub(super) struct Basis<'w, T> {
 const OUTSIDE: u16 = u16::MAX;
 
 /// Exponents with |a| < p.
-pub(super) fn count(dimension: usize, order: usize) -> usize {
+pub(in crate::field::tree) fn count(dimension: usize, order: usize) -> usize {
     each_exponent(dimension, order).filter(|e| usize::from(e[3]) < order * order).count()
 }
 
@@ -168,16 +171,17 @@ impl<'w, T: Real> Basis<'w, T> {
         [table(down), table(!down)]
     }
 
-    /// Adds the moments of a part to those of the cell around it, or the local expansion of a cell to that of its part (`down`). `scratch`: two cubes.
-    pub fn shift(&self, part: &Cell, down: bool, (from, to): (&[T], &mut [T]), scratch: &mut [T], level: Level) {
+    /// Adds the moments of a part to those of the cell around it, or the local expansion of a cell to that of its part (`down`); `axes`: those along which the part is the upper half.
+    /// `scratch`: two cubes.
+    pub fn shift_one(&self, axes: u32, down: bool, (from, to): (&[T], &mut [T]), scratch: &mut [T], level: Level) {
         let (mut a, rest) = scratch.split_at_mut_checked(self.ranks.len()).unwrap_or_default();
         let mut b = rest.get_mut(..self.ranks.len()).unwrap_or_default();
         for (to, &rank) in a.iter_mut().zip(&*self.ranks) {
             *to = from.get(usize::from(rank)).copied().filter(|_| rank != OUTSIDE).unwrap_or(T::ZERO);
         }
         let mut pitch = 1;
-        for &place in part.place.iter().take(self.dimension) {
-            let [matrix, transposed] = self.shift_along(place % 2 == 1, down);
+        for axis in 0..self.dimension {
+            let [matrix, transposed] = self.shift_along(axes >> axis & 1 == 1, down);
             b.fill(T::ZERO);
             with_simd(level, Along { order: self.order, pitch, matrix, transposed, from: &*a, to: &mut *b });
             core::mem::swap(&mut a, &mut b);
@@ -187,11 +191,49 @@ impl<'w, T: Real> Basis<'w, T> {
             to.get_mut(usize::from(rank)).into_iter().for_each(|to| *to += x);
         }
     }
+}
 
-    /// Numbers of scratch that [`Basis::shift`] needs.
-    pub fn shift_scratch(dimension: usize, order: usize) -> usize {
-        2 * cube(dimension, order)
+impl<T: Real> Series<T> for Basis<'_, T> {
+    fn stride(&self) -> usize {
+        self.stride
     }
+
+    fn scratch(&self) -> usize {
+        scratch(self.dimension, self.order)
+    }
+
+    fn moments(
+        &self,
+        (points, masses): (&[T], &[T]),
+        frame: Frame<T>,
+        (to, scratch): (&mut [T], &mut [T]),
+        level: Level,
+    ) {
+        let sums = scratch.as_chunks_mut().0.get_mut(..self.exponents.len()).unwrap_or_default();
+        level.run(Moments { basis: self, points, masses, frame, sums, to });
+    }
+
+    fn shift(&self, down: bool, pairs: &[Pair], (from, to, scratch): (&[T], &mut [T], &mut [T]), level: Level) {
+        for &[source, target, axes] in pairs {
+            let from = from.get(source as usize * self.stride..).and_then(|rest| rest.get(..self.stride));
+            let to = to.get_mut(target as usize * self.stride..).and_then(|rest| rest.get_mut(..self.stride));
+            if let (Some(from), Some(to)) = (from, to) {
+                self.shift_one(axes, down, (from, to), scratch, level);
+            }
+        }
+    }
+
+    fn values(&self, from: &[T], to: Targets<'_, T>, scratch: &mut [T], level: Level) {
+        level.run(Values { basis: self, from, to, scratch });
+    }
+}
+
+/// Numbers of scratch that a basis needs.
+pub(in crate::field::tree) fn scratch(dimension: usize, order: usize) -> usize {
+    let terms = count(dimension, order);
+    let (sums, cubes) = (terms * MAX_LANES, 2 * cube(dimension, order));
+    let columns = TOGETHER * terms.next_multiple_of(MAX_LANES);
+    sums.max(cubes).max(columns)
 }
 
 /// Adds the products of a matrix and the numbers along an axis, which are `pitch` apart.
@@ -284,18 +326,8 @@ fn load_points<T: Real, I: Isa<T>, const N: usize>(
     vectors
 }
 
-/// Where a cell is.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Frame<T> {
-    pub centre: [T; 3],
-    /// One over half the width.
-    pub per_half: T,
-    /// What coordinates are multiplied by first.
-    pub factor: T,
-}
-
 /// Adds the moments of sources: lanes are sources.
-pub(super) struct Moments<'a, 'w, T> {
+pub(in crate::field::tree) struct Moments<'a, 'w, T> {
     pub basis: &'a Basis<'w, T>,
     pub points: &'a [T],
     pub masses: &'a [T],
@@ -357,17 +389,12 @@ impl<T: Real> BlockJob<T> for Moments<'_, '_, T> {
 }
 
 /// Adds the values of a local expansion at targets: lanes are targets.
-pub(super) struct Values<'a, 'w, T> {
-    pub basis: &'a Basis<'w, T>,
-    pub from: &'a [T],
-    pub points: &'a [T],
-    pub frame: Frame<T>,
+struct Values<'a, 'w, T> {
+    basis: &'a Basis<'w, T>,
+    from: &'a [T],
+    to: Targets<'a, T>,
     /// Room for an expansion.
-    pub scratch: &'a mut [T],
-    pub potential: Option<&'a mut [T]>,
-    pub gradient: Option<&'a mut [T]>,
-    /// Factors of the gradient, multiplied one after the other.
-    pub scales: [T; 2],
+    scratch: &'a mut [T],
 }
 
 impl<T: Real> Job<T> for Values<'_, '_, T> {
@@ -384,7 +411,8 @@ impl<T: Real> BlockJob<T> for Values<'_, '_, T> {
 
     #[inline(always)]
     fn run<I: Isa<T>, const N: usize>(self, isa: I) {
-        let Self { basis, from, points, frame, scratch, mut potential, mut gradient, scales: [first, second] } = self;
+        let Self { basis, from, to: Targets { points, frame, mut potential, mut gradient }, scratch } = self;
+        let [first, second] = [frame.per_half, frame.factor];
         let (dimension, order) = (basis.dimension.max(1), basis.order);
         for (to, &rank) in scratch.iter_mut().zip(&*basis.by_rows) {
             *to = from.get(usize::from(rank)).copied().present_or(T::ZERO);

@@ -9,10 +9,10 @@ use crate::real::{Real, Scalar};
 use crate::sort::words::by_key;
 
 /// Sources and targets of which the mean sizes are estimated.
-pub(super) const SAMPLE: usize = 64;
+pub(in crate::field::tree) const SAMPLE: usize = 64;
 
 /// The field of one source at the origin, by the engine for pairs.
-pub(super) struct Alone<'a, T: Real> {
+pub(in crate::field::tree) struct Alone<'a, T: Real> {
     /// The sum whose kernel it is; of it neither sources nor outputs.
     pub of: ErasedCall<'a, T>,
     pub of_pairs: Sum<T>,
@@ -44,7 +44,7 @@ impl<T: Real> Alone<'_, T> {
 
 /// Fills a sample of the differences between targets and sources, in the units of the sources; `unit` brings targets into these. Those of a target stand next to each other. Returns how
 /// many there are, and how many of each target.
-pub(super) fn fill_sample<T: Real>(
+pub(in crate::field::tree) fn fill_sample<T: Real>(
     d: usize,
     sources: &[T],
     (targets, unit): (&[T], T),
@@ -67,7 +67,12 @@ pub(super) fn fill_sample<T: Real>(
 
 /// The mean sizes of the kernel and of its gradient over a sample with so many differences of each target: of the means of the targets the median, as a close pair may be larger than
 /// all others. Coincident pairs don't count.
-pub(super) fn mean_sizes<T: Real>(d: usize, sample: &[T], (values, slopes): (&[T], &[T]), each: usize) -> [T; 2] {
+pub(in crate::field::tree) fn mean_sizes<T: Real>(
+    d: usize,
+    sample: &[T],
+    (values, slopes): (&[T], &[T]),
+    each: usize,
+) -> [T; 2] {
     let each = each.max(1);
     let numbers = (each * d).max(1);
     let mut means = [[0_u64; SAMPLE]; 2];

@@ -15,29 +15,16 @@ use super::basis::{Basis, MAX_ORDER};
 use crate::checked::Present;
 use crate::error::Result;
 use crate::field::pairs::largest;
+use crate::field::tree::levels::step_of;
+use crate::field::tree::series::Pair;
 use crate::memory::Space;
 use crate::real::{Real, Scalar};
 use crate::simd::{Isa, Job, MAX_LANES};
 
 /// The most nodes along an axis.
-pub(super) const MAX_NODES: usize = 2 * MAX_ORDER;
-/// Steps, but for the signs, by their first, second and third component.
-pub(super) const CLASSES: usize = 64;
-
-/// The number of a step but for its signs, and the axes along which it is negative, one bit each.
-pub(super) fn class_of(steps: [i32; 3]) -> (usize, usize) {
-    let [x, y, z] = steps.map(|step| step.unsigned_abs() as usize);
-    let negative = steps.iter().enumerate().fold(0, |axes, (axis, &step)| axes | usize::from(step < 0) << axis);
-    (x + 4 * y + 16 * z, negative)
-}
-
-/// The step of a class.
-pub(super) fn step_of(class: usize) -> [usize; 3] {
-    [class % 4, class / 4 % 4, class / 16]
-}
-
+pub(in crate::field::tree) const MAX_NODES: usize = 2 * MAX_ORDER;
 /// What interpolation takes.
-pub(super) struct Nodes<'w, T> {
+pub(in crate::field::tree) struct Nodes<'w, T> {
     pub n: usize,
     /// The nodes.
     pub at: &'w mut [T],
@@ -122,7 +109,12 @@ impl<'w, T: Real> Nodes<'w, T> {
 }
 
 /// Multiplies a square, or a cube, of n numbers along each axis by an n x n matrix along each axis. `scratch` has the same length.
-pub(super) fn along_axes<T: Real>(matrix: &[T], (n, dimension): (usize, usize), values: &mut [T], scratch: &mut [T]) {
+pub(in crate::field::tree) fn along_axes<T: Real>(
+    matrix: &[T],
+    (n, dimension): (usize, usize),
+    values: &mut [T],
+    scratch: &mut [T],
+) {
     let (mut pitch, n) = (1_usize, n.max(1));
     for _ in 0..dimension {
         scratch.fill(T::ZERO);
@@ -141,7 +133,7 @@ pub(super) fn along_axes<T: Real>(matrix: &[T], (n, dimension): (usize, usize), 
 
 /// What errors of an interpolation are allowed.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Allowed<T> {
+pub(in crate::field::tree) struct Allowed<T> {
     /// Of the values and of the slopes, in root mean square, relative to their size in the cube, or to `mean` if that is larger. (Of both, whatever is wanted, so that an output does not
     /// depend on what else is.)
     pub share: T,
@@ -151,7 +143,7 @@ pub(super) struct Allowed<T> {
 
 /// What is known of an operator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Quality {
+pub(in crate::field::tree) enum Quality {
     /// The kernel is zero in the whole cube.
     Zero,
     /// The least P.
@@ -162,7 +154,7 @@ pub(super) enum Quality {
 
 /// Replaces the kernel's values at the nodes by coefficients, and finds the least P. `corner` is the value where source and target are closest, at no node: a kernel with an edge may be
 /// smooth at all nodes and not there. `scratch` has the length of the values.
-pub(super) fn interpolate<T: Real>(
+pub(in crate::field::tree) fn interpolate<T: Real>(
     nodes: &Nodes<'_, T>,
     basis: &Basis<'_, T>,
     (class, corner): (usize, T),
@@ -219,7 +211,7 @@ fn at_closest<T: Real>(k: usize, step: usize) -> T {
 }
 
 /// The point of the cube of a step where source and target are closest, in widths.
-pub(super) fn closest(class: usize) -> [usize; 3] {
+pub(in crate::field::tree) fn closest(class: usize) -> [usize; 3] {
     step_of(class).map(|step| step.saturating_sub(1))
 }
 
@@ -227,26 +219,26 @@ pub(super) fn closest(class: usize) -> [usize; 3] {
 const CORNER: f64 = 16.0;
 
 /// The largest P for a basis of this order: beyond, there is nothing in it.
-pub(super) fn most_shells(order: usize) -> usize {
+pub(in crate::field::tree) fn most_shells(order: usize) -> usize {
     2 * order - 1
 }
 
 /// A matrix: blocks of [`MAX_LANES`] rows, and in each one column after the other.
-pub(super) struct Matrix<'a, T> {
+pub(in crate::field::tree) struct Matrix<'a, T> {
     pub numbers: &'a [T],
     /// How many columns each block has.
     pub columns: &'a [u16],
 }
 
 /// Numbers of a matrix for a basis, and its blocks.
-pub(super) fn matrix_size(n: usize) -> Option<(usize, usize)> {
+pub(in crate::field::tree) fn matrix_size(n: usize) -> Option<(usize, usize)> {
     let blocks = n.div_ceil(MAX_LANES);
     // Vectors are loaded from within a block's columns, so the last one needs room behind it.
     Some((blocks.checked_mul(MAX_LANES)?.checked_mul(n)?.checked_add(MAX_LANES)?, blocks))
 }
 
 /// Writes the matrix of the coefficients `c`, cut at |k| < P.
-pub(super) fn fill<T: Real>(
+pub(in crate::field::tree) fn fill<T: Real>(
     nodes: &Nodes<'_, T>,
     basis: &Basis<'_, T>,
     (c, cut): (&[T], usize),
@@ -308,24 +300,16 @@ pub(super) fn fill<T: Real>(
     Ok(())
 }
 
-/// Source cells at a time.
-const TOGETHER: usize = 6;
-
 /// Adds the products of a matrix and moments to local expansions: lanes are rows.
-pub(super) struct Apply<'a, 'w, T> {
+pub(in crate::field::tree) struct Apply<'a, 'w, T> {
     pub basis: &'a Basis<'w, T>,
     pub matrix: Matrix<'a, T>,
     /// The pairs: the source cell, the target cell counted from the first of `to`, and the axes along which the step is negative.
-    pub pairs: &'a [[u32; 3]],
+    pub pairs: &'a [Pair],
     pub from: &'a [T],
     pub to: &'a mut [T],
-    /// Room for moments of [`TOGETHER`] cells.
+    /// Room for moments of [`basis::TOGETHER`](super::basis::TOGETHER) cells.
     pub scratch: &'a mut [T],
-}
-
-/// Numbers of scratch that [`Apply`] needs.
-pub(super) fn apply_scratch(stride: usize) -> usize {
-    TOGETHER * stride
 }
 
 impl<T: Real> Job<T> for Apply<'_, '_, T> {
