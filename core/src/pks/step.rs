@@ -170,8 +170,8 @@ pub fn workspace_bytes<T: Real>(
 
 /// As [`workspace_bytes`], for a step with a [communicator](Run::communicator) of so many ranks, all of whose arrays have room for `n` particles.
 ///
-/// This is some 180 bytes for each particle of all ranks in double precision, of which a step touches those of particles that may be in a cluster, some ten a particle, and what
-/// [`workspace_bytes`] is for its own particles.
+/// In double precision it is about 180 bytes for each particle of all ranks, beside what the motion of a rank's own takes. A step touches some 30 bytes for each of the rank's share of
+/// the particles, and 180 for each that may be part of a cluster.
 ///
 /// # Errors
 /// As [`workspace_bytes`].
@@ -210,12 +210,19 @@ pub struct Setting<'a, 'g, 'r, T: Real> {
 ///
 /// Deterministic: with a counter-based generator the result does not depend on the executor.
 ///
+/// With a [communicator](Run::communicator) of more than one rank the particles are those of all ranks, each of which passes its own, in arrays of the same room, and its own workspace of
+/// [`workspace_bytes_on_ranks`]. The result is bit for bit that of one process whose arrays are the ranks' one after the other (unless 1.001 times the mass of all is within its rounding of a power of two). All ranks get all events, for which they
+/// have to have the same room, and the merged particle stays where that of the lowest label was. The report counts a rank's own sub-steps and normals, and what all ranks do together.
+/// An error of one rank is one of all, but for [`Error::EventsFull`], which they meet together.
+///
 /// Cost: O(n log n) for the search, O(n) for the motion, plus the field.
 ///
 /// # Errors
 /// Before anything has changed: [`Error::LengthMismatch`], [`Error::NotFinite`], [`Error::Mass`], [`Error::TimeStep`], [`Error::OutOfDomain`],
 /// [`Error::WorkspaceTooSmall`], [`Error::Misaligned`], [`Error::TooLarge`] (2^32 steps or particles), those of the field and the generator,
 /// [`Error::TooManySubsteps`], [`Error::BecameNotFinite`] (in the motion; [`Error::NotFinite`] is what was given), [`Error::Stopped`]. A stream generator may have been drawn from.
+/// With more than one rank also [`Error::Unsupported`]: an attraction by a sum, heavy particles, a medium, noise from a stream; [`Error::Communicator`]: ranks have different steps, time steps
+/// or room; the communicator's.
 /// [`Error::EventsFull`]: see above. [`Error::NotPrepared`]: merges are pending, but the workspace does not hold them.
 pub fn step<T: Real>(
     state: State<'_, T>,

@@ -29,6 +29,8 @@ pub const LOADS: usize = 4 * BUCKETS;
 pub const ROW: usize = BUCKETS;
 /// A mark beside the shared levels: the particle becomes known.
 const TOLD: u8 = 0x40;
+/// Marks that are looked at together.
+const CHUNK: usize = 64;
 /// Instead of a level: there is no next particle in the bucket.
 const NONE: u64 = 0xFF;
 /// A level of up to 32 without marks.
@@ -217,8 +219,14 @@ impl Buckets<'_> {
         }
         // Bucket by bucket.
         let Self { blocked, spare, ends, .. } = self;
-        let all = (0..BUCKETS).flat_map(|bucket| super::parts(blocked, ends, blocks, bucket)).flatten();
-        spare.iter_mut().zip(all).for_each(|(to, &from)| *to = from);
+        let mut at = 0;
+        for bucket in 0..BUCKETS {
+            for words in super::parts(blocked, ends, blocks, bucket) {
+                let to = spare.get_mut(at..at + words.len()).present()?;
+                to.iter_mut().zip(words).for_each(|(to, &from)| *to = from);
+                at += words.len();
+            }
+        }
         let sent = spare.get(..part.own).present()?;
         ranks.exchange(sent, out, blocked.get_mut(..start).present()?, froms)
     }
@@ -281,12 +289,16 @@ impl Buckets<'_> {
         let found = self.pairs.iter().zip(self.starts.windows(2)).take(end).skip(begin);
         for (_, range) in found.filter(|&(&found, _)| found > 0) {
             let &[first, end] = range.first_chunk().present()?;
-            for at in first as usize..end as usize {
-                let here = *shared.get(at).present()?;
-                if here & TOLD != 0 {
+            let (first, end) = (first as usize, end as usize);
+            let levels = shared.get(first..end).present()?;
+            // Most are not marked.
+            for (chunk, from) in levels.chunks(CHUNK).zip((first..).step_by(CHUNK)) {
+                if chunk.iter().fold(0, |any, &here| any | here) & TOLD == 0 {
+                    continue;
+                }
+                for (at, &here) in (from..).zip(chunk).filter(|&(_, here)| here & TOLD != 0) {
                     // Of the next one only the level: whether the two are near is its own to tell.
-                    let next =
-                        if at + 1 < end as usize { u64::from(level(*shared.get(at + 1).present()?)) } else { NONE };
+                    let next = levels.get(at + 1 - first).map_or(NONE, |&next| u64::from(level(next)));
                     let which = (at as u64) << 32 | *words.get(at).present()? & 0xFFFF_FFFF;
                     *slots.next().present()? = [which, next << 8 | u64::from(here & !TOLD)];
                 }
@@ -384,17 +396,19 @@ fn mark(shared: &mut [u8], all: bool) -> u32 {
         shared.iter_mut().for_each(|shared| *shared |= TOLD);
         return shared.len() as u32;
     }
-    let mut before = 0;
+    let others = |shared: &[u8], at: usize| shared.get(at).map_or(0, |&other| level(other));
     for at in 1..shared.len() {
         let here = shared.get(at).copied().present_or_default();
-        let after = shared.get(at + 1).map_or(0, |&after| level(after));
-        let within = here & MARK != 0 && level(here) > before && level(here) > after;
-        if within || u32::from(level(here)) == FIRST {
+        if here & MARK == 0 && u32::from(level(here)) < FIRST {
+            continue;
+        }
+        let here = level(here);
+        let within = here > others(shared, at - 1) && here > others(shared, at + 1);
+        if within || u32::from(here) == FIRST {
             for known in shared.iter_mut().skip(at - 1).take(2) {
                 *known |= TOLD;
             }
         }
-        before = level(here);
     }
     shared.iter().map(|shared| u32::from(shared & TOLD != 0)).sum()
 }
