@@ -290,13 +290,7 @@ unsafe extern "C" fn unreduced(context: *mut c_void, _: i32, _: *mut u64, _: usi
     unsafe { *context.cast::<i32>() }
 }
 
-unsafe extern "C" fn unsent(
-    context: *mut c_void,
-    _: *const u64,
-    _: *const usize,
-    _: *mut u64,
-    _: *const usize,
-) -> i32 {
+unsafe extern "C" fn unsent(context: *mut c_void, _: *const u64, _: *const usize, _: *mut u64, _: *const usize) -> i32 {
     unsafe { *context.cast::<i32>() }
 }
 
