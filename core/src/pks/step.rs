@@ -595,9 +595,11 @@ impl<T: Real> Layout<'_, T> {
         }
         if merges {
             if build::RANKS && self.ranks.is_some() {
-                queue.run(&mut known.state(), found, events, counters, &mut report)?;
+                let (positions, masses, labels) = (&mut *known.moved, &mut *known.masses, &mut *known.labels);
+                let merged = &mut State { positions, masses, labels, species: None };
+                queue.run(merged, found, events, counters, &mut report)?;
                 found.resume(queue.clusters());
-                known.give_back(found, &mut state);
+                known.give_back(found, state.positions, state.masses);
             } else {
                 queue.run(&mut state, found, events, counters, &mut report)?;
             }

@@ -6,7 +6,6 @@ use crate::checked::Present;
 use crate::error::Result;
 use crate::exec::{Ranks, Reduction};
 use crate::memory::Space;
-use crate::pks::state::State;
 use crate::real::Real;
 
 /// Words for each particle that are exchanged at a time, at most.
@@ -176,20 +175,15 @@ impl<'w, T: Real> Shared<'w, T> {
         Ok(())
     }
 
-    /// The particles in clusters, to be merged.
-    pub fn state(&mut self) -> State<'_, T> {
-        State { positions: self.moved, masses: self.masses, labels: self.labels, species: None }
-    }
-
     /// Writes what merging made of the particles in the clusters into the arrays of this rank.
-    pub fn give_back(&self, found: &Scratch<'_, T>, state: &mut State<'_, T>) {
+    pub fn give_back(&self, found: &Scratch<'_, T>, positions: &mut [[T; 2]], masses: &mut [T]) {
         for place in places(found) {
             let own = self.numbers.get(place).filter(|&&i| i != ELSEWHERE).map(|&i| i as usize);
             let Some(i) = own else { continue };
-            if let (Some(x), Some(to)) = (self.moved.get(place), state.positions.get_mut(i)) {
+            if let (Some(x), Some(to)) = (self.moved.get(place), positions.get_mut(i)) {
                 *to = *x;
             }
-            if let (Some(m), Some(to)) = (self.masses.get(place), state.masses.get_mut(i)) {
+            if let (Some(m), Some(to)) = (self.masses.get(place), masses.get_mut(i)) {
                 *to = *m;
             }
         }
