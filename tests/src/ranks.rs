@@ -6,12 +6,15 @@ use std::sync::{Barrier, Mutex};
 use mollis_core::exec::{Communicator, Reduction};
 use mollis_core::{Error, Result};
 
+/// The kind of a call, its words, where those for each rank begin.
+type Offer = (u8, Vec<u64>, Vec<usize>);
+
 /// What the ranks have in common.
 #[derive(Debug)]
 pub struct World {
     barrier: Barrier,
-    /// What each rank offers in the call that is under way: its kind, its words, where those for each rank begin.
-    offers: Vec<Mutex<(u8, Vec<u64>, Vec<usize>)>>,
+    /// What each rank offers in the call that is under way.
+    offers: Vec<Mutex<Offer>>,
     fails_at: usize,
 }
 

@@ -199,7 +199,11 @@ fn spread<T: Real>(places: Vec<[f64; 2]>, seed: u64, heavy: &[f64]) -> Particles
         labels.swap(i, (random.next() % (i as u64 + 1)) as usize);
     }
     let mass = |i: usize| {
-        heavy.get(i / 7).filter(|_| i % 7 == 0).copied().unwrap_or(60.0 / n as f64 * (1.0 + 0.5 * (i % 2) as f64))
+        heavy
+            .get(i / 7)
+            .filter(|_| i.is_multiple_of(7))
+            .copied()
+            .unwrap_or(60.0 / n as f64 * (1.0 + 0.5 * (i % 2) as f64))
     };
     Particles {
         positions: places.into_iter().map(|x| x.map(T::from_f64)).collect(),

@@ -266,17 +266,19 @@ pub(super) fn find_on_ranks<T: Real>(
     scratch: &mut Scratch<'_, T>,
 ) -> Result<()> {
     scratch.clear();
-    let mut again = false;
-    while part.all > sort::FEW {
+    let (mut some, mut again) = (part.all > sort::FEW, false);
+    while some {
         scratch.clear();
         scratch.stack.height = 0;
         let Scratch { words, many, shared, found, stack } = &mut *scratch;
         let (words, shared) = (words.get_mut(..part.all).present()?, shared.get_mut(..part.all).present()?);
         let to = (&mut *words, &mut *shared);
-        let given = (particles, total);
-        if !again {
-            many.sort_on_ranks((ranks, part), known, (mesh, criterion), given, resources, to)?;
-        } else if !many.complete_on_ranks((ranks, part), known, (mesh, criterion), particles, resources, to)? {
+        if again {
+            some = many.complete_on_ranks((ranks, part), known, (mesh, criterion), particles, resources, to)?;
+        } else {
+            many.sort_on_ranks((ranks, part), known, (mesh, criterion), (particles, total), resources, to)?;
+        }
+        if !some {
             break;
         }
         again = true;

@@ -15,6 +15,9 @@ pub const WORDS_OF_RANK: usize = 11;
 /// Instead of an index: the particle is another rank's.
 const ELSEWHERE: u32 = u32::MAX;
 
+/// Where a particle has moved to, its Wiener increment, its label.
+pub type Moved<T> = ([T; 2], [T; 2], u64);
+
 /// Which of all particles are a rank's: they are numbered in the order of the ranks, and of each rank's arrays.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Part {
@@ -151,7 +154,7 @@ impl<'w, T: Real> Shared<'w, T> {
         ranks: &Ranks<'_>,
         part: Part,
         found: &Scratch<'_, T>,
-        own: &dyn Fn(usize) -> Result<([T; 2], [T; 2], u64)>,
+        own: &dyn Fn(usize) -> Result<Moved<T>>,
     ) -> Result<()> {
         let count = found.clusters().map(|cluster| cluster.count).sum::<usize>();
         let words = self.words.get_mut(..WORDS * count).present()?;
