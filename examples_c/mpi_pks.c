@@ -148,8 +148,8 @@ int main(int argc, char **argv)
     const mollis_pks_particles particles = {room, x, m, labels, NULL};
     mollis_pks_progress progress = {.count = own};
     mollis_pks_event log[256];
-    uint64_t absorbed[1024];
-    mollis_pks_events events = {.events = log, .room = 256, .labels = absorbed, .labels_room = 1024};
+    uint64_t *absorbed = memory(n, sizeof *absorbed); /* one merge may absorb all */
+    mollis_pks_events events = {.events = log, .room = 256, .labels = absorbed, .labels_room = n};
 
     /* Who they are, and how they exchange words. */
     traffic sent = {0, 0, memory(4 * (size_t)ranks, sizeof(int))};
@@ -238,6 +238,7 @@ int main(int argc, char **argv)
     free(x);
     free(m);
     free(labels);
+    free(absorbed);
     free(workspace);
     free(sent.counts);
     MPI_Finalize();
