@@ -370,7 +370,7 @@ typedef struct mollis_executor {
 
 /**
  * The processes ("ranks") over which the host has spread the particles of a step, and its way to exchange words among them, for example by MPI
- * (`examples_c/mpi_pks.c` has it in thirty lines). The library sends nothing by itself.
+ * (`examples_c/mpi_pks.c` has it in forty lines). The library sends nothing by itself.
  *
  * All ranks make the same call with their own particles; what else they pass is the same, the room of arrays included. In it both functions are called in the same order on all of them, from
  * the thread of the call, and return when the rank has its results: 0, or another status, which ends the call and comes back unchanged. They then
