@@ -57,6 +57,7 @@ module mollis
   integer(c_int32_t), parameter :: MOLLIS_ERR_EXECUTOR = 46
   integer(c_int32_t), parameter :: MOLLIS_ERR_INTERNAL = 47
   integer(c_int32_t), parameter :: MOLLIS_ERR_NOT_CONVERGED = 48
+  integer(c_int32_t), parameter :: MOLLIS_ERR_COMMUNICATOR = 49
   integer(c_int32_t), parameter :: MOLLIS_ALIGN = 64
   integer(c_int32_t), parameter :: MOLLIS_KERNEL2_NEWTONIAN_BYTES_F32 = 1216
   integer(c_int32_t), parameter :: MOLLIS_METHOD_AUTO = 0
@@ -104,6 +105,8 @@ module mollis
   integer(c_int32_t), parameter :: MOLLIS_LEVEL_NEON = 1
   integer(c_int32_t), parameter :: MOLLIS_LEVEL_AVX2 = 2
   integer(c_int32_t), parameter :: MOLLIS_LEVEL_AVX512 = 3
+  integer(c_int32_t), parameter :: MOLLIS_REDUCE_SUM = 0
+  integer(c_int32_t), parameter :: MOLLIS_REDUCE_MAX = 1
 
   type, bind(c) :: mollis_blob_options
     integer(c_int32_t) :: size = 0
@@ -143,6 +146,14 @@ module mollis
     type(c_funptr) :: parallel_for = c_null_funptr
   end type
 
+  type, bind(c) :: mollis_communicator
+    type(c_ptr) :: context = c_null_ptr
+    integer(c_size_t) :: rank = 0
+    integer(c_size_t) :: ranks = 0
+    type(c_funptr) :: reduce = c_null_funptr
+    type(c_funptr) :: exchange = c_null_funptr
+  end type
+
   type, bind(c) :: mollis_run
     integer(c_int32_t) :: size = 0
     integer(c_int32_t) :: level = 0
@@ -151,6 +162,7 @@ module mollis
     type(c_ptr) :: stop_context = c_null_ptr
     type(c_ptr) :: first_bad = c_null_ptr
     type(c_ptr) :: bytes_needed = c_null_ptr
+    type(c_ptr) :: communicator = c_null_ptr
   end type
 
   type, bind(c) :: mollis_particles2_f32

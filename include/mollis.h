@@ -109,6 +109,8 @@
 #define MOLLIS_ERR_INTERNAL 47
 /** the iteration did not reach its tolerance. */
 #define MOLLIS_ERR_NOT_CONVERGED 48
+/** the communicator reported an error, or what the ranks were given differs. */
+#define MOLLIS_ERR_COMMUNICATOR 49
 /** How arrays in a workspace are aligned, and best prepared kernels. */
 #define MOLLIS_ALIGN 64
 /** `bytes`, rounded up to the alignment: what an array takes in a workspace. */
@@ -257,6 +259,10 @@
 #define MOLLIS_LEVEL_AVX2 2
 /** 512-bit vectors. */
 #define MOLLIS_LEVEL_AVX512 3
+/** Sums modulo 2^64. */
+#define MOLLIS_REDUCE_SUM 0
+/** The largest. */
+#define MOLLIS_REDUCE_MAX 1
 
 /** What every function returns: `MOLLIS_OK` or one of `MOLLIS_ERR_*`. */
 typedef int32_t mollis_status;
@@ -363,6 +369,40 @@ typedef struct mollis_executor {
   int32_t (*parallel_for)(void *context, size_t tasks, mollis_task task, void *data);
 } mollis_executor;
 
+/**
+ * The processes ("ranks") over which the host has spread the particles of a step, and its way to exchange words among them, for example by MPI
+ * (`examples_c/mpi_pks.c` has it in forty lines). The library sends nothing by itself.
+ *
+ * All ranks make the same call with their own particles; what else they pass is the same, the room of arrays included. In it both functions are called in the same order on all of them, from
+ * the thread of the call, and return when the rank has its results: 0, or another status, which ends the call and comes back unchanged. They then
+ * have to fail on the other ranks, too, which wait for this one.
+ *
+ * An error of one rank ends the call on all: on the others with its status, or with MOLLIS_ERR_EXECUTOR if it is a status of that rank's executor. But a rank whose arguments are refused (null, size, overlap, an unknown value)
+ * calls neither function. MOLLIS_ERR_COMMUNICATOR: ranks have different steps, time steps or room.
+ */
+typedef struct mollis_communicator {
+  /** Passed to both functions. */
+  void *context;
+  /** The number of this rank, below `ranks`. */
+  size_t rank;
+  /** How many there are, the same on all of them. */
+  size_t ranks;
+  /**
+   * Replaces each of the words by the sum (MOLLIS_REDUCE_SUM) or the largest (MOLLIS_REDUCE_MAX) of the words at its place on all ranks, which pass as many: MPI_Allreduce
+   * with MPI_IN_PLACE and MPI_UINT64_T.
+   */
+  int32_t (*reduce)(void *context, int32_t operation, uint64_t *words, size_t count);
+  /**
+   * Sends `outgoing[starts[r]]` up to `outgoing[starts[r + 1]]` to each rank r, itself included, and receives what it sends to this one in `incoming[froms[r]]` up to
+   * `incoming[froms[r + 1]]`: MPI_Alltoallv. Both have ranks + 1 elements.
+   */
+  int32_t (*exchange)(void *context,
+                      const uint64_t *outgoing,
+                      const size_t *starts,
+                      uint64_t *incoming,
+                      const size_t *froms);
+} mollis_communicator;
+
 /** How a call runs. Fill it with `mollis_run_init`, then change what you want; null means the defaults. */
 typedef struct mollis_run {
   /** Bytes of this structure, as `mollis_run_init` sets it. */
@@ -386,6 +426,10 @@ typedef struct mollis_run {
    * kernel whose buffer is too short (in builds for firmware also 0 from `mollis_pks_step`). Not written otherwise. May be null (the default).
    */
   size_t *bytes_needed;
+  /**
+   * The ranks over which the particles of `mollis_pks_step` are spread; other functions do not ask for it. Null (the default): this process has all.
+   */
+  const struct mollis_communicator *communicator;
 } mollis_run;
 
 typedef struct mollis_particles2_f32 {
@@ -1581,7 +1625,8 @@ mollis_status mollis_first_bad(size_t n, size_t each, const double *values, uint
 mollis_status mollis_first_bad_f32(size_t n, size_t each, const float *values, uint64_t *first);
 
 /**
- * Bytes of the workspace that mollis_pks_step needs for arrays with room for so many particles, wherever it begins, with this run's executor.
+ * Bytes of the workspace that mollis_pks_step needs for arrays with room for so many particles, wherever it begins, with this run's executor and communicator: on
+ * ranks each has so much room.
  *
  * Refused: MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_OVERLAP, MOLLIS_ERR_OPTIONS_SIZE, MOLLIS_ERR_NOT_INITIALISED, MOLLIS_ERR_UNKNOWN_VALUE, MOLLIS_ERR_NOT_FINITE,
  * MOLLIS_ERR_OUT_OF_DOMAIN (a negative noise, separation or probability not between 0 and 1, an empty mesh),
@@ -1608,6 +1653,11 @@ mollis_status mollis_pks_workspace_bytes_f32(size_t room, const struct mollis_pk
  * in range, as must mass / length^2 for heavy particles; what leaves the range ends in MOLLIS_ERR_BECAME_NOT_FINITE or MOLLIS_ERR_TOO_MANY_SUBSTEPS. An attraction so strong against
  * a positive noise that indices are out of range (chi M^2 / noise above 1e38 for f32, M being the mass of all particles) is MOLLIS_ERR_OUT_OF_DOMAIN.
  * Masses below 1e-19 of M (f32; 1e-154 for f64) do not collide with one another.
+ *
+ * On ranks (`run->communicator`) the particles are those of all ranks, and each passes its own. Results are bit for bit those of one process whose arrays are the ranks' one after the
+ * other. All ranks get all events; a merged particle stays where the one with its lowest label was, and any rank may be left without particles. Give all of them arrays of the same room, and
+ * buffers of events of the same room. The report's sub-steps and normals are the rank's own, its other numbers those of all. An attraction by a sum, heavy particles, a medium, and noise from the host's generator
+ * are MOLLIS_ERR_UNSUPPORTED with more than one rank.
  *
  * MOLLIS_ERR_EVENTS_FULL: the step stopped before a merge that has no room; empty the buffers (or give larger ones) and call again with the
  * same workspace (or its bytes at an address that is equal modulo MOLLIS_ALIGN): it goes on with progress->pending merges. Any other status leaves the state of the last completed step:

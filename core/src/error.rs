@@ -80,6 +80,7 @@ errors! {
     46 Executor c"the executor did not run every task" "The executor did not run every task, ran them with more workers than it stated, or reported an error."
     47 Internal c"an invariant of the library is broken" "An invariant of the library is broken: please report it. Outputs are partly written."
     48 NotConverged c"the iteration did not reach its tolerance" "An iteration did not reach its tolerance within the allowed number of iterations; the result is the last iterate."
+    49 Communicator c"the communicator reported an error, or what the ranks were given differs" "The communicator reported an error, or what the ranks were given and has to be the same on all differs."
 }
 
 impl core::fmt::Display for Error {

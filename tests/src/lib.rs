@@ -4,6 +4,7 @@
 pub mod control;
 pub mod exceptions;
 pub mod positional;
+pub mod ranks;
 pub mod sums;
 
 use std::ffi::c_void;

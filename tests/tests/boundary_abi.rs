@@ -286,6 +286,41 @@ fn an_executors_status_comes_back_unchanged() {
     }
 }
 
+unsafe extern "C" fn unreduced(context: *mut c_void, _: i32, _: *mut u64, _: usize) -> i32 {
+    unsafe { *context.cast::<i32>() }
+}
+
+unsafe extern "C" fn unsent(context: *mut c_void, _: *const u64, _: *const usize, _: *mut u64, _: *const usize) -> i32 {
+    unsafe { *context.cast::<i32>() }
+}
+
+/// A communicator whose functions return this status.
+fn communicator(status: &mut i32, rank: usize, ranks: usize) -> mollis_communicator {
+    let context = (&raw mut *status).cast();
+    mollis_communicator { context, rank, ranks, reduce: Some(unreduced), exchange: Some(unsent) }
+}
+
+/// Steps of coalescing particles ask for it if there is more than one rank, and return its status unchanged; nothing else asks.
+#[test]
+fn a_communicators_status_comes_back_unchanged() {
+    let calls = Calls::new();
+    for function in FUNCTIONS {
+        let alone = calls.call(function, &filled(mollis_run_init));
+        for mut status in STATUSES {
+            for (ranks, asked) in [(1, false), (2, function == "pks")] {
+                let given = communicator(&mut status, 0, ranks);
+                let outcome =
+                    calls.call(function, &mollis_run { communicator: &raw const given, ..filled(mollis_run_init) });
+                if asked {
+                    assert_eq!(outcome, (status, 0, calls.x.clone()), "{function}");
+                } else {
+                    assert_eq!(outcome, alone, "{function}");
+                }
+            }
+        }
+    }
+}
+
 /// A stream whose draw number `left` fails.
 struct Stream {
     random: Split,
@@ -704,6 +739,22 @@ fn runs_that_mean_nothing_are_refused() {
             let refused = calls.call_sized(function, &mollis_run { executor: &raw const executor, ..good });
             assert_eq!(refused, error as i32, "{function}");
         }
+    }
+    let mut status = OK;
+    let fine = communicator(&mut status, 1, 2);
+    for function in FUNCTIONS {
+        for (communicator, error) in [
+            (mollis_communicator { rank: 2, ..fine }, Error::OutOfDomain),
+            (mollis_communicator { rank: 0, ranks: 0, ..fine }, Error::OutOfDomain),
+            (mollis_communicator { reduce: None, ..fine }, Error::NullPointer),
+            (mollis_communicator { exchange: None, ..fine }, Error::NullPointer),
+        ] {
+            let refused = calls.call_sized(function, &mollis_run { communicator: &raw const communicator, ..good });
+            assert_eq!(refused, error as i32, "{function}");
+        }
+        let odd = (&raw const fine).wrapping_byte_add(1);
+        let refused = calls.call_sized(function, &mollis_run { communicator: odd, ..good });
+        assert_eq!(refused, Error::Misaligned as i32, "{function}");
     }
     let mut words = [0_u64; 16];
     let at = words.as_mut_ptr().cast::<mollis_run>();

@@ -53,7 +53,7 @@ fn find<T: Real, const D: usize>(
     };
 
     let mut call = |bytes: usize, found: &mut Found<T, D>| {
-        let mut run = Run { level: Level::best(), executor: &Serial, should_stop: None, counters: None };
+        let mut run = Run { level: Level::best(), executor: &Serial, ..Run::default() };
         let to =
             Essential { positions: &mut found.positions, masses: &mut found.masses, origins: Some(&mut found.origins) };
         let workspace = &mut memory.bytes()[..bytes];
@@ -221,7 +221,7 @@ fn room_and_massless_sources_change_nothing() {
     // Only numbers are asked for.
     let mut starts = vec![7; boxes.len() + 1];
     let mut memory = Aligned::new(essential_bytes(&blob, n, 1e-5).unwrap());
-    let mut run = Run { level: Level::Portable, executor: &Serial, should_stop: None, counters: None };
+    let mut run = Run { level: Level::Portable, executor: &Serial, ..Run::default() };
     let sources = Sources::new(&x, &m);
     essential(&blob, sources, 1e-5, &boxes, (&mut starts, None), memory.bytes(), &mut run).unwrap();
     assert_eq!(starts, whole.starts);
@@ -295,7 +295,7 @@ fn refusals_write_nothing() {
     let one = |kernel: &dyn Interaction<f64, 2>, sources, tolerance, corners: &[Box<f64, 2>]| {
         let mut starts = vec![7; corners.len() + 1];
         let mut memory = Aligned::new(1 << 20);
-        let mut run = Run { level: Level::best(), executor: &Serial, should_stop: None, counters: None };
+        let mut run = Run { level: Level::best(), executor: &Serial, ..Run::default() };
         let result = essential(kernel, sources, tolerance, corners, (&mut starts, None), memory.bytes(), &mut run);
         assert!(result.is_ok() || starts.iter().all(|&s| s == 7));
         result

@@ -171,7 +171,7 @@ fn options(scene: &Scene) -> Options {
 }
 
 fn run(pool: &Pool) -> Run<'_> {
-    Run { level: Level::best(), executor: pool, should_stop: Some(&stopped), counters: None }
+    Run { level: Level::best(), executor: pool, should_stop: Some(&stopped), counters: None, communicator: None }
 }
 
 impl<const D: usize> Simulation for Flow<'_, D> {

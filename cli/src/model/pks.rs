@@ -162,7 +162,13 @@ impl Simulation for Coalescing<'_> {
 
     fn step(&mut self) -> Result<()> {
         let mut grid = Grid::prepare(self.grid.slice(), self.mesh, self.equation, self.pool.workers())?;
-        let mut run = Run { level: Level::best(), executor: self.pool, should_stop: Some(&stopped), counters: None };
+        let mut run = Run {
+            level: Level::best(),
+            executor: self.pool,
+            should_stop: Some(&stopped),
+            counters: None,
+            communicator: None,
+        };
         let mut events = vec![pks::Event::default(); ROOM];
         let mut absorbed = vec![0; self.positions.len()];
         let mut generator = Philox::new(self.scene.seed);

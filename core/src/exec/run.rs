@@ -1,9 +1,9 @@
 //! The options and counters of a call.
 
-use super::{Executor, Serial};
+use super::{Communicator, Executor, Serial};
 use crate::simd::Level;
 
-/// The options of a call: instruction set, executor, stop request, counters. None of it is stored.
+/// The options of a call: instruction set, executor, stop request, counters, communicator. None of it is stored.
 pub struct Run<'a> {
     /// The instruction set.
     pub level: Level,
@@ -13,6 +13,8 @@ pub struct Run<'a> {
     pub should_stop: Option<&'a (dyn Fn() -> bool + Sync)>,
     /// The counts are added to it when the call succeeds.
     pub counters: Option<&'a mut Statistics>,
+    /// The processes over which the particles are spread: [`pks::step`](crate::pks::step) asks for it, other calls do not. `None`: this one has all.
+    pub communicator: Option<&'a dyn Communicator>,
 }
 
 /// The part of a call's options that every loop needs: where it runs.
@@ -46,7 +48,7 @@ impl<'a> Run<'a> {
 
 impl Default for Run<'_> {
     fn default() -> Self {
-        Self { level: Level::best(), executor: &Serial, should_stop: None, counters: None }
+        Self { level: Level::best(), executor: &Serial, should_stop: None, counters: None, communicator: None }
     }
 }
 

@@ -190,7 +190,13 @@ fn split<T: Real, const D: usize>(
         hessian: None,
     };
     // The sources without mass are counted with the pairs.
-    let mut quiet = Run { level: run.level, executor: run.executor, should_stop: run.should_stop, counters: None };
+    let mut quiet = Run {
+        level: run.level,
+        executor: run.executor,
+        should_stop: run.should_stop,
+        counters: None,
+        communicator: None,
+    };
     moments::evaluate((&far, kernel.delta()), options, sources, targets, some, memory, &mut quiet)?;
     let pairs = Outputs {
         potential: outputs.potential.as_deref_mut(),

@@ -31,6 +31,13 @@ plain!(u8 u16 u32 u64 usize i8 i16 i32 i64 isize f32 f64);
 #[expect(unsafe_code, reason = "arrays of plain elements")]
 unsafe impl<T: Plain, const N: usize> Plain for [T; N] {}
 
+/// The same bits, without signs.
+#[expect(unsafe_code, reason = "two integers of one size")]
+pub(crate) fn unsigned(words: &mut [i64]) -> &mut [u64] {
+    // SAFETY: as many of the same size and alignment, borrowed as long, and any bits are integers of either kind.
+    unsafe { core::slice::from_raw_parts_mut(words.as_mut_ptr().cast(), words.len()) }
+}
+
 /// The source of a layout's arrays.
 pub trait Space<'w> {
     /// The next `n` elements, aligned to [`ALIGN`]. They are zeroed by [`Carve::new`] and unchanged after [`Carve::reopen`].

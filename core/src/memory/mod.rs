@@ -22,4 +22,5 @@
 
 mod carve;
 
+pub(crate) use carve::unsigned;
 pub use carve::{ALIGN, BLOCK_ALIGN, Carve, Measure, Plain, Space, View};

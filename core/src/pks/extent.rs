@@ -42,8 +42,9 @@ impl<T: Real> Extent<T> {
         if extent.smallest > T::ZERO { Ok(extent) } else { Err(Error::Mass) }
     }
 
+    /// That of both together.
     #[inline(always)]
-    fn with(&self, other: &Self) -> Self {
+    pub(super) fn with(&self, other: &Self) -> Self {
         let less = |a: T, b: T| if b < a { b } else { a };
         let more = |a: T, b: T| if b > a { b } else { a };
         Self {

@@ -18,7 +18,7 @@ pub struct Queue<'w, T> {
     lowest: &'w mut [u64],
     /// As these: time after the step's start, and index.
     values: &'w mut [[T; 2]],
-    /// Magic, step, count, length of the queue, merges done, one spare.
+    /// Magic, step, count, length of the queue, merges done, clusters decided.
     head: &'w mut [u64],
 }
 
@@ -86,8 +86,13 @@ impl<'w, T: Real> Queue<'w, T> {
             sort::by_key(ranges, &|range| lowest.get((range >> 33) as usize).copied().unwrap_or(u64::MAX));
         }
         if let Some(head) = self.head.first_chunk_mut() {
-            *head = [MAGIC, counters.step, counters.count, length as u64, 0, 0];
+            *head = [MAGIC, counters.step, counters.count, length as u64, 0, found.len() as u64];
         }
+    }
+
+    /// How many clusters were decided.
+    pub fn clusters(&self) -> usize {
+        self.head.last().map_or(0, |&clusters| clusters as usize)
     }
 
     /// Merges left to do.

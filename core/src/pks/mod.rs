@@ -24,4 +24,4 @@ pub mod theory;
 pub use collision::{CollisionLaw, Merging};
 pub use heavy::{Heavy, MAX_HEAVY};
 pub use state::{Counters, Event, Events, Options, Report, Scheme, State};
-pub use step::{Attraction, Setting, Summed, step, workspace_bytes};
+pub use step::{Attraction, Setting, Summed, step, workspace_bytes, workspace_bytes_on_ranks};

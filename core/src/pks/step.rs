@@ -6,16 +6,16 @@ use super::extent::Extent;
 use super::heavy::{Heavy, HeavySet};
 use super::merge::{Queue, compact};
 use super::motion::{self, Frozen, Moved, Moving};
-use super::search::{self, Mesh, Particles};
+use super::search::{self, Mesh, Part, Particles, WORDS_OF_RANK};
 use super::state::{Counters, Events, Options, Report, Scheme, State};
 use super::theory::Constants;
 use crate::build;
 use crate::checked::Present;
 use crate::error::{Error, Result};
-use crate::exec::{Resources, Run};
+use crate::exec::{Ranks, Reduction, Resources, Run};
 use crate::field::{self, Interaction, Outputs, Sources, Wanted};
 use crate::grid::{Grid, Limits, MassScale, Variable, Walls};
-use crate::memory::{Carve, Measure, Space};
+use crate::memory::{Carve, Measure, Space, unsigned};
 use crate::random::Generator;
 use crate::real::{Real, Scalar};
 use crate::rk4;
@@ -95,20 +95,23 @@ struct Arrays<'w, T> {
     gradient: &'w mut [[T; 2]],
     field: &'w mut [u8],
     close: close::Buffers<'w, T>,
+    /// What ranks know of one another's particles.
+    known: search::Shared<'w, T>,
 }
 
-/// The only statement of the layout. `n` is the room of the state's arrays, so that it does not change as particles merge.
+/// The only statement of the layout. `n` is the room of the state's arrays on each of so many ranks, so that it does not change as particles merge.
 fn layout<'w, T: Real>(
     space: &mut impl Space<'w>,
-    n: usize,
+    (n, ranks): (usize, usize),
     summed: &Summed<'_, T>,
     options: &Options<T>,
     workers: usize,
 ) -> Result<Arrays<'w, T>> {
-    u32::try_from(n).ok().filter(|&n| n < u32::MAX).ok_or(Error::TooLarge)?;
+    let all = if build::RANKS { n.checked_mul(ranks).ok_or(Error::TooLarge)? } else { n };
+    u32::try_from(all).ok().filter(|&n| n < u32::MAX).ok_or(Error::TooLarge)?;
     let fixed = build::STRANG && options.scheme == Scheme::StrangRk4;
     // Nothing is searched for where nothing merges.
-    let clustered = if options.merging == Merging::Never { 0 } else { n };
+    let clustered = if options.merging == Merging::Never { 0 } else { all };
     let field = match summed {
         Some((kernel, field)) => field_bytes(*kernel, n, field, workers)?,
         None => 0,
@@ -116,7 +119,7 @@ fn layout<'w, T: Real>(
     let arrays = Arrays {
         queue: Queue::layout(space, clustered),
         found: search::Scratch::parts(space, clustered),
-        recorded: space.array(clustered),
+        recorded: space.array(clustered.min(n)),
         moved: space.array(n),
         increments: space.array(n),
         substeps: space.array(motion::tiles_of(n)),
@@ -127,6 +130,7 @@ fn layout<'w, T: Real>(
         }),
         field: space.array(field),
         close: close::Buffers::layout(space, if summed.is_some() { n } else { 0 }, options),
+        known: search::Scratch::shared(space, clustered, ranks),
     };
     space.finish()?;
     Ok(arrays)
@@ -161,8 +165,25 @@ pub fn workspace_bytes<T: Real>(
     options: &Options<T>,
     workers: usize,
 ) -> Result<usize> {
+    workspace_bytes_on_ranks(n, 1, summed, options, workers)
+}
+
+/// As [`workspace_bytes`], for a step with a [communicator](Run::communicator) of so many ranks, all of whose arrays have room for `n` particles.
+///
+/// In double precision it is about 180 bytes for each particle of all ranks, beside what the motion of a rank's own takes. A step touches some 30 bytes for each of the rank's share of
+/// the particles, and 180 for each that may be part of a cluster.
+///
+/// # Errors
+/// As [`workspace_bytes`].
+pub fn workspace_bytes_on_ranks<T: Real>(
+    n: usize,
+    ranks: usize,
+    summed: Summed<'_, T>,
+    options: &Options<T>,
+    workers: usize,
+) -> Result<usize> {
     options.check()?;
-    Measure::of(|space| layout(space, n, &summed, options, workers).map(|_| ()))
+    Measure::of(|space| layout(space, (n, ranks), &summed, options, workers).map(|_| ()))
 }
 
 /// Everything that a step is given beside the state.
@@ -189,12 +210,19 @@ pub struct Setting<'a, 'g, 'r, T: Real> {
 ///
 /// Deterministic: with a counter-based generator the result does not depend on the executor.
 ///
+/// With a [communicator](Run::communicator) of more than one rank the particles are those of all ranks, each of which passes its own, in arrays of the same room, and its own workspace of
+/// [`workspace_bytes_on_ranks`]. The result is bit for bit that of one process whose arrays are the ranks' one after the other (unless 1.001 times the mass of all is within its rounding of a power of two). All ranks get all events, for which they
+/// have to have the same room, and the merged particle stays where that of the lowest label was. The report counts a rank's own sub-steps and normals, and what all ranks do together.
+/// An error of one rank is one of all, but for [`Error::EventsFull`], which they meet together.
+///
 /// Cost: O(n log n) for the search, O(n) for the motion, plus the field.
 ///
 /// # Errors
 /// Before anything has changed: [`Error::LengthMismatch`], [`Error::NotFinite`], [`Error::Mass`], [`Error::TimeStep`], [`Error::OutOfDomain`],
 /// [`Error::WorkspaceTooSmall`], [`Error::Misaligned`], [`Error::TooLarge`] (2^32 steps or particles), those of the field and the generator,
 /// [`Error::TooManySubsteps`], [`Error::BecameNotFinite`] (in the motion; [`Error::NotFinite`] is what was given), [`Error::Stopped`]. A stream generator may have been drawn from.
+/// With more than one rank also [`Error::Unsupported`]: an attraction by a sum, heavy particles, a medium, noise from a stream; [`Error::Communicator`]: ranks have different steps, time steps
+/// or room; the communicator's.
 /// [`Error::EventsFull`]: see above. [`Error::NotPrepared`]: merges are pending, but the workspace does not hold them.
 pub fn step<T: Real>(
     state: State<'_, T>,
@@ -206,28 +234,16 @@ pub fn step<T: Real>(
     setting: Setting<'_, '_, '_, T>,
 ) -> Result<()> {
     let Setting { options, mut attraction, run, mut report } = setting;
-    let room = state.positions.len();
-    let lengths = state.masses.len() == room
-        && state.labels.len() == room
-        && state.species.as_ref().is_none_or(|s| s.len() == room);
-    let n = usize::try_from(counters.count).ok().filter(|&n| n <= room).ok_or(Error::LengthMismatch)?;
-    if !lengths {
-        return Err(Error::LengthMismatch);
-    }
-    options.check()?;
-    let number = u32::try_from(counters.step).map_err(|_| Error::TooLarge)?;
-    if !(dt > T::ZERO && dt.is_finite()) {
-        return Err(Error::TimeStep);
-    }
-    if build::MESHES
-        && let Attraction::Mesh(grid, Some(heavy)) = &attraction
-    {
-        heavy.check(grid.equation())?;
-    }
-    let layout = Layout { room, summed: attraction.summed(), options, resources: run.resources() };
+    let ranks = run.communicator.filter(|with| build::RANKS && with.ranks() > 1).map(Ranks::new);
+    let ranks = ranks.as_ref();
+    let checked = check(&state, counters, dt, options, &attraction, ranks.map(|_| generator.counter_based().is_some()));
+    // Merges that are left are the same on all ranks, and need nothing of others.
+    let (n, number) = together(ranks.filter(|_| counters.pending == 0), checked)?;
+    let room = (state.positions.len(), ranks.map_or(1, Ranks::count));
+    let layout = Layout { room, summed: attraction.summed(), options, resources: run.resources(), ranks };
     if counters.pending > 0 {
         let to = Log { events: &mut events, counters, report };
-        return layout.commit(workspace, state, n, dt, to, None);
+        return layout.commit(workspace, state, Part { own: n, ..Part::default() }, dt, to, None);
     }
     let before = (part(state.positions, n)?, part(state.masses, n)?, part(state.labels, n)?);
     // In a medium the largest gamma, which bounds what may collide; the search knows those of clusters.
@@ -242,8 +258,8 @@ pub fn step<T: Real>(
 
     // Section 3.2 (1): clusters.
     let attracted = !matches!(attraction, Attraction::None) && options.chi != T::ZERO;
-    let Searched { found, total, largest } =
-        layout.search(workspace, &mut criterion, before, counters.step, attracted.then_some(&attraction))?;
+    let searched = layout.search(workspace, &mut criterion, before, counters.step, attracted.then_some(&attraction));
+    let Searched { found, part, total, largest } = together(ranks, searched)?;
     if let Some(clusters) = found {
         Report { searches: 1, clusters: clusters as u64, ..Report::default() }.add_to(&mut report);
     }
@@ -256,12 +272,97 @@ pub fn step<T: Real>(
     }
 
     // (2): motion, into the workspace.
-    let start = Start { before, total, attracted, clustered: found > 0, dt, number };
-    layout.advance(workspace, &start, attraction, generator, run, &mut report).map_err(in_run)?;
+    let start = Start { before, total, attracted: attracted && part.all > 0, clustered: found > 0, dt, number };
+    let moved = layout.advance(workspace, &start, attraction, generator, run, &mut report).map_err(in_run);
+    together(ranks, moved)?;
 
     // (3): collisions, decided on the positions before the motion.
     let to = Log { events: &mut events, counters, report };
-    layout.commit(workspace, state, n, dt, to, Some((&criterion, found)))
+    layout.commit(workspace, state, part, dt, to, Some((&criterion, found)))
+}
+
+/// What a step is given, checked but for the particles' data: how many they are, and the step's number.
+#[inline]
+fn check<T: Real>(
+    state: &State<'_, T>,
+    counters: &Counters,
+    dt: T,
+    options: &Options<T>,
+    attraction: &Attraction<'_, '_, T>,
+    counter_based_on_ranks: Option<bool>,
+) -> Result<(usize, u32)> {
+    let room = state.positions.len();
+    let lengths = state.masses.len() == room
+        && state.labels.len() == room
+        && state.species.as_ref().is_none_or(|s| s.len() == room);
+    let n = usize::try_from(counters.count).ok().filter(|&n| n <= room).ok_or(Error::LengthMismatch)?;
+    if !lengths {
+        return Err(Error::LengthMismatch);
+    }
+    options.check()?;
+    let number = u32::try_from(counters.step).map_err(|_| Error::TooLarge)?;
+    if !(dt > T::ZERO && dt.is_finite()) {
+        return Err(Error::TimeStep);
+    }
+    if build::MESHES
+        && let Attraction::Mesh(grid, Some(heavy)) = attraction
+    {
+        heavy.check(grid.equation())?;
+    }
+    if build::RANKS
+        && let Some(counter_based) = counter_based_on_ranks
+    {
+        // What acts pair by pair, and a stream of random numbers, would need all particles.
+        let mesh = matches!(attraction, Attraction::None | Attraction::Mesh(_, None));
+        if !mesh || options.noise > T::ZERO && !counter_based {
+            return Err(Error::Unsupported);
+        }
+    }
+    Ok((n, number))
+}
+
+/// The result, if all ranks have one.
+#[inline]
+fn together<X>(ranks: Option<&Ranks<'_>>, result: Result<X>) -> Result<X> {
+    match ranks {
+        Some(ranks) if build::RANKS => ranks.agree(result),
+        _ => result,
+    }
+}
+
+/// What all ranks' particles are together, and which of them are this one's: the extent is that of those, of an array with so much room.
+fn join<T: Real>(
+    ranks: &Ranks<'_>,
+    (extent, n): (Extent<T>, usize),
+    same: [u64; 3],
+    words: &mut [u64],
+) -> Result<(Extent<T>, Part)> {
+    let Extent { low, high, smallest, largest, total } = extent;
+    let numbers = [low[0], low[1], high[0], high[1], smallest, largest, total].map(search::bits);
+    let mut told = [n as u64; WORDS_OF_RANK];
+    told.iter_mut().skip(1).zip(numbers.into_iter().chain(same)).for_each(|(to, word)| *to = word);
+    let words = words.get_mut(..WORDS_OF_RANK * ranks.count()).present()?;
+    ranks.gather(&told, words)?;
+    let mut part = Part { own: n, ..Part::default() };
+    let mut whole = None;
+    let (told, _) = words.as_chunks::<WORDS_OF_RANK>();
+    for (rank, &[n, a, b, c, d, smallest, largest, total, ref others @ ..]) in told.iter().enumerate() {
+        if *others != same {
+            return Err(Error::Communicator);
+        }
+        let n = n as usize;
+        part.all += n;
+        part.first += if rank < ranks.rank() { n } else { 0 };
+        let [low, high] = [[a, b], [c, d]].map(|corner| corner.map(search::number));
+        let [smallest, largest, total] = [smallest, largest, total].map(search::number);
+        let extent = Extent { low, high, smallest, largest, total };
+        // No box holds no particles.
+        if n > 0 {
+            whole = Some(whole.map_or(extent, |whole: Extent<T>| whole.with(&extent)));
+        }
+    }
+    let whole = whole.unwrap_or(extent);
+    if whole.total.is_finite() { Ok((whole, part)) } else { Err(Error::NotFinite) }
 }
 
 /// The search has checked the particles, so what the motion finds otherwise has become so.
@@ -272,16 +373,20 @@ fn in_run(error: Error) -> Error {
 /// What the layout depends on. Each part of a step lays the workspace out for itself, so that the arrays of one take no stack of
 /// another.
 struct Layout<'a, T: Real> {
-    room: usize,
+    /// On each rank, and how many ranks there are.
+    room: (usize, usize),
     summed: Summed<'a, T>,
     options: &'a Options<T>,
     resources: Resources<'a>,
+    ranks: Option<&'a Ranks<'a>>,
 }
 
 /// What the search tells.
 struct Searched<T> {
     /// How many clusters may collide; `None`: none can, so none was looked for.
     found: Option<usize>,
+    /// Which particles of all are this rank's.
+    part: Part,
     /// The sum of the masses.
     total: T,
     /// The largest mass.
@@ -336,37 +441,56 @@ impl<T: Real> Layout<'_, T> {
     ) -> Result<Searched<T>> {
         // Sizes before data. Not moved, as stacks may be short.
         let mut arrays = self.open(workspace);
-        let Arrays { queue, found, recorded, .. } = arrays.as_mut().map_err(|error| *error)?;
-        let (mesh, smallest, largest, total, in_range) = {
-            let extent = Extent::of(positions, masses, self.resources.executor)?;
+        let Arrays { queue, found, recorded, known, .. } = arrays.as_mut().map_err(|error| *error)?;
+        let (mesh, smallest, largest, total, part, in_range) = {
+            let (mut extent, n) = (Extent::of(positions, masses, self.resources.executor), positions.len());
+            let mut part = Part { first: 0, own: n, all: n };
+            if build::RANKS
+                && let Some(ranks) = self.ranks
+            {
+                let same = [step, self.room.0 as u64, search::bits(criterion.dt)];
+                let (whole, which) = join(ranks, (ranks.agree(extent)?, n), same, known.words)?;
+                (extent, part) = (Ok(whole), which);
+            }
+            let extent = extent?;
             let in_range = criterion.scale(&extent);
             let mesh = Mesh::new(&self.options.search, &extent, step, criterion.units.length);
-            (mesh, extent.smallest, extent.largest, extent.total, in_range)
+            (mesh, extent.smallest, extent.largest, extent.total, part, in_range)
         };
         queue.clear();
         found.clear();
         let unit = criterion.units.mass;
-        let none = Searched { found: None, total, largest };
+        let none = Searched { found: None, part, total, largest };
         let Some(attraction) = attraction else { return Ok(none) };
-        if positions.len() < 2 || criterion.impossible(largest * unit, total * unit) {
+        if part.all < 2 || criterion.impossible(largest * unit, total * unit) {
             return Ok(none);
         }
         if !in_range {
             return Err(Error::OutOfDomain);
         }
         let particles = Particles { positions, masses, smallest, medium: attraction.medium() };
-        search::find(&self.options.search, criterion, &mesh, particles, self.resources, found)?;
+        match self.ranks {
+            Some(ranks) if build::RANKS => {
+                let (given, on) = ((particles, total), (ranks, part));
+                search::find_on_ranks(&self.options.search, criterion, &mesh, given, on, known, self.resources, found)?;
+            }
+            _ => search::find(&self.options.search, criterion, &mesh, particles, self.resources, found)?,
+        }
         if !found.is_empty() {
             recorded.fill(0);
             for cluster in found.clusters() {
                 for k in found.members(cluster.first, cluster.count) {
-                    if let Some(flag) = recorded.get_mut(k) {
+                    let own = match self.ranks {
+                        Some(_) if build::RANKS => known.numbers.get(k).and_then(|&number| part.index(number)),
+                        _ => Some(k),
+                    };
+                    if let Some(flag) = own.and_then(|k| recorded.get_mut(k)) {
                         *flag = 1;
                     }
                 }
             }
         }
-        Ok(Searched { found: Some(found.len()), total, largest })
+        Ok(Searched { found: Some(found.len()), part, total, largest })
     }
 
     /// Moves the particles into the workspace, with what the search marked recorded.
@@ -394,8 +518,17 @@ impl<T: Real> Layout<'_, T> {
         let Moved { positions: ends, increments, substeps } = moved;
         let moving = Moving { positions, masses, labels, recorded, options, dt, step, level: run.level };
         let moved = Moved { positions: &mut *ends, increments, substeps };
-        let force = if attracted && !positions.is_empty() { &mut attraction } else { &mut Attraction::None };
-        move_particles(&moving, total, moved, force, generator, Buffers { gradient, field, close }, run, report)?;
+        let force = if attracted { &mut attraction } else { &mut Attraction::None };
+        move_particles(
+            &moving,
+            total,
+            moved,
+            force,
+            generator,
+            Buffers { gradient, field, close },
+            (run, self.ranks),
+            report,
+        )?;
         if build::MESHES
             && let Some(grid) = attraction.grid()
             && grid.equation().walls == Walls::NoFlux
@@ -428,30 +561,50 @@ impl<T: Real> Layout<'_, T> {
         &self,
         workspace: &mut [u8],
         mut state: State<'_, T>,
-        n: usize,
+        which: Part,
         dt: T,
         to: Log<'_, '_>,
         criterion: Option<(&Criterion<T>, usize)>,
     ) -> Result<()> {
         let mut arrays = self.open(workspace);
-        let arrays = arrays.as_mut().map_err(|error| *error)?;
+        let Arrays { queue, found, moved, increments, known, .. } = arrays.as_mut().map_err(|error| *error)?;
         let Log { events, counters, mut report } = to;
+        let n = which.own;
         let mut merges = true;
         if let Some((criterion, clusters)) = criterion {
+            let moved = moved.get(..n).present()?;
             if clusters > 0 {
-                arrays.found.resume(clusters);
-                let before = (part(state.positions, n)?, part(state.masses, n)?, part(state.labels, n)?);
-                arrays.queue.decide(criterion, &mut arrays.found, before, (arrays.increments, dt), counters);
+                found.resume(clusters);
+                let (positions, masses, labels) =
+                    (part(state.positions, n)?, part(state.masses, n)?, part(state.labels, n)?);
+                match self.ranks {
+                    Some(ranks) if build::RANKS => {
+                        known.fill_moved(ranks, which, found, &|i| {
+                            let (x, w) = (*moved.get(i).present()?, *increments.get(i).present()?);
+                            Ok((x, w, *labels.get(i).present()?))
+                        })?;
+                        let before = (&*known.positions, &*known.masses, &*known.labels);
+                        queue.decide(criterion, found, before, (known.increments, dt), counters);
+                    }
+                    _ => queue.decide(criterion, found, (positions, masses, labels), (increments, dt), counters),
+                }
             }
-            let moved = arrays.moved.get(..n).present()?;
             let positions = state.positions.get_mut(..n).present()?;
             motion::copy(positions, moved, self.resources);
-            merges = clusters > 0 && arrays.queue.left(counters)? > 0;
+            merges = clusters > 0 && queue.left(counters)? > 0;
         }
         if merges {
-            arrays.queue.run(&mut state, &mut arrays.found, events, counters, &mut report)?;
+            if build::RANKS && self.ranks.is_some() {
+                let (positions, masses, labels) = (&mut *known.moved, &mut *known.masses, &mut *known.labels);
+                let merged = &mut State { positions, masses, labels, species: None };
+                queue.run(merged, found, events, counters, &mut report)?;
+                found.resume(queue.clusters());
+                known.give_back(found, state.positions, state.masses);
+            } else {
+                queue.run(&mut state, found, events, counters, &mut report)?;
+            }
             counters.count = compact(&mut state, n) as u64;
-            arrays.queue.clear();
+            queue.clear();
         }
         counters.pending = 0;
         counters.time = dt.add_to(counters.time);
@@ -477,7 +630,7 @@ fn move_particles<T: Real>(
     force: &mut Attraction<'_, '_, T>,
     generator: &mut dyn Generator,
     buffers: Buffers<'_, T>,
-    run: &mut Run<'_>,
+    (run, ranks): (&mut Run<'_>, Option<&Ranks<'_>>),
     report: &mut Option<&mut Report>,
 ) -> Result<()> {
     let n = moving.positions.len();
@@ -511,7 +664,7 @@ fn move_particles<T: Real>(
         (false, Attraction::None) => (motion::frozen(moving, None, generator, moved, resources)?, 1),
         (false, Attraction::Mesh(grid, heavy)) => {
             stop(run)?;
-            let picked = solve(grid, *heavy, scale()?, (moving.positions, moving.masses), resources)?;
+            let picked = solve(grid, *heavy, scale()?, (moving.positions, moving.masses), resources, ranks)?;
             fields += 1;
             stop(run)?;
             let grid = &**grid;
@@ -556,7 +709,7 @@ fn move_particles<T: Real>(
                 match (&mut *force, &plan) {
                     (Attraction::Mesh(grid, heavy), _) => {
                         let particles = (points, moving.masses);
-                        match solve(grid, *heavy, scale()?, particles, resources)? {
+                        match solve(grid, *heavy, scale()?, particles, resources, ranks)? {
                             Some(picked) => picked.gradient(grid, particles, slopes, resources),
                             None => grid.interpolate(points, slopes, resources),
                         }
@@ -597,10 +750,15 @@ fn solve<'h, T: Real>(
     scale: MassScale,
     (positions, masses): (&[[T; 2]], &[T]),
     resources: Resources<'_>,
+    ranks: Option<&Ranks<'_>>,
 ) -> Result<Option<HeavySet<'h, T>>> {
     let picked = heavy.and_then(|heavy| HeavySet::of(heavy, positions, masses));
     grid.begin(scale);
-    grid.add(positions, masses, resources)?;
+    let added = grid.add(positions, masses, resources);
+    together(ranks, added)?;
+    if let Some(ranks) = ranks {
+        ranks.reduce(Reduction::Sum, unsigned(grid.words_mut()))?;
+    }
     if let Some(picked) = &picked {
         picked.remove_from(grid, resources)?;
     }

@@ -74,7 +74,7 @@ fn sum<T: Real, const D: usize>(
             hessian: None,
         };
         let sources = Sources::new(&positions, &masses);
-        let mut run = Run { level, executor, should_stop: None, counters: Some(&mut out.counters) };
+        let mut run = Run { level, executor, counters: Some(&mut out.counters), ..Run::default() };
         field::evaluate(&plan, &kernel, sources, &targets, outputs, workspace, &mut run).unwrap();
     });
     out

@@ -22,7 +22,8 @@ pub struct mollis_pks_particles{f} {
     pub species: *mut u32,
 }
 
-/// Bytes of the workspace that mollis_pks_step needs for arrays with room for so many particles, wherever it begins, with this run's executor.
+/// Bytes of the workspace that mollis_pks_step needs for arrays with room for so many particles, wherever it begins, with this run's executor and communicator: on
+/// ranks each has so much room.
 ///
 /// Refused: MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_OVERLAP, MOLLIS_ERR_OPTIONS_SIZE, MOLLIS_ERR_NOT_INITIALISED, MOLLIS_ERR_UNKNOWN_VALUE, MOLLIS_ERR_NOT_FINITE,
 /// MOLLIS_ERR_OUT_OF_DOMAIN (a negative noise, separation or probability not between 0 and 1, an empty mesh),
@@ -54,6 +55,11 @@ pub unsafe extern "C" fn mollis_pks_workspace_bytes{f}(
 /// in range, as must mass / length^2 for heavy particles; what leaves the range ends in MOLLIS_ERR_BECAME_NOT_FINITE or MOLLIS_ERR_TOO_MANY_SUBSTEPS. An attraction so strong against
 /// a positive noise that indices are out of range (chi M^2 / noise above 1e38 for f32, M being the mass of all particles) is MOLLIS_ERR_OUT_OF_DOMAIN.
 /// Masses below 1e-19 of M (f32; 1e-154 for f64) do not collide with one another.
+///
+/// On ranks (`run->communicator`) the particles are those of all ranks, and each passes its own. Results are bit for bit those of one process whose arrays are the ranks' one after the
+/// other. All ranks get all events; a merged particle stays where the one with its lowest label was, and any rank may be left without particles. Give all of them arrays of the same room, and
+/// buffers of events of the same room. The report's sub-steps and normals are the rank's own, its other numbers those of all. An attraction by a sum, heavy particles, a medium, and noise from the host's generator
+/// are MOLLIS_ERR_UNSUPPORTED with more than one rank.
 ///
 /// MOLLIS_ERR_EVENTS_FULL: the step stopped before a merge that has no room; empty the buffers (or give larger ones) and call again with the
 /// same workspace (or its bytes at an address that is equal modulo MOLLIS_ALIGN): it goes on with progress->pending merges. Any other status leaves the state of the last completed step:

@@ -119,6 +119,7 @@ impl Calls<'_, '_> {
             stop_context: self.context(),
             first_bad: self.told(0_u64),
             bytes_needed: needed,
+            communicator: std::ptr::null(),
         };
         Run { options: self.options(run), needed }
     }

@@ -322,7 +322,8 @@ mod tests {
         let mut memory = vec![0xA5_u8; bytes + 64];
         let start = memory.as_ptr().align_offset(64);
         let workspace = &mut memory[start..start + bytes];
-        let mut run = Run { level: Level::Portable, executor: &Serial, should_stop: None, counters: None };
+        let mut run =
+            Run { level: Level::Portable, executor: &Serial, should_stop: None, counters: None, communicator: None };
         if single {
             sums::<T, D, true>(&kernel, call, workspace, &mut run).unwrap();
         } else {

@@ -8,11 +8,15 @@
 //! of the pairs are noted, and only their positions are looked at again. Sums of the keys' coordinates bound the second moments of what spans several
 //! buckets.
 
+mod ranks;
+
+pub use ranks::{LOADS, ROW};
+
 use super::Particles;
 use super::bound::Bound;
-use super::key_layout::{KeyLayout, LEVEL};
+use super::key_layout::KeyLayout;
 use super::mesh::Mesh;
-use super::order::{self, FIRST, MARK, key, levels};
+use super::order::{self, FIRST, LEVEL, MARK, key, levels};
 use super::sieve::{LANES, Reach, Sieve, add, locals};
 use crate::checked::Present;
 use crate::error::Result;
@@ -20,7 +24,7 @@ use crate::exec::{Chunks, Ranges, Resources, par_chunks};
 use crate::memory::Space;
 use crate::pks::collision::{Criterion, Units};
 use crate::real::Real;
-use crate::simd::{Loops, with_simd};
+use crate::simd::{Level, Loops, with_simd};
 use crate::sort::words as sort;
 
 /// How many buckets there are.
@@ -105,22 +109,11 @@ impl<'w> Buckets<'w> {
         resources: Resources<'_>,
         (words, shared): (&mut [u64], &mut [u8]),
     ) -> Result<()> {
-        let Particles { positions, masses, smallest, .. } = particles;
-        let n = positions.len();
-        let blocks = n.div_ceil(BLOCK);
-        let beyond = KeyLayout::new(n);
-        let pieces = (
-            (Chunks::new(&mut *self.spare, BLOCK), Chunks::new(&mut *self.blocked, BLOCK)),
-            (Chunks::new(&mut *self.ends, PITCH), Chunks::new(&mut *self.loads, BUCKETS)),
-        );
-        par_chunks(resources.executor, blocks, pieces, (), &|block, ((keys, words), (ends, loads)), ()| {
-            let from = block * BLOCK;
-            let until = n.min(from + BLOCK);
-            let (positions, masses) = (positions.get(from..until).present()?, masses.get(from..until).present()?);
-            with_simd(resources.level, File { mesh, beyond, from, positions, masses, keys, words, ends, loads });
-            Ok(())
-        })?;
+        let Particles { positions, smallest, .. } = particles;
+        let beyond = KeyLayout::new(positions.len());
+        let blocks = self.file(mesh, beyond, 0, particles, resources)?;
         self.total(blocks);
+        self.close_gaps();
         let Self { blocked, spare, ends, occupied, numbers, starts, masses, pairs, sums, .. } = self;
         let (blocked, ends, numbers, masses) = (&**blocked, &**ends, &**numbers, masses.get(..*occupied).present()?);
         let starts = starts.get(..=*occupied).present()?;
@@ -130,41 +123,12 @@ impl<'w> Buckets<'w> {
         let pieces = (ranges, Chunks::new(pairs, 1), Chunks::new(sums_of, 1));
         par_chunks(resources.executor, *occupied, pieces, (), &|at, ((words, spare, shared), pairs, sums), ()| {
             let bucket = numbers.get(at).map_or(0, |&bucket| usize::from(bucket));
-            let parts = (0..blocks).map(|block| {
-                let end = |at: usize| ends.get(block * PITCH + at).map_or(0, |&end| usize::from(end));
-                let from = block * BLOCK;
-                let begin = if bucket == 0 { 0 } else { end(bucket - 1) };
-                blocked.get(from + begin..from + end(bucket)).present_or(&[])
-            });
+            let parts = parts(blocked, ends, blocks, bucket);
             words.iter_mut().zip(parts.flatten()).for_each(|(to, &from)| *to = from);
-            let unit = criterion.units.mass;
-            let [mass, heaviest] = masses.get(at).map_or([T::ZERO; 2], |load| load.map(|m| T::from_f64(m) * unit));
-            let heavy = words.len() > 2 && criterion.grouped(mass, heaviest);
-            let reach = if heavy { None } else { reaches.of(heaviest) };
-            let sieve = Sieve { words: &mut *words, spare: &mut *spare, beyond, reach, positions };
-            let sieved = if heavy { None } else { with_simd(resources.level, sieve) };
-            let corner = KeyLayout::corner(bucket);
-            let (sum, found) = match sieved {
-                Some(sum) => (sum, 0),
-                None => {
-                    let sum = with_simd(resources.level, Key { words: &mut *words, beyond, corner });
-                    let mut counts = [0; sort::BUCKETS];
-                    sort::by_20_bits(words, spare, &mut counts);
-                    let cells = reach.map(|reach| reach.cells);
-                    with_simd(resources.level, Compare { words: &mut *words, shared, beyond, cells });
-                    order::refine_ties(mesh, positions, words, spare, &mut counts, shared);
-                    let found = match reach {
-                        _ if heavy => HEAVY,
-                        Some(reach) => {
-                            let marked = note(shared, spare);
-                            near(reach, positions, words, spare, marked)
-                        }
-                        None => 0,
-                    };
-                    (sum, found)
-                }
-            };
-            sums.iter_mut().for_each(|s| *s = from_corner(sum, corner, words.len()));
+            let load = masses.get(at).copied().present_or_default();
+            let task = reaches.task(criterion, load, words.len(), KeyLayout::corner(bucket));
+            let (sum, found) = task.run(mesh, beyond, positions, (words, spare, shared), resources.level);
+            sums.iter_mut().for_each(|s| *s = sum);
             pairs.iter_mut().for_each(|p| *p = found);
             Ok(())
         })?;
@@ -172,9 +136,36 @@ impl<'w> Buckets<'w> {
         Ok(())
     }
 
-    /// Adds up what the blocks hold, and closes the gaps that empty buckets leave.
+    /// Puts particles into buckets, block by block; the number of the first is given. Returns how many blocks there are.
+    fn file<T: Real>(
+        &mut self,
+        mesh: &Mesh<T>,
+        beyond: KeyLayout,
+        first: usize,
+        particles: Particles<'_, T>,
+        resources: Resources<'_>,
+    ) -> Result<usize> {
+        let Particles { positions, masses, .. } = particles;
+        let n = positions.len();
+        let blocks = n.div_ceil(BLOCK);
+        let pieces = (
+            (Chunks::new(&mut *self.spare, BLOCK), Chunks::new(&mut *self.blocked, BLOCK)),
+            (Chunks::new(&mut *self.ends, PITCH), Chunks::new(&mut *self.loads, BUCKETS)),
+        );
+        par_chunks(resources.executor, blocks, pieces, (), &|block, ((keys, words), (ends, loads)), ()| {
+            let from = block * BLOCK;
+            let until = n.min(from + BLOCK);
+            let (positions, masses) = (positions.get(from..until).present()?, masses.get(from..until).present()?);
+            let from = first + from;
+            with_simd(resources.level, File { mesh, beyond, from, positions, masses, keys, words, ends, loads });
+            Ok(())
+        })?;
+        Ok(blocks)
+    }
+
+    /// Adds up what the blocks hold: numbers of particles and loads of all buckets.
     fn total(&mut self, blocks: usize) {
-        let Self { ends, loads, occupied, numbers, starts, masses, .. } = self;
+        let Self { ends, loads, starts, masses, .. } = self;
         starts.fill(0);
         masses.fill([0.0; 2]);
         for (ends, loads) in ends.chunks(PITCH).zip(loads.chunks(BUCKETS)).take(blocks) {
@@ -187,6 +178,11 @@ impl<'w> Buckets<'w> {
                 *heaviest = if h > *heaviest { h } else { *heaviest };
             }
         }
+    }
+
+    /// Numbers of particles become starts, and the gaps that empty buckets leave are closed.
+    fn close_gaps(&mut self) {
+        let Self { occupied, numbers, starts, masses, .. } = self;
         *occupied = 0;
         let mut start = 0;
         for bucket in 0..BUCKETS {
@@ -280,10 +276,92 @@ impl<T: Real> Reaches<T> {
         }))
     }
 
+    /// What there is to find in a bucket of this load with so many particles, whose keys' coordinates begin at the corner.
+    fn task(&self, criterion: &Criterion<T>, load: [f64; 2], count: usize, corner: [u32; 2]) -> Task<T> {
+        let [mass, heaviest] = load.map(|m| T::from_f64(m) * criterion.units.mass);
+        let heavy = count > 2 && criterion.grouped(mass, heaviest);
+        Task { heavy, reach: if heavy { None } else { self.of(heaviest) }, corner }
+    }
+
     fn of(&self, heaviest: T) -> Option<Reach<T>> {
         let any = Some(Reach { cells: u32::MAX, square: T::INFINITY, unit: T::ONE });
         self.0.iter().find(|&&(largest, _)| heaviest <= largest).map_or(any, |&(_, reach)| reach)
     }
+}
+
+/// What there is to find in a bucket.
+#[derive(Clone, Copy)]
+struct Task<T> {
+    /// Three or more of the particles may collide.
+    heavy: bool,
+    /// Else: within what two may.
+    reach: Option<Reach<T>>,
+    /// The coordinates of the keys begin here.
+    corner: [u32; 2],
+}
+
+impl<T: Real> Task<T> {
+    /// Orders the words of a bucket as far as need be, and notes the places of the pairs within reach. Returns the sums of the keys' coordinates and of their
+    /// squares, and how many pairs there are, or [`HEAVY`].
+    #[inline]
+    fn run(
+        self,
+        mesh: &Mesh<T>,
+        beyond: KeyLayout,
+        positions: &[[T; 2]],
+        (words, spare, shared): (&mut [u64], &mut [u64], &mut [u8]),
+        level: Level,
+    ) -> ([u64; 3], u32) {
+        let mut counts = [0; sort::BUCKETS];
+        let to = (&mut *words, &mut *spare, &mut *shared);
+        let (sum, ordered) = self.order(beyond, positions, to, &mut counts, level);
+        if !ordered {
+            return (sum, 0);
+        }
+        order::refine_ties(mesh, positions, words, spare, &mut counts, shared);
+        let found = match self.reach {
+            _ if self.heavy => HEAVY,
+            Some(reach) => {
+                let marked = note(shared, spare);
+                near(reach, positions, words, spare, marked)
+            }
+            None => 0,
+        };
+        (sum, found)
+    }
+
+    /// Puts the words of a bucket in order and compares neighbours, unless no two are near to one another. Returns the sums of the keys' coordinates
+    /// and of their squares, and whether there is an order.
+    #[inline]
+    fn order(
+        self,
+        beyond: KeyLayout,
+        positions: &[[T; 2]],
+        (words, spare, shared): (&mut [u64], &mut [u64], &mut [u8]),
+        counts: &mut [u32; sort::BUCKETS],
+        level: Level,
+    ) -> ([u64; 3], bool) {
+        let Self { heavy, reach, corner } = self;
+        let count = words.len();
+        let sieve = Sieve { words: &mut *words, spare: &mut *spare, beyond, reach, positions };
+        if !heavy && let Some(sum) = with_simd(level, sieve) {
+            return (from_corner(sum, corner, count), false);
+        }
+        let sum = with_simd(level, Key { words: &mut *words, beyond, corner });
+        sort::by_20_bits(words, spare, counts);
+        with_simd(level, Compare { words, shared, beyond, cells: reach.map(|reach| reach.cells) });
+        (from_corner(sum, corner, count), true)
+    }
+}
+
+/// The words of a bucket, block by block.
+fn parts<'a>(blocked: &'a [u64], ends: &'a [u16], blocks: usize, bucket: usize) -> impl Iterator<Item = &'a [u64]> {
+    (0..blocks).map(move |block| {
+        let end = |at: usize| ends.get(block * PITCH + at).map_or(0, |&end| usize::from(end));
+        let from = block * BLOCK;
+        let begin = if bucket == 0 { 0 } else { end(bucket - 1) };
+        blocked.get(from + begin..from + end(bucket)).present_or(&[])
+    })
 }
 
 /// Puts the particles of a block into buckets.

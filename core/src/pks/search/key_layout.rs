@@ -4,10 +4,8 @@
 //! than the key's in the bits that the numbers leave free, the number.
 
 use super::mesh::{interleave, part};
-use super::order::{FIRST, key};
+use super::order::{FIRST, LEVEL, key};
 
-/// The buckets are the cells of this level.
-pub const LEVEL: u32 = 6;
 /// Levels beyond the key's that a word may hold beside the particle's number.
 const BEYOND: u32 = 8;
 

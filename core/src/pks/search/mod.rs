@@ -24,6 +24,7 @@ mod key_layout;
 mod mesh;
 mod moments;
 mod order;
+mod shared;
 #[cfg(not(feature = "small"))]
 mod sieve;
 mod tree;
@@ -33,16 +34,17 @@ use super::theory::Group;
 use crate::build;
 use crate::checked::Present;
 use crate::error::{Error, Result};
-use crate::exec::Resources;
+use crate::exec::{Ranks, Resources};
 use crate::grid::Variable;
 use crate::memory::Space;
 use crate::real::Real;
 use crate::sort::words as sort;
-use buckets::{Bucket, Buckets};
+use buckets::{Bucket, Buckets, LOADS, ROW};
 use mesh::Areas;
 pub use mesh::Mesh;
 pub(super) use order::particle;
-use tree::{Found, Stack, Tree};
+pub(super) use shared::{Part, Shared, WORDS_OF_RANK, bits, number};
+use tree::{Found, Partial, Stack, Tree};
 
 /// Levels of the quadtree below the coarsest cell.
 pub const DEPTH: u32 = 32;
@@ -126,6 +128,11 @@ impl<'w, T: Real> Scratch<'w, T> {
             shared: space.array(n),
             found: Found { ranges: space.array(n / 2), values: space.array(n / 2), count: 0 },
         }
+    }
+
+    /// Lays out what is known of the particles of so many ranks, `all` of them together.
+    pub(super) fn shared(space: &mut impl Space<'w>, all: usize, ranks: usize) -> Shared<'w, T> {
+        Shared::layout(space, all, ranks, (LOADS, ROW))
     }
 
     /// The number of clusters of the last search.
@@ -219,8 +226,9 @@ pub fn find<T: Real>(
         order::sort_small(mesh, positions, words, shared);
     }
     let bound = is_many.then(|| many.bound(mesh, particles.smallest * criterion.units.mass));
+    let areas = Areas::new(mesh, search);
     let mut tree = Tree {
-        areas: Areas::new(mesh, search),
+        areas,
         mesh,
         criterion,
         words,
@@ -231,23 +239,87 @@ pub fn find<T: Real>(
         bound: bound.as_ref(),
         found,
         seen: 0,
+        partial: None,
     };
     if is_many {
-        for bucket in many.iter() {
-            let Bucket { first, count, mass, pairs } = bucket;
-            if let Some(pairs) = pairs {
-                let clusters = tree.found.count;
-                pairs.iter().for_each(|&k| tree.noted(first + k as usize));
-                tree.leaf(stack, [first, count, clusters], T::from_f64(mass) * criterion.units.mass);
-            } else {
-                walk(&mut tree, stack, first, count);
-            }
-        }
+        walk_buckets(&mut tree, stack, many);
     }
     if !is_many {
         walk(&mut tree, stack, 0, n);
     }
     Ok(())
+}
+
+/// As [`find`], for particles that are spread over ranks: `particles` are this rank's, `smallest` and `total` are those of all masses. All ranks find the same clusters; their words hold places in `known`.
+///
+/// # Errors
+/// The executor's and the communicator's.
+#[expect(clippy::too_many_arguments, reason = "as many parts, which have nothing else in common")]
+pub(super) fn find_on_ranks<T: Real>(
+    search: &Search<T>,
+    criterion: &Criterion<T>,
+    mesh: &Mesh<T>,
+    (particles, total): (Particles<'_, T>, T),
+    (ranks, part): (&Ranks<'_>, Part),
+    known: &mut Shared<'_, T>,
+    resources: Resources<'_>,
+    scratch: &mut Scratch<'_, T>,
+) -> Result<()> {
+    scratch.clear();
+    let (mut some, mut again) = (part.all > sort::FEW, false);
+    while some {
+        scratch.clear();
+        scratch.stack.height = 0;
+        let Scratch { words, many, shared, found, stack } = &mut *scratch;
+        let (words, shared) = (words.get_mut(..part.all).present()?, shared.get_mut(..part.all).present()?);
+        let to = (&mut *words, &mut *shared);
+        if again {
+            some = many.complete_on_ranks((ranks, part), known, (mesh, criterion), particles, resources, to)?;
+        } else {
+            many.sort_on_ranks((ranks, part), known, (mesh, criterion), (particles, total), resources, to)?;
+        }
+        if !some {
+            break;
+        }
+        again = true;
+        let bound = many.bound(mesh, particles.smallest * criterion.units.mass);
+        let mut tree = Tree {
+            areas: Areas::new(mesh, search),
+            mesh,
+            criterion,
+            words,
+            positions: known.positions,
+            masses: known.masses,
+            medium: None,
+            shared,
+            bound: Some(&bound),
+            found,
+            seen: 0,
+            partial: Some(Partial { buckets: &mut *known.buckets, missing: false }),
+        };
+        walk_buckets(&mut tree, stack, many);
+        if tree.partial.is_none_or(|partial| !partial.missing) {
+            return Ok(());
+        }
+    }
+    known.take_all(ranks, part, &particles)?;
+    let (positions, masses) = (known.positions.get(..part.all), known.masses.get(..part.all));
+    let particles = Particles { positions: positions.present()?, masses: masses.present()?, ..particles };
+    find(search, criterion, mesh, particles, resources, scratch)
+}
+
+/// Adds the particles of all buckets to the tree.
+fn walk_buckets<T: Real>(tree: &mut Tree<'_, '_, T>, stack: &mut Stack<'_, T>, many: &Buckets<'_>) {
+    for bucket in many.iter() {
+        let Bucket { first, count, mass, pairs } = bucket;
+        if let Some(pairs) = pairs {
+            let clusters = tree.found.count;
+            pairs.iter().for_each(|&k| tree.noted(first + k as usize));
+            tree.leaf(stack, [first, count, clusters], T::from_f64(mass) * tree.criterion.units.mass);
+        } else {
+            walk(tree, stack, first, count);
+        }
+    }
 }
 
 /// Adds so many particles, which are all of some cell, to the tree: cell by cell of a level at which they hold few.

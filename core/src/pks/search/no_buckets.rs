@@ -3,11 +3,17 @@
 use super::Particles;
 use super::bound::Bound;
 use super::mesh::Mesh;
+use super::shared::{Part, Shared};
 use crate::error::Result;
-use crate::exec::Resources;
+use crate::exec::{Ranks, Resources};
 use crate::memory::Space;
 use crate::pks::collision::Criterion;
 use crate::real::Real;
+
+/// None.
+pub const LOADS: usize = 0;
+/// None.
+pub const ROW: usize = 0;
 
 /// No memory.
 #[derive(Debug)]
@@ -35,6 +41,32 @@ impl<'w> Buckets<'w> {
         _resources: Resources<'_>,
         _to: (&mut [u64], &mut [u8]),
     ) -> Result<()> {
+        Err(crate::error::Error::Unsupported)
+    }
+
+    /// Never called.
+    pub fn sort_on_ranks<T: Real>(
+        &mut self,
+        _on: (&Ranks<'_>, Part),
+        _known: &mut Shared<'_, T>,
+        _by: (&Mesh<T>, &Criterion<T>),
+        _particles: (Particles<'_, T>, T),
+        _resources: Resources<'_>,
+        _to: (&mut [u64], &mut [u8]),
+    ) -> Result<()> {
+        Err(crate::error::Error::Unsupported)
+    }
+
+    /// Never called.
+    pub fn complete_on_ranks<T: Real>(
+        &mut self,
+        _on: (&Ranks<'_>, Part),
+        _known: &mut Shared<'_, T>,
+        _by: (&Mesh<T>, &Criterion<T>),
+        _particles: Particles<'_, T>,
+        _resources: Resources<'_>,
+        _to: (&mut [u64], &mut [u8]),
+    ) -> Result<bool> {
         Err(crate::error::Error::Unsupported)
     }
 

@@ -7,6 +7,9 @@ use crate::sort::words as sort;
 /// Levels that the first sort resolves.
 pub const FIRST: u32 = 16;
 
+/// Of many particles: the buckets are the cells of this level.
+pub const LEVEL: u32 = 6;
+
 /// A mark beside the shared levels, which are fewer.
 pub const MARK: u8 = 0x80;
 

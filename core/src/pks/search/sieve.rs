@@ -20,7 +20,7 @@ pub const LANES: usize = 32;
 pub struct Reach<T> {
     /// Cells of the words' coordinates, along each axis.
     pub cells: u32,
-    /// The square of the distance.
+    /// The square of the distance; infinite: any.
     pub square: T,
     /// What positions are multiplied by for it.
     pub unit: T,
@@ -37,7 +37,7 @@ pub struct Sieve<'a, T> {
     pub beyond: KeyLayout,
     /// Within which two are near; `None`: none are.
     pub reach: Option<Reach<T>>,
-    /// Of all particles.
+    /// Of all particles, if the reach has a distance.
     pub positions: &'a [[T; 2]],
 }
 
@@ -85,6 +85,10 @@ impl<T: Real> Among<'_, T> {
         let ([ax, ay], [bx, by]) = (self.beyond.local(a), self.beyond.local(b));
         if ax.abs_diff(bx) > self.reach.cells || ay.abs_diff(by) > self.reach.cells {
             return Some(false);
+        }
+        if !self.reach.square.is_finite() {
+            // The coordinates decide.
+            return Some(true);
         }
         let [a, b] = [a, b].map(|word| self.positions.get(self.beyond.number(word) as usize));
         Some(self.reach.holds(a?, b?))

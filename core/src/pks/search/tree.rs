@@ -4,7 +4,7 @@ use super::DEPTH;
 use super::bound::Bound;
 use super::mesh::{Areas, Mesh};
 use super::moments::Moments;
-use super::order::particle;
+use super::order::{LEVEL, particle};
 use crate::build;
 use crate::checked::Present;
 use crate::grid::Variable;
@@ -96,7 +96,22 @@ pub struct Tree<'a, 'w, T: Real> {
     pub found: &'a mut Found<'w, T>,
     /// Particles that lie before the end of the node that closes.
     pub seen: u32,
+    /// If not all particles are known: which are.
+    pub partial: Option<Partial<'a>>,
 }
+
+/// Which buckets' particles are all known. Of the others only pairs are.
+pub struct Partial<'a> {
+    /// [`KNOWN`], or [`ASKED`] if the moments of a node were asked for that holds others of the bucket, too; else 0.
+    pub buckets: &'a mut [u8],
+    /// Some are asked for: the walk has to be repeated with these.
+    pub missing: bool,
+}
+
+/// All particles of the bucket are known.
+pub const KNOWN: u8 = 1;
+/// They should be.
+pub const ASKED: u8 = 2;
 
 impl<T: Real> Tree<'_, '_, T> {
     /// Positions and masses of `count` particles in the sorted order, in the criterion's units.
@@ -183,7 +198,7 @@ impl<T: Real> Tree<'_, '_, T> {
                 break;
             }
             top.mass += finished.mass;
-            if finished.known > finished.first {
+            if finished.known > finished.first && !self.is_beyond(&top, false) {
                 let mut moments = stack.moments(at);
                 self.complete(&mut top, &mut moments, finished.first);
                 stack.set_moments(at, moments.with(&stack.moments(from)));
@@ -227,10 +242,32 @@ impl<T: Real> Tree<'_, '_, T> {
         {
             return;
         }
+        if self.is_beyond(node, true) {
+            return;
+        }
         let mut moments = stack.moments(at);
         self.complete(node, &mut moments, self.seen);
         stack.set_moments(at, moments);
         self.test(node, count, &moments, parent);
+    }
+
+    /// Whether not all particles of the node, up to now, are known; then asks for them, or not.
+    #[inline]
+    fn is_beyond(&mut self, node: &Node<T>, ask: bool) -> bool {
+        if !build::RANKS || node.level >= LEVEL {
+            return false;
+        }
+        let (Some(partial), Some(bound)) = (&mut self.partial, self.bound) else { return false };
+        let from = bound.starts.partition_point(|&start| start < node.first);
+        let buckets = bound.starts.partition_point(|&start| start < self.seen).saturating_sub(from);
+        let mut beyond = false;
+        for bucket in partial.buckets.iter_mut().skip(from).take(buckets).filter(|bucket| **bucket != KNOWN) {
+            beyond = true;
+            if ask {
+                (*bucket, partial.missing) = (ASKED, true);
+            }
+        }
+        beyond
     }
 
     /// Y / s^2 < eta (3.1) for the node's largest cell.

@@ -346,7 +346,7 @@ where
             };
             let result = host.enter(|run| {
                 let (level, executor, should_stop) = (run.level, run.executor, run.should_stop);
-                let mut run = Run { level, executor, should_stop, counters: Some(&mut done) };
+                let mut run = Run { level, executor, should_stop, counters: Some(&mut done), communicator: None };
                 field::evaluate(&plan, &kernel, sources, targets, results, space.sum, &mut run)
             });
             if result == Err(Error::NotFinite) {

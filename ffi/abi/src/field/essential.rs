@@ -173,7 +173,7 @@ where
         let (corners, starts) = unsafe { (corners.slice(), starts.slice()) };
         let result = host.enter(|run| {
             let (level, executor, should_stop) = (run.level, run.executor, run.should_stop);
-            let mut run = Run { level, executor, should_stop, counters: None };
+            let mut run = Run { level, executor, should_stop, counters: None, communicator: None };
             essential(&kernel, from, self.tolerance, corners, (starts, wanted.then_some(to)), space.own, &mut run)
         });
         if result == Err(Error::NotFinite) {

@@ -68,8 +68,9 @@ impl<T: Real> Chosen<'_, T> {
     }
 
     /// Bytes of the step's own workspace and of the grid behind it.
-    fn bytes(&self, room: usize, options: &pks::Options<T>, workers: usize) -> Result<(usize, usize)> {
-        let own = pks::workspace_bytes(room, self.summed(), options, workers)?;
+    fn bytes(&self, room: usize, options: &pks::Options<T>, run: &HostRun) -> Result<(usize, usize)> {
+        let workers = run.workers();
+        let own = pks::workspace_bytes_on_ranks(room, run.ranks(), self.summed(), options, workers)?;
         let own = own.checked_next_multiple_of(ALIGN).ok_or(Error::TooLarge)?;
         let grid = match self {
             Self::Mesh(choice) => choice.bytes(workers)?,
@@ -95,7 +96,7 @@ pub(crate) unsafe fn size<T: Real>(
     // SAFETY: as above.
     let (options, chosen, run) =
         unsafe { (read_options::<T>(options)?, Chosen::<T>::read(attraction)?, HostRun::read(run)?) };
-    let (own, grid) = chosen.bytes(room, &options, run.workers())?;
+    let (own, grid) = chosen.bytes(room, &options, &run)?;
     // SAFETY: as above.
     unsafe { bytes.slice() }.fill(with_slack(own.checked_add(grid).ok_or(Error::TooLarge)?)?);
     Ok(())
@@ -235,7 +236,7 @@ where
         // SAFETY: as above.
         let mut memory = aligned(unsafe { buffers.memory.slice() });
         let own = if build::MESHES {
-            let (own, grid) = chosen.bytes(buffers.positions.len(), options, run.workers())?;
+            let (own, grid) = chosen.bytes(buffers.positions.len(), options, run)?;
             let needed = with_slack(own.checked_add(grid).ok_or(Error::TooLarge)?)?;
             if self.workspace_bytes < needed {
                 return told.too_small(needed);

@@ -1,10 +1,13 @@
 //! How a call runs: instruction set, executor, request to stop. Arguments of a call, never stored.
 
+#[cfg_attr(feature = "small", path = "no_communicator.rs")]
+mod communicator;
 #[cfg_attr(feature = "small", path = "no_executor.rs")]
 mod executor;
 
 use core::ffi::c_void;
 
+use communicator::HostRanks;
 use executor::Host;
 use mollis_core::exec::{Executor, Run, Serial};
 use mollis_core::simd::Level;
@@ -49,6 +52,46 @@ pub struct mollis_executor {
         Option<unsafe extern "C" fn(context: *mut c_void, tasks: usize, task: mollis_task, data: *mut c_void) -> i32>,
 }
 
+/// Sums modulo 2^64.
+pub const MOLLIS_REDUCE_SUM: i32 = 0;
+/// The largest.
+pub const MOLLIS_REDUCE_MAX: i32 = 1;
+
+/// The processes ("ranks") over which the host has spread the particles of a step, and its way to exchange words among them, for example by MPI
+/// (`examples_c/mpi_pks.c` has it in forty lines). The library sends nothing by itself.
+///
+/// All ranks make the same call with their own particles; what else they pass is the same, the room of arrays included. In it both functions are called in the same order on all of them, from
+/// the thread of the call, and return when the rank has its results: 0, or another status, which ends the call and comes back unchanged. They then
+/// have to fail on the other ranks, too, which wait for this one.
+///
+/// An error of one rank ends the call on all: on the others with its status, or with MOLLIS_ERR_EXECUTOR if it is a status of that rank's executor. But a rank whose arguments are refused (null, size, overlap, an unknown value)
+/// calls neither function. MOLLIS_ERR_COMMUNICATOR: ranks have different steps, time steps or room.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct mollis_communicator {
+    /// Passed to both functions.
+    pub context: *mut c_void,
+    /// The number of this rank, below `ranks`.
+    pub rank: usize,
+    /// How many there are, the same on all of them.
+    pub ranks: usize,
+    /// Replaces each of the words by the sum (MOLLIS_REDUCE_SUM) or the largest (MOLLIS_REDUCE_MAX) of the words at its place on all ranks, which pass as many: MPI_Allreduce
+    /// with MPI_IN_PLACE and MPI_UINT64_T.
+    pub reduce:
+        Option<unsafe extern "C" fn(context: *mut c_void, operation: i32, words: *mut u64, count: usize) -> i32>,
+    /// Sends `outgoing[starts[r]]` up to `outgoing[starts[r + 1]]` to each rank r, itself included, and receives what it sends to this one in `incoming[froms[r]]` up to
+    /// `incoming[froms[r + 1]]`: MPI_Alltoallv. Both have ranks + 1 elements.
+    pub exchange: Option<
+        unsafe extern "C" fn(
+            context: *mut c_void,
+            outgoing: *const u64,
+            starts: *const usize,
+            incoming: *mut u64,
+            froms: *const usize,
+        ) -> i32,
+    >,
+}
+
 /// How a call runs. Fill it with `mollis_run_init`, then change what you want; null means the defaults.
 #[repr(C)]
 #[derive(Clone, Copy)]
@@ -70,6 +113,8 @@ pub struct mollis_run {
     /// Where a step or an evaluation that returns `MOLLIS_ERR_WORKSPACE_TOO_SMALL` writes the bytes of workspace that it needs; 0: it is a prepared
     /// kernel whose buffer is too short (in builds for firmware also 0 from `mollis_pks_step`). Not written otherwise. May be null (the default).
     pub bytes_needed: *mut usize,
+    /// The ranks over which the particles of `mollis_pks_step` are spread; other functions do not ask for it. Null (the default): this process has all.
+    pub communicator: *const mollis_communicator,
 }
 
 options::options!(mollis_run {
@@ -78,7 +123,8 @@ options::options!(mollis_run {
     should_stop: None,
     stop_context: core::ptr::null_mut(),
     first_bad: core::ptr::null_mut(),
-    bytes_needed: core::ptr::null_mut()
+    bytes_needed: core::ptr::null_mut(),
+    communicator: core::ptr::null()
 });
 
 /// Fills `run` with the defaults. `size` is `sizeof *run`.
@@ -123,6 +169,7 @@ pub(crate) struct HostRun {
     stop: Option<Stop>,
     first_bad: Option<Output<u64>>,
     bytes_needed: Option<Output<usize>>,
+    ranks: Option<HostRanks>,
 }
 
 /// Additional results of a call.
@@ -158,6 +205,7 @@ pub(crate) unsafe fn with_run(
         // The library can go on without the executor where it only copies; the call is over all the same.
         Ok(()) | Err(Error::Executor) if refused != 0 => refused,
         Err(Error::Generator) if told.generator != 0 => told.generator,
+        Err(Error::Communicator) if run.unsent() != 0 => run.unsent(),
         Err(Error::NotFinite) => {
             // SAFETY: passed on; the body has checked that nothing overlaps it.
             unsafe { put(run.first_bad, told.first_bad.map_or(MOLLIS_NONE_BAD, |index| index as u64)) };
@@ -194,7 +242,9 @@ impl HostRun {
         let executor = unsafe { Host::read(run.executor) }?;
         let stop = run.should_stop.map(|ask| Stop { ask, context: run.stop_context });
         let (first_bad, bytes_needed) = (Output::optional(run.first_bad, 1)?, Output::optional(run.bytes_needed, 1)?);
-        Ok(Self { level, executor, stop, first_bad, bytes_needed })
+        // SAFETY: the caller promises a communicator there.
+        let ranks = unsafe { HostRanks::read(run.communicator) }?;
+        Ok(Self { level, executor, stop, first_bad, bytes_needed, ranks })
     }
 
     /// Where the first bad element and the bytes that are needed are told: outputs of every call that gets this run.
@@ -205,6 +255,16 @@ impl HostRun {
     /// The status that the host's executor returned; 0: none but success.
     pub(crate) fn refused(&self) -> mollis_status {
         self.executor.as_ref().map_or(0, Host::refused)
+    }
+
+    /// The status that the host's communicator returned; 0: none but success.
+    fn unsent(&self) -> mollis_status {
+        self.ranks.as_ref().map_or(0, HostRanks::refused)
+    }
+
+    /// Over how many ranks the particles are spread.
+    pub(crate) fn ranks(&self) -> usize {
+        self.ranks.as_ref().map_or(1, HostRanks::count)
     }
 
     /// How many workers a workspace must serve.
@@ -223,6 +283,7 @@ impl HostRun {
     pub(crate) fn enter<R>(&self, body: impl FnOnce(&mut Run<'_>) -> R) -> R {
         let stop = self.stop.as_ref().map(|stop| || stop.asked());
         let should_stop = stop.as_ref().map(|stop| stop as &(dyn Fn() -> bool + Sync));
-        body(&mut Run { level: self.level, executor: self.executor(), should_stop, counters: None })
+        let communicator = self.ranks.as_ref().map(HostRanks::as_dyn);
+        body(&mut Run { level: self.level, executor: self.executor(), should_stop, counters: None, communicator })
     }
 }

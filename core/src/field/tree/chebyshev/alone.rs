@@ -37,7 +37,13 @@ impl<T: Real> Alone<'_, T> {
             ..self.of.kernel_alone()
         };
         // What is computed here are no pairs of the sum.
-        let mut quiet = Run { level: run.level, executor: run.executor, should_stop: run.should_stop, counters: None };
+        let mut quiet = Run {
+            level: run.level,
+            executor: run.executor,
+            should_stop: run.should_stop,
+            counters: None,
+            communicator: None,
+        };
         (self.of_pairs)(call, self.workspace, &mut quiet)
     }
 }
