@@ -78,9 +78,9 @@ impl<'a> Ranks<'a> {
         self.communicator.rank()
     }
 
-    /// How many there are.
+    /// How many there are: one at least, also for the compiler, as what is divided by it would be a way to panic.
     pub fn count(&self) -> usize {
-        self.communicator.ranks()
+        self.communicator.ranks().max(1)
     }
 
     /// The result of this rank if all ranks have one. Else its own error, or one of the others'.
