@@ -87,7 +87,7 @@ fn options_end_where_a_member_ends() {
     let (x, m, mut gradient) = ([[0.0; 2]; 3], [1.0; 3], [[0.0; 2]; 3]);
     let to = (null_mut(), gradient.as_mut_ptr(), null_mut());
     let sum = Sum::<f64, 2>::new((3, x.as_ptr(), m.as_ptr()), (3, x.as_ptr()), to);
-    takes_ends_of_members(&[4, 8, 16, 24, 32, 40, 48], mollis_run_init, |run| unsafe {
+    takes_ends_of_members(&[4, 8, 16, 24, 32, 40, 48, 56], mollis_run_init, |run| unsafe {
         mollis_field2_workspace_bytes(kernel, length, sum.sources(), null(), sum.outputs(), null(), run, &mut 0)
     });
     takes_ends_of_members(&[4, 8, 12, 16, 32, 40], mollis_field_options_init, |options| unsafe {

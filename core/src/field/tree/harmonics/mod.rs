@@ -16,10 +16,10 @@
 //! ([`turns`]). So a translation takes 2 p^3 products and not p^4. Lanes are pairs of cells with the same step but for its signs: a reflection changes signs of harmonics alone.
 //!
 //! # Accuracy
-//! A step of two widths along one axis needs all p terms. Others need fewer for the same error ([`SHARES`]); so the translations of a cell, 189 at most, take as long as 80 with all terms.
+//! A step of two widths along one axis needs all p terms. Others need fewer for the same error ([`SHARES`]); so the translations of a cell, 189 at most, take as long as 65 with all terms.
 //! [`order`] is what keeps the tolerance, in the l2 norm over targets relative to sum |m| |K|, where half of all points and most of the mass are in one cluster
-//! (test `tree::clusters_in_space`: at most 0.3 of it); relative to the sums themselves, with masses of random sign and uniform points, errors are a tenth of it or less. A series is least accurate in the corners of its cell: targets that are all
-//! in one corner, beside one source in the nearest corner of a cell two steps away, would see an error of 100 times the tolerance.
+//! (test `tree::clusters_in_space`: at most 0.3 of it); relative to the sums themselves, with masses of random sign and uniform points, errors are a tenth of it or less. A series is least accurate in the corners of its cell: one source that outweighs all others,
+//! in the corner of cells of all levels, makes errors of up to 120 times the tolerance. So cells are placed where that takes chance ([`super::cells`]).
 
 mod bands;
 mod solid;
