@@ -94,6 +94,7 @@ const CASES: &[(&str, Case)] = &[
     ("fmm-1e-3", Case::Double(2, Sum { tolerance: 1e-3, ..FMM })),
     ("fmm-1e-6", Case::Double(2, Sum { tolerance: 1e-6, ..FMM })),
     ("fmm-1e-12", Case::Double(2, Sum { tolerance: 1e-12, ..FMM })),
+    ("fmm-3d", Case::Double(3, Sum { tolerance: 1e-6, ..FMM })),
     ("tree-3d", Case::Double(3, TREE)),
     ("tree-screened", Case::Double(2, Sum { law: Law::Screened { k: 2.0 }, ..TREE })),
     ("blob-step", Case::Step),
