@@ -106,7 +106,7 @@ fn settings<T: Real, const D: usize>(kernel: &dyn Interaction<T, D>, tolerance: 
     // Smaller cells would hardly be replaced; in space, where proxies are many, by few of them far away.
     let terms = basis::count(D, order);
     let leaf = if D < 3 && terms > settings.leaf { terms } else { settings.leaf };
-    Ok(Settings { order, terms, leaf, ..settings })
+    Ok(Settings { order, terms, leaf, mean: 0, ..settings })
 }
 
 /// Bytes that [`essential`] needs for so many sources.

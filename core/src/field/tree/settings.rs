@@ -69,7 +69,9 @@ impl Settings {
             2 => (terms / 3).max(24),
             _ => (2 * terms / 3).max(64),
         };
-        Self { dimension, newtonian, harmonics: false, order, terms, nodes: most_shells(order) + 2, leaf, mean: 0, few }
+        // In space few levels fit a number of points.
+        let mean = if dimension > 2 { 2 * leaf / 3 } else { 0 };
+        Self { dimension, newtonian, harmonics: false, order, terms, nodes: most_shells(order) + 2, leaf, mean, few }
     }
 }
 
