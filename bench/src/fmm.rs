@@ -6,7 +6,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
-use clap::Args;
+use clap::{Args, ValueEnum};
 use mollis_core::exec::Run;
 use mollis_core::field::{self, Method, Options, Plan, Sources, Wanted};
 use mollis_core::kernel::Kernel;
@@ -28,7 +28,7 @@ pub struct Fmm {
     /// libfmm2d.so or libfmm3d.so (FMM3D: `make lib FAST_KER=ON`, and `OMP_NUM_THREADS=1` in the environment); without it mollis alone is measured.
     #[arg(long)]
     library: Option<PathBuf>,
-    /// Points, uniform in the unit square or cube, masses of both signs.
+    /// Points, with masses of both signs.
     #[arg(long, default_value_t = 100_000)]
     n: usize,
     /// Repetitions, of which the fastest counts.
@@ -40,9 +40,20 @@ pub struct Fmm {
     /// Targets of which the error is measured.
     #[arg(long, default_value_t = 200)]
     sample: usize,
-    /// The shape: uniform, sphere (its surface), or clusters (half the points in balls of a thousandth of the side).
-    #[arg(long, default_value = "uniform")]
-    points: String,
+    /// Where the points are.
+    #[arg(long, value_enum, default_value_t = Shape::Uniform)]
+    points: Shape,
+}
+
+/// Where points are.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Shape {
+    /// Uniform in the unit square or cube.
+    Uniform,
+    /// On the circle or sphere in it.
+    Sphere,
+    /// Half of them in seven cubes of a thousandth of the side.
+    Clusters,
 }
 
 /// A setting, microseconds a point and the error.
@@ -60,18 +71,17 @@ impl Fmm {
     /// Measures and prints.
     pub fn run<const D: usize>(&self) -> Result<()> {
         let mut scene = Scene::<D>::uniform(self.n, None, 1);
-        match self.points.as_str() {
-            "uniform" => {}
-            "sphere" => scene.positions.iter_mut().for_each(|x| {
+        match self.points {
+            Shape::Uniform => {}
+            Shape::Sphere => scene.positions.iter_mut().for_each(|x| {
                 let centred = x.map(|x| x - 0.5);
                 let length = centred.iter().map(|x| x * x).sum::<f64>().sqrt().max(1e-9);
                 *x = centred.map(|x| 0.5 + 0.5 * x / length);
             }),
-            "clusters" => scene.positions.iter_mut().enumerate().filter(|(k, _)| k % 2 == 0).for_each(|(k, x)| {
+            Shape::Clusters => scene.positions.iter_mut().enumerate().filter(|(k, _)| k % 2 == 0).for_each(|(k, x)| {
                 let centre: [f64; D] = std::array::from_fn(|axis| ((k / 2 % 7 + axis * 3) % 7) as f64 / 7.0 + 0.05);
                 x.iter_mut().zip(centre).for_each(|(x, centre)| *x = centre + 1e-3 * *x);
             }),
-            other => bail!("no such points: {other}"),
         }
         let exact = self.exact(&scene);
         let ours = (6..=52).map(|quarter| self.mollis(&scene, &exact, 10_f64.powf(-0.25 * f64::from(quarter))));
@@ -104,7 +114,7 @@ impl Fmm {
 
     /// The measurement of so many points.
     pub fn of(n: usize) -> Self {
-        Self { library: None, n, repetitions: 3, potential: false, sample: 200, points: "uniform".to_owned() }
+        Self { library: None, n, repetitions: 3, potential: false, sample: 200, points: Shape::Uniform }
     }
 
     /// The library's times and errors.

@@ -153,18 +153,6 @@ macro_rules! common {
             to
         }
         #[inline(always)]
-        fn rows_of(from: &[$t]) -> &[Self::Row] {
-            from.as_chunks().0
-        }
-        #[inline(always)]
-        fn rows_of_mut(from: &mut [$t]) -> &mut [Self::Row] {
-            from.as_chunks_mut().0
-        }
-        #[inline(always)]
-        fn numbers_of(rows: &[Self::Row]) -> &[$t] {
-            rows.as_flattened()
-        }
-        #[inline(always)]
         fn load_row(self, from: &Self::Row) -> Self::V {
             op!($loadu(from.as_ptr()))
         }

@@ -15,6 +15,33 @@ pub trait Part<T: Scalar, I: Isa<T>> {
     fn run(self, isa: I) -> Self::Out;
 }
 
+/// Some numbers that stand together in memory: those of a vector.
+pub trait Row<T>: Copy {
+    /// Numbers as rows, without those that fill none.
+    fn of(numbers: &[T]) -> &[Self];
+    /// The same.
+    fn of_mut(numbers: &mut [T]) -> &mut [Self];
+    /// The numbers of rows.
+    fn numbers(rows: &[Self]) -> &[T];
+}
+
+impl<T: Copy, const N: usize> Row<T> for [T; N] {
+    #[inline(always)]
+    fn of(numbers: &[T]) -> &[Self] {
+        numbers.as_chunks().0
+    }
+
+    #[inline(always)]
+    fn of_mut(numbers: &mut [T]) -> &mut [Self] {
+        numbers.as_chunks_mut().0
+    }
+
+    #[inline(always)]
+    fn numbers(rows: &[Self]) -> &[T] {
+        rows.as_flattened()
+    }
+}
+
 /// An instruction set that works on [`Isa::LANES`] numbers at a time. A value of the type proves that the processor has it.
 #[expect(missing_docs, reason = "the arithmetic operations are named after what they do, lane by lane")]
 pub trait Isa<T: Scalar>: Copy + Send + Sync {
@@ -25,7 +52,7 @@ pub trait Isa<T: Scalar>: Copy + Send + Sync {
     /// Row numbers, one per lane.
     type R: Copy;
     /// The numbers of a vector in memory.
-    type Row: Copy + AsRef<[T]>;
+    type Row: Row<T>;
     /// Numbers in a vector.
     const LANES: usize;
     /// Whether a lane's sum must not depend on other lanes, including the order of the additions. The bits then do not
@@ -48,12 +75,6 @@ pub trait Isa<T: Scalar>: Copy + Send + Sync {
     fn load(self, from: &[T; MAX_LANES]) -> Self::V;
     /// The numbers, padded with zeros.
     fn store(self, a: Self::V) -> [T; MAX_LANES];
-    /// Numbers as vectors' rows, without those that fill none.
-    fn rows_of(from: &[T]) -> &[Self::Row];
-    /// The same.
-    fn rows_of_mut(from: &mut [T]) -> &mut [Self::Row];
-    /// The numbers of rows.
-    fn numbers_of(rows: &[Self::Row]) -> &[T];
     /// All numbers of a row.
     fn load_row(self, from: &Self::Row) -> Self::V;
     /// The numbers as a row.

@@ -28,7 +28,7 @@ mod rows;
 mod vectors;
 mod with_simd;
 
-pub use lanes::{BlockJob, Isa, Job, MAX_LANES, Part};
+pub use lanes::{BlockJob, Isa, Job, MAX_LANES, Part, Row};
 pub use level::Level;
 pub(crate) use log::{log, log_numerator};
 pub use rows::{OCTAVES, PANEL_BITS, ROW, ROWS, Rows};

@@ -297,7 +297,8 @@ impl<T: Real> Given<'_, T> {
         let of = |k: usize| self.positions.get(k * d..).and_then(|rest| rest.get(..d)).present_or(&[]);
         let point = |k: usize| spatial(of(k), unit);
         let counts = counts.first_chunk_mut().present()?;
-        let limits = Limits { leaf: self.settings.leaf, width: T::ZERO, mean: 0, aligned: true };
+        let Settings { leaf, mean, .. } = self.settings;
+        let limits = Limits { leaf, width: T::ZERO, mean, aligned: true };
         cells.divide(Words { sorts: [&mut *words, &mut []], spare, counts }, limits, &[&point, &point])?;
         let (points, masses) = (points.get_mut(..n * d).present()?, masses.get_mut(..n).present()?);
         for ((to, mass), &word) in points.chunks_mut(d.max(1)).zip(&mut *masses).zip(&*words) {

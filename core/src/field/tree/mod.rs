@@ -269,7 +269,9 @@ fn sums<T: Real>(
     };
     let series: &dyn Series<T> = match &mut expansions {
         Expansions::Chebyshev(expansions, one) => {
-            let alone = Alone { of: call.kernel_alone(), of_pairs, mass: T::ONE, workspace: one };
+            // The kernel's sizes are those of the largest mass, as the masses are in units of it.
+            let mass = T::ONE.ldexp(-placed.units.mass);
+            let alone = Alone { of: call.kernel_alone(), of_pairs, mass, workspace: one };
             of.in_polynomials(&mut placed, (expansions, alone), options.tolerance, run)?;
             &expansions.basis
         }
@@ -358,8 +360,6 @@ impl<T: Real> Expanding<'_, '_, T> {
         let size = self.up(placed, &expansions.basis, run)?;
         let (units, points, dimension) = (placed.units, placed.points, placed.dimension);
         let (cells, sources, _) = placed.parts()?;
-        // The mean sizes are those of the largest mass, as the masses are in units of it.
-        alone.mass = T::ONE.ldexp(-units.mass);
         let mean = expansions.mean_sizes(units, (sources, points), &mut alone, run)?;
         let moments = self.moments.get(..size * self.components).present()?;
         let locals = self.locals.get_mut(..size * self.components).present()?;

@@ -1,7 +1,7 @@
 //! What the passes over the cells ask of a series in which fields are expanded.
 
 use crate::real::Real;
-use crate::simd::Level;
+use crate::simd::{Isa, Level, MAX_LANES};
 
 /// Where a cell is.
 #[derive(Clone, Copy, Debug)]
@@ -11,6 +11,27 @@ pub(super) struct Frame<T> {
     pub per_half: T,
     /// What coordinates are multiplied by first.
     pub factor: T,
+}
+
+/// The vectors of some points' coordinates in their cell; lanes beyond the last point hold zeros.
+#[inline(always)]
+pub(super) fn load_points<T: Real, I: Isa<T>, const N: usize>(
+    isa: I,
+    points: &[T],
+    dimension: usize,
+    frame: &Frame<T>,
+) -> [[I::V; N]; 3] {
+    let mut vectors = [[isa.splat(T::ZERO); N]; 3];
+    let (inverse, dimension) = (isa.splat(frame.per_half), dimension.max(1));
+    for (axis, (vectors, &centre)) in vectors.iter_mut().zip(&frame.centre).enumerate().take(dimension) {
+        for (vector, points) in vectors.iter_mut().zip(points.chunks((I::LANES * dimension).max(1))) {
+            let mut lanes = [centre; MAX_LANES];
+            let coordinates = points.iter().skip(axis).step_by(dimension);
+            lanes.iter_mut().zip(coordinates).for_each(|(to, &x)| *to = x * frame.factor);
+            *vector = isa.mul(isa.sub(isa.load(&lanes), isa.splat(centre)), inverse);
+        }
+    }
+    vectors
 }
 
 /// The cell from which, the one to which, and a set of axes, one bit each.

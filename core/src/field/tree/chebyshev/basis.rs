@@ -11,7 +11,7 @@
 
 use crate::checked::Present;
 use crate::error::Result;
-use crate::field::tree::series::{Frame, Pair, Series, Targets};
+use crate::field::tree::series::{Frame, Pair, Series, Targets, load_points};
 use crate::memory::Space;
 use crate::real::Real;
 use crate::simd::{BlockJob, Isa, Job, Level, Loops, MAX_LANES, with_simd};
@@ -303,27 +303,6 @@ fn polynomials<T: Real, I: Isa<T>, const N: usize>(
         }
     }
     all
-}
-
-/// The vectors of some points' coordinates in their cell; lanes beyond the last point hold zeros.
-#[inline(always)]
-fn load_points<T: Real, I: Isa<T>, const N: usize>(
-    isa: I,
-    points: &[T],
-    dimension: usize,
-    frame: &Frame<T>,
-) -> [[I::V; N]; 3] {
-    let mut vectors = [[isa.splat(T::ZERO); N]; 3];
-    let (inverse, dimension) = (isa.splat(frame.per_half), dimension.max(1));
-    for (axis, (vectors, &centre)) in vectors.iter_mut().zip(&frame.centre).enumerate().take(dimension) {
-        for (vector, points) in vectors.iter_mut().zip(points.chunks((I::LANES * dimension).max(1))) {
-            let mut lanes = [centre; MAX_LANES];
-            let coordinates = points.iter().skip(axis).step_by(dimension);
-            lanes.iter_mut().zip(coordinates).for_each(|(to, &x)| *to = x * frame.factor);
-            *vector = isa.mul(isa.sub(isa.load(&lanes), isa.splat(centre)), inverse);
-        }
-    }
-    vectors
 }
 
 /// Adds the moments of sources: lanes are sources.

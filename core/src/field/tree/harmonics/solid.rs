@@ -6,7 +6,7 @@
 //!
 //! the harmonics are Y_n^(m,c) + i Y_n^(m,s) = S_n (x + i y)^m. Tables and sums are by m, then n.
 
-use crate::field::tree::series::{Frame, Targets};
+use crate::field::tree::series::{Frame, Targets, load_points};
 use crate::real::{Real, Scalar};
 use crate::simd::{BlockJob, Isa, Job, MAX_LANES};
 
@@ -49,23 +49,6 @@ fn next_weight<T: Real>(weight: T, m: usize) -> T {
     if m > 1.0 { weight * T::from_f64(Scalar::sqrt((2.0 * m - 1.0) / (2.0 * m))) } else { weight }
 }
 
-/// The vectors of some points' coordinates in their cell; lanes beyond the last point hold zeros.
-#[inline(always)]
-fn load_points<T: Real, I: Isa<T>, const N: usize>(isa: I, points: &[[T; 3]], frame: &Frame<T>) -> [[I::V; N]; 3] {
-    let mut vectors = [[isa.splat(T::ZERO); N]; 3];
-    let inverse = isa.splat(frame.per_half);
-    for (axis, (vectors, &centre)) in vectors.iter_mut().zip(&frame.centre).enumerate() {
-        for (vector, points) in vectors.iter_mut().zip(points.chunks(I::LANES.max(1))) {
-            let mut lanes = [centre; MAX_LANES];
-            for (to, point) in lanes.iter_mut().zip(points) {
-                *to = point.get(axis).copied().unwrap_or(T::ZERO) * frame.factor;
-            }
-            *vector = isa.mul(isa.sub(isa.load(&lanes), isa.splat(centre)), inverse);
-        }
-    }
-    vectors
-}
-
 /// Adds the moments of sources: lanes are sources.
 pub(super) struct Moments<'a, T> {
     pub recurrence: &'a [[T; 2]],
@@ -99,7 +82,7 @@ impl<T: Real> BlockJob<T> for Moments<'_, T> {
         sums.iter_mut().for_each(|sum| *sum = [[T::ZERO; MAX_LANES]; 2]);
         let each = (N * I::LANES).max(1);
         for (points, masses) in points.chunks(each).zip(masses.chunks(each)) {
-            let [x, y, z] = load_points::<T, I, N>(isa, points, &frame);
+            let [x, y, z] = load_points::<T, I, N>(isa, points.as_flattened(), 3, &frame);
             let mut square = [zero; N];
             for ((square, &x), (&y, &z)) in square.iter_mut().zip(&x).zip(y.iter().zip(&z)) {
                 *square = isa.mul_add(x, x, isa.mul_add(y, y, isa.mul(z, z)));
@@ -216,7 +199,7 @@ impl<T: Real> Values<'_, T> {
         let coefficients = coefficients.as_chunks::<OUTPUTS>().0;
         let (zero, each) = (isa.splat(T::ZERO), I::LANES.max(1));
         for (block, points) in points.as_chunks::<3>().0.chunks(each).enumerate() {
-            let [[x], [y], [z]] = load_points::<T, I, 1>(isa, points, &frame);
+            let [[x], [y], [z]] = load_points::<T, I, 1>(isa, points.as_flattened(), 3, &frame);
             let square = isa.mul_add(x, x, isa.mul_add(y, y, isa.mul(z, z)));
             let mut totals = [zero; 4];
             let (mut cosine, mut sine) = (isa.splat(T::ONE), zero);

@@ -4,7 +4,7 @@ use super::bands::{BAND, place};
 use super::turns::Turn;
 use crate::field::tree::series::Pair;
 use crate::real::{Real, Scalar};
-use crate::simd::{BlockJob, Isa, Job, MAX_LANES, ROW};
+use crate::simd::{BlockJob, Isa, Job, MAX_LANES, ROW, Row};
 
 /// The same of a translation along the axis, where rows of even number stand before those of odd number, as a matrix of their own each.
 fn place_by_parity((row, column): (usize, usize), size: usize) -> usize {
@@ -441,7 +441,7 @@ impl<T: Real> Translate<'_, T> {
         let Self { operator, steps, from, to, scratch } = self;
         let Operator { terms, azimuth, turn: rotation, along: matrices, parities, stride } = operator;
         let each = scratch.len() / 4;
-        let mut pieces = scratch.chunks_mut(each.max(1)).map(I::rows_of_mut);
+        let mut pieces = scratch.chunks_mut(each.max(1)).map(I::Row::of_mut);
         let (Some(mut a), Some(mut b), Some(mut c), Some(d)) =
             (pieces.next(), pieces.next(), pieces.next(), pieces.next())
         else {
@@ -556,7 +556,7 @@ fn scatter<T: Real, I: Isa<T>, const V: usize>(
     for at in terms * terms..(terms * terms).next_multiple_of(each) {
         set(isa, from, at, [zero; V]);
     }
-    let (zeros, numbers) = ([T::ZERO; ROW], I::numbers_of(from));
+    let (zeros, numbers) = ([T::ZERO; ROW], I::Row::numbers(from));
     for block in 0..(terms * terms).div_ceil(each) {
         for first in (0..V * each).step_by(ROW.min(each)) {
             let mut rows = [&zeros; MAX_LANES];
@@ -567,7 +567,7 @@ fn scatter<T: Real, I: Isa<T>, const V: usize>(
             let columns = isa.columns(&rows);
             for (&sum, &[_, _, target, _]) in columns.iter().take(each).zip(steps.iter().skip(first)) {
                 let start = target as usize * stride + block * each;
-                let to = I::rows_of_mut(to.get_mut(start..start + each).unwrap_or_default());
+                let to = I::Row::of_mut(to.get_mut(start..start + each).unwrap_or_default());
                 for to in to {
                     *to = isa.store_row(isa.add(isa.load_row(to), sum));
                 }
