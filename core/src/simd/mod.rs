@@ -9,6 +9,7 @@
 //!
 //! Lanes are independent: no operation mixes them, except the predicates [`Isa::any`] and [`Isa::bits`].
 
+mod ahead;
 #[cfg(target_arch = "x86_64")]
 mod avx2;
 #[cfg(target_arch = "x86_64")]
@@ -28,6 +29,7 @@ mod rows;
 mod vectors;
 mod with_simd;
 
+pub(crate) use ahead::fetch_ahead;
 pub use lanes::{BlockJob, Isa, Job, MAX_LANES, Part, Row};
 pub use level::Level;
 pub(crate) use log::{log, log_numerator};

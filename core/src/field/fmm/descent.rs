@@ -12,7 +12,7 @@
 //! Boxes of more than [`TASK`] targets come first, one after the other ([`Descent::begin`]); then every largest box of fewer is a task. A task repeats the lists of
 //! the boxes above it, but not their translations. Where room for a list ends, the pair of boxes is summed pair by pair, which is always right: it takes longer.
 
-use super::expansions::{Lower, Order, Scatter};
+use super::expansions::{Lower, Order, Room, Scatter};
 use super::translate::Translate;
 use super::tree::{Shape, Tree};
 use super::upward::TASK;
@@ -21,12 +21,13 @@ use crate::error::{Error, Result};
 use crate::field::pairs::{Groups, Near, Task, Units, least_distance};
 use crate::memory::{Carve, Space};
 use crate::real::Real;
-use crate::simd::Level;
+use crate::simd::{Level, fetch_ahead};
 
-/// Room for open boxes, for boxes to be divided, well separated ones, depths below a task's box, groups and ranges.
+/// Room for open boxes, for boxes to be divided, well separated ones, near ones, depths below a task's box, groups and ranges.
 const OPEN: usize = 8192;
-const DIVIDE: usize = 64;
+const DIVIDED: usize = 1024;
 const FAR: usize = 128;
+const NEAR: usize = 64;
 const DEPTH: usize = 48;
 const GROUPS: usize = 256;
 const RANGES: usize = 4096;
@@ -69,9 +70,8 @@ pub(super) struct Descent<'a, 'w, T: Real> {
 
 /// The scratch of a worker.
 pub(super) struct Scratch<'s, T> {
-    open: &'s mut [u32],
+    lists: Lists<'s>,
     pending: &'s mut [[u32; 5]],
-    far: &'s mut [u32],
     locals: &'s mut [T],
     groups: &'s mut [[u32; 4]],
     ranges: &'s mut [[u32; 3]],
@@ -86,9 +86,15 @@ impl<'s, T: Real> Scratch<'s, T> {
     /// The layout, for expansions of this stride.
     pub fn layout(space: &mut impl Space<'s>, stride: usize) -> Result<Self> {
         Ok(Self {
-            open: space.try_array(OPEN)?,
+            // Every box is written to the end of every list.
+            lists: Lists {
+                open: space.try_array(OPEN + 1)?,
+                divided: space.try_array(DIVIDED + 1)?,
+                near: space.try_array(NEAR)?,
+                far: space.try_array(FAR)?,
+                ..Lists::default()
+            },
             pending: space.try_array(DEPTH + 2)?,
-            far: space.try_array(FAR)?,
             locals: space.try_array(DEPTH * local_length(stride))?,
             groups: space.try_array(GROUPS)?,
             ranges: space.try_array(RANGES)?,
@@ -109,11 +115,78 @@ struct Walk<'a, 's, 'w, T: Real> {
     of: &'a Descent<'a, 'w, T>,
     level: Level,
     scratch: Scratch<'s, T>,
+    room: Room<T>,
     n_groups: usize,
     n_ranges: usize,
     /// The first range of the group that is being made.
     first_range: usize,
+}
+
+/// The lists of a visit, and how many boxes are on each; where the open ones end.
+#[derive(Default)]
+struct Lists<'s> {
+    open: &'s mut [u32],
+    divided: &'s mut [u32],
+    near: &'s mut [u32],
+    far: &'s mut [u32],
+    n_open: usize,
+    n_divided: usize,
+    n_near: usize,
     n_far: usize,
+}
+
+impl Lists<'_> {
+    /// Whether the lists of well separated or of near boxes may have no room for two more.
+    #[inline(always)]
+    fn are_full(&self) -> bool {
+        (self.n_far + 2 > FAR) | (self.n_near + 2 > NEAR)
+    }
+}
+
+/// A target box, and what tells how it stands to a source box.
+struct Looks<'a, 'w, T: Real> {
+    of: &'a Descent<'a, 'w, T>,
+    target: Shape<T>,
+    /// Of the largest source box that is as far from it as `opening` asks of any: `opening` times its own radius.
+    opened: T,
+    is_leaf: bool,
+}
+
+impl<T: Real> Looks<'_, '_, T> {
+    /// Whether a source box is well separated from the target box and nothing between them is mollified.
+    #[inline(always)]
+    fn is_far(&self, source: &Shape<T>) -> bool {
+        let Self { of, target, opened, .. } = self;
+        let (dx, dy) = (source.centre[0] - target.centre[0], source.centre[1] - target.centre[1]);
+        let square = dx * dx + dy * dy;
+        let (a, b) = (source.radius + *opened, target.radius + of.opening * source.radius);
+        let sum = if a > b { a } else { b };
+        let reach = of.reach(source, target);
+        let is_clear = reach == T::ZERO || Descent::is_apart(source, target, reach);
+        // All of them, without a branch between them.
+        is_clear & (sum * sum < of.opening * of.opening * square) & (square > of.least)
+    }
+
+    /// Puts a source box on the list of what is to be done with it. It is written to all of them, and then counted in one: which one it is, is hard to predict.
+    #[inline(always)]
+    fn look(&self, source: u32, lists: &mut Lists<'_>) -> Result<()> {
+        let shape = self.of.sources.shape(source as usize);
+        let is_far = self.is_far(&shape);
+        let is_leaf = self.of.sources.parts(source as usize).is_none();
+        let is_small = is_leaf | (self.target.radius >= shape.radius);
+        let is_open = !is_far & !self.is_leaf & is_small & (lists.n_open < OPEN);
+        let is_divided = !is_far & !is_leaf & (self.is_leaf | !is_small) & (lists.n_divided < DIVIDED);
+        for (list, n, is) in [
+            (&mut *lists.far, &mut lists.n_far, is_far),
+            (&mut *lists.open, &mut lists.n_open, is_open),
+            (&mut *lists.divided, &mut lists.n_divided, is_divided),
+            (&mut *lists.near, &mut lists.n_near, !(is_far | is_open | is_divided)),
+        ] {
+            *list.get_mut(*n).present()? = source;
+            *n += usize::from(is);
+        }
+        Ok(())
+    }
 }
 
 /// What to do with the boxes that a target box meets.
@@ -126,21 +199,6 @@ struct Meet<'t, 'l, T> {
 }
 
 impl<T: Real> Descent<'_, '_, T> {
-    /// Whether a source box is well separated from a target box and nothing between them is mollified.
-    #[inline(always)]
-    fn is_far(&self, source: &Shape<T>, target: &Shape<T>) -> bool {
-        let (opening, least) = (self.opening, self.least);
-        let (dx, dy) = (source.centre[0] - target.centre[0], source.centre[1] - target.centre[1]);
-        let square = dx * dx + dy * dy;
-        let (a, b) = (source.radius, target.radius);
-        let sum = if a > b { a + opening * b } else { b + opening * a };
-        if !(sum * sum < opening * opening * square && square > least) {
-            return false;
-        }
-        let reach = self.reach(source, target);
-        reach == T::ZERO || Self::is_apart(source, target, reach)
-    }
-
     /// The largest support of a pair of two boxes.
     #[inline(always)]
     fn reach(&self, source: &Shape<T>, target: &Shape<T>) -> T {
@@ -188,7 +246,7 @@ impl<T: Real> Descent<'_, '_, T> {
             let large = before.get((slot as usize).saturating_mul(length)..).and_then(|rest| rest.get(..length));
             if let (false, Some(large)) = (above == NONE, large) {
                 let (from, shape) = ((large, self.targets.shape(above as usize)), self.targets.shape(target));
-                level.run(Lower { order: self.order, from, shape, to: &mut *local });
+                level.run(Lower { order: self.order, from, shape, room: &mut walk.room, to: &mut *local });
             }
             let next = walk.visit(target, [from, end], Meet { near: None, local: Some(local), leaf: false })?;
             let number = n_tops as u32;
@@ -256,7 +314,7 @@ impl<T: Real> Near<T> for Descent<'_, '_, T> {
             };
             if let (false, Some(large)) = (above == NONE, large.and_then(|rest| rest.get(..length))) {
                 let from = (large, tree.shape(above as usize));
-                level.run(Lower { order: self.order, from, shape, to: &mut *local });
+                level.run(Lower { order: self.order, from, shape, room: &mut walk.room, to: &mut *local });
             }
             let points = relative(tree.points(target));
             let meet = Meet { near: Some((points, &mut *to)), local: Some(&mut *local), leaf: parts.is_none() };
@@ -309,65 +367,67 @@ fn push<E>(stack: &mut [E], n: &mut usize, [a, b]: [E; 2]) -> Result<()> {
 impl<'a, 's, 'w, T: Real> Walk<'a, 's, 'w, T> {
     fn new(of: &'a Descent<'a, 'w, T>, level: Level, scratch: &'s mut [u8]) -> Result<Self> {
         let scratch = Scratch::layout(&mut Carve::reopen(scratch)?, of.order.stride)?;
-        Ok(Self { of, level, scratch, n_groups: 0, n_ranges: 0, first_range: 0, n_far: 0 })
+        Ok(Self { of, level, scratch, room: Room::new(), n_groups: 0, n_ranges: 0, first_range: 0 })
     }
 
     /// Opens the roots; where the list ends.
     fn start(&mut self, at: usize) -> Result<u32> {
         let n = self.of.roots.len();
-        let slots = self.scratch.open.get_mut(at..at + n).present()?;
+        let slots = self.scratch.lists.open.get_mut(at..at + n).present()?;
         slots.iter_mut().zip(self.of.roots).for_each(|(slot, &root)| *slot = root);
         Ok((at + n) as u32)
     }
 
     /// Visits a target box with the open boxes from one place to another. What it leaves open follows these; returns its end.
     fn visit(&mut self, k: usize, [from, end]: [u32; 2], mut meet: Meet<'_, '_, T>) -> Result<u32> {
-        let of = self.of;
-        let target = of.targets.shape(k);
-        let mut next = end as usize;
-        let mut stack = [0_u32; DIVIDE];
+        let (of, target) = (self.of, self.of.targets.shape(k));
+        let looks = Looks { of, target, opened: of.opening * target.radius, is_leaf: meet.leaf };
+        let mut lists = core::mem::take(&mut self.scratch.lists);
+        lists.n_open = end as usize;
         for at in from as usize..end as usize {
-            let mut waiting = 1;
-            *stack.first_mut().present()? = self.scratch.open.get(at).copied().present()?;
-            while waiting > 0 {
-                waiting -= 1;
-                let source = stack.get(waiting).copied().present()?;
-                let shape = of.sources.shape(source as usize);
-                if of.is_far(&shape, &target) {
-                    if let Some(local) = meet.local.as_deref_mut() {
-                        if self.n_far == FAR {
-                            self.translate(&target, local);
-                        }
-                        *self.scratch.far.get_mut(self.n_far).present()? = source;
-                        self.n_far += 1;
-                    }
-                    continue;
-                }
-                let parts = of.sources.parts(source as usize);
-                let keeps = !meet.leaf && (parts.is_none() || target.radius >= shape.radius);
-                match (parts, self.scratch.open.get_mut(next)) {
-                    (_, Some(slot)) if keeps => {
-                        *slot = source;
-                        next += 1;
-                    }
-                    (Some([first, second]), _) if !keeps && waiting + 2 <= DIVIDE => {
-                        push(&mut stack, &mut waiting, [second as u32, first as u32])?;
-                    }
-                    _ => self.meet((source, &shape), &target, &mut meet),
-                }
+            let source = lists.open.get(at).copied().present()?;
+            looks.look(source, &mut lists)?;
+            if lists.are_full() {
+                self.finish(&target, &mut lists, &mut meet);
             }
         }
-        if let Some(local) = meet.local {
-            self.translate(&target, local);
+        let mut at = 0;
+        while at < lists.n_divided {
+            let source = lists.divided.get(at).copied().present()?;
+            let [first, second] = of.sources.parts(source as usize).present()?;
+            looks.look(first as u32, &mut lists)?;
+            looks.look(second as u32, &mut lists)?;
+            if lists.are_full() {
+                self.finish(&target, &mut lists, &mut meet);
+            }
+            at += 1;
         }
-        Ok(next as u32)
+        self.finish(&target, &mut lists, &mut meet);
+        lists.n_divided = 0;
+        let next = lists.n_open as u32;
+        self.scratch.lists = lists;
+        Ok(next)
+    }
+
+    /// Does what the lists of well separated and of near boxes ask. Not in line, so that the loops before it keep their registers.
+    #[inline(never)]
+    fn finish(&mut self, target: &Shape<T>, lists: &mut Lists<'_>, meet: &mut Meet<'_, '_, T>) {
+        if let Some(local) = meet.local.as_deref_mut() {
+            self.translate(target, lists.far.get(..lists.n_far).unwrap_or_default(), local);
+        }
+        for &source in lists.near.get(..lists.n_near).unwrap_or_default() {
+            self.meet(source, target, meet);
+        }
+        (lists.n_far, lists.n_near) = (0, 0);
     }
 
     /// Translates the well separated boxes that wait for it.
-    fn translate(&mut self, target: &Shape<T>, local: &mut [T]) {
+    fn translate(&mut self, target: &Shape<T>, list: &[u32], local: &mut [T]) {
         let of = self.of;
-        let list = self.scratch.far.get(..self.n_far).unwrap_or_default();
-        self.n_far = 0;
+        let each = 2 * of.order.stride;
+        for &source in list {
+            fetch_ahead(of.from.get(source as usize * each..).and_then(|rest| rest.get(..each)).present_or(&[]));
+        }
         if !list.is_empty() {
             let log_exponent = T::from_i32(of.units.position.saturating_mul(-2));
             self.level.run(Translate {
@@ -377,14 +437,16 @@ impl<'a, 's, 'w, T: Real> Walk<'a, 's, 'w, T> {
                 list,
                 shape: *target,
                 log_exponent: of.potential.then_some(log_exponent),
+                room: &mut self.room,
                 to: local,
             });
         }
     }
 
     /// Lists the sources of a box as near.
-    fn meet(&mut self, (source, shape): (u32, &Shape<T>), target: &Shape<T>, meet: &mut Meet<'_, '_, T>) {
+    fn meet(&mut self, source: u32, target: &Shape<T>, meet: &mut Meet<'_, '_, T>) {
         let Some((targets, to)) = &mut meet.near else { return };
+        let shape = &self.of.sources.shape(source as usize);
         let reach = self.of.reach(shape, target).max(least_distance::<T>());
         let apart = u32::from(Descent::is_apart(shape, target, reach));
         let tree = self.of.sources;

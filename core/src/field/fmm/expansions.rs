@@ -19,19 +19,19 @@ use super::settings::MAX_TERMS;
 use super::tree::Shape;
 use crate::checked::Present;
 use crate::real::Real;
-use crate::simd::{BlockJob, Isa, Job, MAX_LANES, ROW};
+use crate::simd::{BlockJob, Isa, Job, MAX_LANES, ROW, Row};
 
 /// n! and 1 / n!.
 #[derive(Debug)]
 pub(super) struct Factorials<T> {
     /// Up to twice the most terms; zero where it is out of range, which no number of terms in use reaches.
     pub whole: [T; 2 * MAX_TERMS],
-    pub inverse: [T; MAX_TERMS + 2],
+    pub inverse: [T; ROOM],
 }
 
 impl<T: Real> Factorials<T> {
     pub fn new() -> Self {
-        let (mut whole, mut inverse) = ([T::ZERO; 2 * MAX_TERMS], [T::ZERO; MAX_TERMS + 2]);
+        let (mut whole, mut inverse) = ([T::ZERO; 2 * MAX_TERMS], [T::ZERO; ROOM]);
         let mut product = 1.0_f64;
         let most = T::MAX.to_f64();
         for (n, to) in whole.iter_mut().enumerate() {
@@ -194,55 +194,124 @@ impl<T: Real> Gather<'_, T> {
 }
 
 /// Room for a series, with a vector of zeros on either side.
-const ROOM: usize = MAX_TERMS + 2 * MAX_LANES + 8;
+pub(super) const ROOM: usize = MAX_TERMS + 3 * MAX_LANES;
+
+/// The most vectors of a series.
+pub(super) const MAX_BLOCKS: usize = MAX_TERMS / 4;
+
+/// Vectors of so many coefficients.
+#[inline(always)]
+pub(super) fn blocks_of<T: Real, I: Isa<T>>(terms: usize) -> usize {
+    terms.div_ceil(I::LANES)
+}
+
+/// The numbers of lanes, and which lanes have each binary digit in their number.
+pub(super) struct Lanes<V, M> {
+    number: V,
+    digits: [M; 4],
+}
+
+impl<V: Copy, M: Copy> Lanes<V, M> {
+    #[inline(always)]
+    pub fn new<T: Real, I: Isa<T, V = V, M = M>>(isa: I) -> Self {
+        let (mut number, mut digits) = ([T::ZERO; MAX_LANES], [isa.lt(isa.splat(T::ZERO), isa.splat(T::ZERO)); 4]);
+        number.iter_mut().enumerate().for_each(|(lane, to)| *to = T::from_usize(lane));
+        for (number, digit) in digits.iter_mut().enumerate() {
+            let mut is_set = [T::ZERO; MAX_LANES];
+            is_set.iter_mut().enumerate().for_each(|(lane, to)| *to = T::from_usize(lane >> number & 1));
+            *digit = isa.lt(isa.splat(T::ZERO), isa.load(&is_set));
+        }
+        Self { number: isa.load(&number), digits }
+    }
+
+    /// The powers of a complex number from 0 on, one a lane, and the power by which the next block of them is larger.
+    #[inline(always)]
+    pub fn powers<T: Real, I: Isa<T, V = V, M = M>>(&self, isa: I, z: [V; 2]) -> ([V; 2], [V; 2]) {
+        let (zero, one) = (isa.splat(T::ZERO), isa.splat(T::ONE));
+        let (mut power, mut factor) = ([one, zero], z);
+        for (number, &digit) in self.digits.iter().enumerate().take(I::LANES.ilog2() as usize) {
+            let next = [isa.select(digit, factor[0], one), isa.select(digit, factor[1], zero)];
+            power = if number == 0 { next } else { times(isa, power, next) };
+            factor = times(isa, factor, factor);
+        }
+        (power, factor)
+    }
+
+    /// The same of a real number.
+    #[inline(always)]
+    pub fn real_powers<T: Real, I: Isa<T, V = V, M = M>>(&self, isa: I, x: V) -> (V, V) {
+        let one = isa.splat(T::ONE);
+        let (mut power, mut factor) = (one, x);
+        for &digit in self.digits.iter().take(I::LANES.ilog2() as usize) {
+            power = isa.mul(power, isa.select(digit, factor, one));
+            factor = isa.mul(factor, factor);
+        }
+        (power, factor)
+    }
+
+    /// Zero in all but the first lanes.
+    #[inline(always)]
+    pub fn first<T: Real, I: Isa<T, V = V, M = M>>(&self, isa: I, lanes: usize, v: V) -> V {
+        isa.select(isa.lt(self.number, isa.splat(T::from_usize(lanes))), v, isa.splat(T::ZERO))
+    }
+}
+
+/// The most pairs of boxes that are translated at a time.
+pub(super) const PAIRS: usize = 2;
 
 /// A series, real and imaginary parts.
-type Series<T> = [[T; ROOM]; 2];
+pub(super) type Series<T> = [[T; ROOM]; 2];
+
+/// Series of a task, where numbers that no operator writes are zero.
+pub(super) struct Room<T> {
+    /// e_n from place [`MAX_LANES`] on.
+    powers: Series<T>,
+    /// The coefficients that they are multiplied with.
+    factors: Series<T>,
+    /// Those of pairs of boxes.
+    pub pairs: [Series<T>; PAIRS],
+}
+
+impl<T: Real> Room<T> {
+    pub fn new() -> Self {
+        let none = [[T::ZERO; ROOM]; 2];
+        Self { powers: none, factors: none, pairs: [none; PAIRS] }
+    }
+}
 
 /// e_n = step^n / n!, from place [`MAX_LANES`] on.
 #[inline(always)]
-fn exponential<T: Real>([x, y]: [T; 2], terms: usize, inverse: &[T]) -> Series<T> {
-    let mut series = [[T::ZERO; ROOM]; 2];
-    let [real, imaginary] = &mut series;
-    // Four powers at a time, so that their chains of products are short.
-    let square = [x * x - y * y, T::TWO * x * y];
-    let cube = [square[0] * x - square[1] * y, square[0] * y + square[1] * x];
-    let mut powers = [[T::ONE, x, square[0], cube[0]], [T::ZERO, y, square[1], cube[1]]];
-    let (c, d) = (square[0] * square[0] - square[1] * square[1], T::TWO * square[0] * square[1]);
-    let slots = real.iter_mut().zip(imaginary.iter_mut()).skip(MAX_LANES).take(terms);
-    let mut slots = slots.zip(inverse);
-    for _ in 0..terms.div_ceil(4) {
-        let [reals, imaginaries] = &mut powers;
-        for (a, b) in reals.iter_mut().zip(imaginaries) {
-            if let Some(((re, im), &inverse)) = slots.next() {
-                (*re, *im) = (*a * inverse, *b * inverse);
-            }
-            (*a, *b) = (*a * c - *b * d, *a * d + *b * c);
-        }
+fn exponential<T: Real, I: Isa<T>>(
+    isa: I,
+    lanes: &Lanes<I::V, I::M>,
+    step: [T; 2],
+    terms: usize,
+    inverse: &[T; ROOM],
+    [real, imaginary]: &mut Series<T>,
+) {
+    let (mut power, factor) = lanes.powers(isa, step.map(|part| isa.splat(part)));
+    let real = I::Row::of_mut(real.get_mut(MAX_LANES..).unwrap_or_default());
+    let imaginary = I::Row::of_mut(imaginary.get_mut(MAX_LANES..).unwrap_or_default());
+    for ((re, im), inverse) in real.iter_mut().zip(imaginary).zip(I::Row::of(inverse)).take(blocks_of::<T, I>(terms)) {
+        let inverse = isa.load_row(inverse);
+        (*re, *im) = (isa.store_row(isa.mul(power[0], inverse)), isa.store_row(isa.mul(power[1], inverse)));
+        power = times(isa, power, factor);
     }
-    series
 }
 
 /// A vector of a series from some place on.
 #[inline(always)]
 fn at<T: Real, I: Isa<T>>(isa: I, series: &[T; ROOM], place: usize) -> I::V {
-    match series.get(place..).and_then(|rest| rest.first_chunk()) {
-        Some(chunk) => isa.load(chunk),
+    match I::Row::of(series.get(place..).present_or(&[])).first() {
+        Some(row) => isa.load_row(row),
         None => isa.splat(T::ZERO),
     }
 }
 
-/// The first `n` numbers.
+/// Adds a vector to a row.
 #[inline(always)]
-fn first_of<T>(numbers: &mut [T], n: usize) -> &mut [T] {
-    numbers.get_mut(..n).unwrap_or_default()
-}
-
-/// Adds a vector to a slice from some place on, as far as that goes.
-#[inline(always)]
-fn add_at<T: Real, I: Isa<T>>(isa: I, to: &mut [T], place: usize, v: I::V) {
-    let lanes = isa.store(v);
-    to.iter_mut().skip(place).zip(lanes.iter().take(I::LANES)).for_each(|(to, &x)| *to += x);
+pub(super) fn add_to<T: Real, I: Isa<T>>(isa: I, to: &mut I::Row, v: I::V) {
+    *to = isa.store_row(isa.add(isa.load_row(to), v));
 }
 
 /// The sums over j of x_j times a vector of y from place `start` on, going down by one (`DOWN`) or up: complex, in four sums that do not wait for each other.
@@ -268,6 +337,7 @@ pub(super) struct Raise<'a, T> {
     pub order: Order<'a, T>,
     pub from: (&'a [T], Shape<T>),
     pub shape: Shape<T>,
+    pub room: &'a mut Room<T>,
     pub to: &'a mut [T],
 }
 
@@ -284,28 +354,28 @@ impl<T: Real> Job<T> for Raise<'_, T> {
 
     #[inline(always)]
     fn run<I: Isa<T>>(self, isa: I) {
-        let Self { order: Order { terms, stride, factorials }, from: (from, small), shape, to } = self;
+        let Self { order: Order { terms, stride, factorials }, from: (from, small), shape, room, to } = self;
+        let Room { powers, factors: [real, imaginary], .. } = room;
         let (ratio, step) = step(&small, &shape);
-        let powers = exponential(step, terms, &factorials.inverse);
-        let mut x = [[T::ZERO; MAX_TERMS]; 2];
-        let [real, imaginary] = &mut x;
+        let lanes = Lanes::new(isa);
+        exponential(isa, &lanes, step, terms, &factorials.inverse, powers);
         let (from_real, from_imaginary) = from.split_at_checked(stride).unwrap_or_default();
-        let mut factor = T::ONE;
-        for ((to, &a), (to_i, &b)) in
-            real.iter_mut().zip(from_real).zip(imaginary.iter_mut().zip(from_imaginary)).take(terms)
-        {
-            (*to, *to_i) = (a * factor, b * factor);
-            factor *= ratio;
+        let (mut scale, factor) = lanes.real_powers(isa, isa.splat(ratio));
+        let from = I::Row::of(from_real).iter().zip(I::Row::of(from_imaginary));
+        let to_rows = I::Row::of_mut(&mut *real).iter_mut().zip(I::Row::of_mut(&mut *imaginary));
+        for ((re, im), (to_re, to_im)) in from.zip(to_rows) {
+            *to_re = isa.store_row(isa.mul(isa.load_row(re), scale));
+            *to_im = isa.store_row(isa.mul(isa.load_row(im), scale));
+            scale = isa.mul(scale, factor);
         }
-        let [real, imaginary] = &x;
         let (to_real, to_imaginary) = to.split_at_mut_checked(stride).unwrap_or_default();
-        let (to_real, to_imaginary) = (first_of(to_real, terms), first_of(to_imaginary, terms));
-        for first in (0..terms).step_by(I::LANES) {
+        let to = I::Row::of_mut(to_real).iter_mut().zip(I::Row::of_mut(to_imaginary));
+        for (first, (to_re, to_im)) in (0..terms).step_by(I::LANES).zip(to) {
             let some = terms.min(first + I::LANES);
             let x = [real.get(..some).unwrap_or_default(), imaginary.get(..some).unwrap_or_default()];
-            let [a, b] = product::<T, I, true>(isa, x, &powers, MAX_LANES + first);
-            add_at(isa, to_real, first, a);
-            add_at(isa, to_imaginary, first, b);
+            let [a, b] = product::<T, I, true>(isa, x, powers, MAX_LANES + first);
+            add_to(isa, to_re, lanes.first(isa, terms - first, a));
+            add_to(isa, to_im, lanes.first(isa, terms - first, b));
         }
     }
 }
@@ -315,6 +385,7 @@ pub(super) struct Lower<'a, T> {
     pub order: Order<'a, T>,
     pub from: (&'a [T], Shape<T>),
     pub shape: Shape<T>,
+    pub room: &'a mut Room<T>,
     pub to: &'a mut [T],
 }
 
@@ -323,43 +394,38 @@ impl<T: Real> Job<T> for Lower<'_, T> {
 
     #[inline(always)]
     fn run<I: Isa<T>>(self, isa: I) {
-        let Self { order: Order { terms, stride, factorials }, from: (from, large), shape, to } = self;
+        let Self { order: Order { terms, stride, factorials }, from: (from, large), shape, room, to } = self;
+        let Room { powers, factors, .. } = room;
         let (ratio, step) = step(&shape, &large);
-        let powers = exponential(step, terms + 1, &factorials.inverse);
-        let mut series: Series<T> = [[T::ZERO; ROOM]; 2];
+        let lanes = Lanes::new(isa);
+        exponential(isa, &lanes, step, terms + 1, &factorials.inverse, powers);
         let (from_real, rest) = from.split_at_checked(stride).unwrap_or_default();
         let (from_imaginary, potential) = rest.split_at_checked(stride).unwrap_or_default();
-        let [real, imaginary] = &mut series;
-        real.iter_mut().zip(from_real.iter().take(terms)).for_each(|(to, &x)| *to = x);
-        imaginary.iter_mut().zip(from_imaginary.iter().take(terms)).for_each(|(to, &x)| *to = x);
-        let [e_real, e_imaginary] = &powers;
+        let [real, imaginary] = &mut *factors;
+        for (to, from) in [(real, from_real), (imaginary, from_imaginary)] {
+            I::Row::of_mut(to).iter_mut().zip(I::Row::of(from)).for_each(|(to, row)| *to = *row);
+        }
+        let [e_real, e_imaginary] = &*powers;
         let e_real = e_real.get(MAX_LANES..).unwrap_or_default();
         let e_imaginary = e_imaginary.get(MAX_LANES..).unwrap_or_default();
-        let mut sum = T::ZERO;
-        for ((&a, &b), (&c, &d)) in
-            from_real.iter().zip(from_imaginary).zip(e_real.iter().zip(e_imaginary).skip(1)).take(terms)
-        {
-            sum += a * c - b * d;
-        }
         let (to_real, rest) = to.split_at_mut_checked(stride).unwrap_or_default();
         let (to_imaginary, to_potential) = rest.split_at_mut_checked(stride).unwrap_or_default();
-        let (to_real, to_imaginary) = (first_of(to_real, terms), first_of(to_imaginary, terms));
         for (to, &value) in to_potential.iter_mut().zip(potential).take(1) {
+            let mut sum = T::ZERO;
+            let e = e_real.iter().zip(e_imaginary).skip(1);
+            for ((&a, &b), (&c, &d)) in from_real.iter().zip(from_imaginary).zip(e).take(terms) {
+                sum += a * c - b * d;
+            }
             *to += value + large.radius * sum;
         }
-        let mut lanes = [T::ONE; MAX_LANES];
-        let mut factor = T::ONE;
-        for lane in lanes.iter_mut().take(I::LANES) {
-            *lane = factor;
-            factor *= ratio;
-        }
-        let (mut scale, factor) = (isa.load(&lanes), isa.splat(factor));
-        for first in (0..terms).step_by(I::LANES) {
+        let (mut scale, factor) = lanes.real_powers(isa, isa.splat(ratio));
+        let to = I::Row::of_mut(to_real).iter_mut().zip(I::Row::of_mut(to_imaginary));
+        for (first, (to_re, to_im)) in (0..terms).step_by(I::LANES).zip(to) {
             let left = terms - first;
             let e = [e_real.get(..left).unwrap_or_default(), e_imaginary.get(..left).unwrap_or_default()];
-            let [a, b] = product::<T, I, false>(isa, e, &series, first);
-            add_at(isa, to_real, first, isa.mul(a, scale));
-            add_at(isa, to_imaginary, first, isa.mul(b, scale));
+            let [a, b] = product::<T, I, false>(isa, e, factors, first);
+            add_to(isa, to_re, lanes.first(isa, left, isa.mul(a, scale)));
+            add_to(isa, to_im, lanes.first(isa, left, isa.mul(b, scale)));
             scale = isa.mul(scale, factor);
         }
     }

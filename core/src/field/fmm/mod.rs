@@ -22,7 +22,9 @@
 //! (with masses of one sign, to the output itself). Laplacians come from near pairs alone and have the engine's error.
 //!
 //! # Design
-//! * The tree is one of halves, not of quarters: parts of two to one are met with half as many translations, and leaves are at least half full.
+//! * The tree is one of halves, not of quarters: parts of two to one are met with half as many translations. Square cells may be leaves of twice as many points as others, since
+//!   those have more neighbours: with a million uniform points that takes three quarters of the time.
+//! * Pairs of boxes that are farther from each other than they must be are translated with fewer terms ([`translate`]).
 //! * Boxes are as small as their points allow, so clustered points, points on a line and on a ring cost no more than uniform ones.
 //! * No list is stored. A task of about a thousand targets visits the tree from its root.
 //! * Coordinates and masses are in units ([`Units`]), expansions are scaled by the box: nothing overflows.
@@ -125,7 +127,7 @@ struct Sizes {
 
 fn layout<'w, T: Real>(space: &mut impl Space<'w>, sizes: Sizes) -> Result<Arrays<'w, T>> {
     let Sizes { sources, targets, radii, symmetric, wanted, workers, settings } = sizes;
-    let (most, stride) = (sources.max(targets), settings.stride());
+    let (most, stride) = (sources.max(targets), settings.stride::<T>());
     if u32::try_from(most).is_err() {
         return Err(Error::TooLarge);
     }
@@ -442,7 +444,7 @@ fn sums<T: Real>(
     }
 
     let factorials = Factorials::new();
-    let order = Order { terms: settings.terms, stride: settings.stride(), factorials: &factorials };
+    let order = Order { terms: settings.terms, stride: settings.stride::<T>(), factorials: &factorials };
     let expansions = expansions.get_mut(..tree.len() * 2 * order.stride).present()?;
     let lists = upward::Lists { above, tasks: tasks.as_flattened_mut(), starts: &mut *starts };
     upward::expand(&tree, (in_order, heavy), order, expansions, lists, run)?;

@@ -11,10 +11,12 @@
 
 use crate::field::Wanted;
 use crate::real::Real;
-use crate::simd::ROW;
+use crate::simd::MAX_LANES;
 
 /// The opening of well separated boxes.
 pub(super) const OPENING: f64 = 0.55;
+/// Its logarithm.
+pub(super) const OPENING_LOG: f64 = -0.597_837_000_755_620_4;
 
 /// The most terms of an expansion.
 pub(super) const MAX_TERMS: usize = 48;
@@ -40,7 +42,7 @@ pub(super) fn effective<T: Real>(tolerance: f64, wanted: Wanted) -> f64 {
 pub(in crate::field) struct Settings {
     /// Terms of an expansion.
     pub terms: usize,
-    /// The most points of a leaf.
+    /// The most points of a leaf; twice as many where its cell is a square.
     pub leaf: usize,
 }
 
@@ -51,9 +53,9 @@ impl Settings {
         Self { terms, leaf: leaf(terms) }
     }
 
-    /// [`Settings::terms`], rounded up to what the loops over terms do at a time.
-    pub fn stride(&self) -> usize {
-        self.terms.next_multiple_of(ROW)
+    /// [`Settings::terms`], rounded up to the longest vectors.
+    pub fn stride<T: Real>(&self) -> usize {
+        self.terms.next_multiple_of(if T::DIGITS > 24 { MAX_LANES / 2 } else { MAX_LANES })
     }
 }
 
@@ -69,11 +71,10 @@ fn terms<T: Real>(tolerance: f64) -> usize {
     if terms < 4 { 4 } else { terms.min(most_terms::<T>()) }
 }
 
-/// The size of leaves for a number of terms: the cost of translations grows with the one and shrinks with the other.
+/// The size of leaves for a number of terms: the cost of translations grows with the one and shrinks with the other. Multiples of the targets that meet a source at a time.
 fn leaf(terms: usize) -> usize {
     match terms {
         0..=22 => 32,
-        23..=32 => 40,
         _ => 48,
     }
 }

@@ -4,17 +4,21 @@
 //!
 //! beta_l = (1/D) (-R'/D)^l sum_k (k + l)! alpha_k (R/D)^k,    Re f(t) = alpha_0 log |D| - Re sum_(k>0) (k - 1)! alpha_k (R/D)^k.
 //!
-//! Lanes are source boxes. The powers of R/D and R'/D are multiplied before and after, so that the weights between are real and the same for every pair.
+//! Lanes are pairs of boxes where the numbers of a pair are computed, and coefficients after that. The powers of R/D and R'/D are multiplied before and after, so that the
+//! weights between are real and the same for every pair.
+//!
+//! Boxes that are farther from each other than they must be ([`super::settings`]) need fewer terms: with the larger radius a and the smaller one b, the error after n terms
+//! is that of rho^n, rho = a / (|D| - b).
 
-use super::expansions::{Order, add_across, times};
-use super::settings::MAX_TERMS;
+use super::expansions::{Lanes, MAX_BLOCKS, Order, PAIRS, Room, Series, add_to, blocks_of, times};
+use super::settings::OPENING_LOG;
 use super::tree::{Shape, Tree};
 use crate::checked::Present;
 use crate::real::Real;
-use crate::simd::{Isa, Job, MAX_LANES, ROW, log, log_numerator};
+use crate::simd::{BlockJob, Isa, Job, MAX_LANES, Row, log, log_numerator};
 
-/// Coefficients whose sums are in registers at a time.
-const ROWS: usize = 4;
+/// Blocks of coefficients whose sums are in registers at a time.
+const TOGETHER: usize = 4;
 
 /// Adds what source boxes give to a target box.
 pub(super) struct Translate<'a, 'w, T> {
@@ -26,7 +30,83 @@ pub(super) struct Translate<'a, 'w, T> {
     pub shape: Shape<T>,
     /// Added to the binary logarithm of |D|^2, which is in units; none: no potential is wanted.
     pub log_exponent: Option<T>,
+    pub room: &'a mut Room<T>,
     pub to: &'a mut [T],
+}
+
+/// The numbers of some pairs of boxes, one a lane.
+struct Steps<T> {
+    /// 1/D, R/D and -R'/D.
+    inverse: [[T; MAX_LANES]; 2],
+    source: [[T; MAX_LANES]; 2],
+    target: [[T; MAX_LANES]; 2],
+    /// How many terms are needed, not rounded.
+    terms: [T; MAX_LANES],
+    /// log |D|, where a potential is wanted.
+    log: [T; MAX_LANES],
+}
+
+impl<T: Real> Steps<T> {
+    /// Of at most as many source boxes as there are lanes, to a target box; `all`: the terms of an expansion.
+    #[inline(always)]
+    fn new<I: Isa<T>>(
+        isa: I,
+        (tree, some): (&Tree<'_, T>, &[u32]),
+        shape: &Shape<T>,
+        all: usize,
+        log_exponent: Option<T>,
+    ) -> Self {
+        let (zero, one) = (isa.splat(T::ZERO), isa.splat(T::ONE));
+        // Lanes beyond the last box are far away.
+        let mut lanes = [[T::from_f64(8.0); MAX_LANES], [T::ZERO; MAX_LANES], [T::ZERO; MAX_LANES]];
+        let [to_x, to_y, radii] = &mut lanes;
+        for (&k, ((to_x, to_y), radius)) in some.iter().zip(to_x.iter_mut().zip(to_y).zip(radii)) {
+            let source = tree.shape(k as usize);
+            (*to_x, *to_y) = (shape.centre[0] - source.centre[0], shape.centre[1] - source.centre[1]);
+            *radius = source.radius;
+        }
+        let [x, y, radii] = &lanes;
+        let (x, y, radius, own) = (isa.load(x), isa.load(y), isa.load(radii), isa.splat(shape.radius));
+        let square = isa.mul_add(x, x, isa.mul(y, y));
+        let per_square = isa.div(one, square);
+        let inverse = [isa.mul(x, per_square), isa.sub(zero, isa.mul(y, per_square))];
+        let times = |factor: I::V| [isa.store(isa.mul(inverse[0], factor)), isa.store(isa.mul(inverse[1], factor))];
+        let is_less = isa.lt(radius, own);
+        let (large, small) = (isa.select(is_less, own, radius), isa.select(is_less, radius, own));
+        let rho = isa.div(large, isa.sub(isa.sqrt(square), small));
+        // Its square is not zero for points either.
+        let of_rho = logarithm(isa, isa.mul_add(rho, rho, isa.splat(T::EPSILON * T::EPSILON)), zero);
+        let of_all = isa.splat(T::from_f64(2.0 * OPENING_LOG) * T::from_usize(all));
+        let log = log_exponent
+            .map_or(zero, |exponent| isa.mul(logarithm(isa, square, isa.splat(exponent)), isa.splat(T::HALF)));
+        Self {
+            inverse: times(one),
+            source: times(radius),
+            target: times(isa.sub(zero, own)),
+            terms: isa.store(isa.div(of_all, of_rho)),
+            log: isa.store(log),
+        }
+    }
+
+    /// The terms of a pair, of so many.
+    #[inline(always)]
+    fn terms(&self, lane: usize, all: usize) -> usize {
+        all.min(self.terms.get(lane).copied().present_or(T::ZERO).to_u32() as usize + 1)
+    }
+}
+
+/// log x, of which something is added to the binary exponent.
+#[inline(always)]
+fn logarithm<T: Real, I: Isa<T>>(isa: I, x: I::V, exponent: I::V) -> I::V {
+    let (z, e) = log_numerator(isa, x);
+    let [log] = log(isa, [isa.add(e, exponent)], [isa.div(z, isa.add(isa.splat(T::TWO), z))]);
+    log
+}
+
+/// A complex number of a lane, in all lanes.
+#[inline(always)]
+fn splat<T: Real, I: Isa<T>>(isa: I, [re, im]: &[[T; MAX_LANES]; 2], lane: usize) -> [I::V; 2] {
+    [re, im].map(|part| isa.splat(part.get(lane).copied().present_or(T::ZERO)))
 }
 
 impl<T: Real> Job<T> for Translate<'_, '_, T> {
@@ -34,101 +114,137 @@ impl<T: Real> Job<T> for Translate<'_, '_, T> {
 
     #[inline(always)]
     fn run<I: Isa<T>>(self, isa: I) {
-        match self.order.terms {
-            0..=24 => self.with_room::<I, 24>(isa),
-            _ => self.with_room::<I, MAX_TERMS>(isa),
-        }
+        isa.in_blocks(self);
     }
 }
 
-impl<T: Real> Translate<'_, '_, T> {
-    /// The translation, in arrays with room for so many terms: these are filled with zeros at each call.
+impl<T: Real> BlockJob<T> for Translate<'_, '_, T> {
+    type Out = ();
+
     #[inline(always)]
-    fn with_room<I: Isa<T>, const ROOM: usize>(self, isa: I) {
-        let Self { order: Order { terms, stride, factorials }, tree, from, list, shape, log_exponent, to } = self;
-        let (zero, one) = (isa.splat(T::ZERO), isa.splat(T::ONE));
-        let (mut sums, mut scaled) = ([[zero; 2]; ROOM], [[zero; 2]; ROOM]);
-        let mut potential = [[zero; 2]];
-        let (rows, none) = (from.as_chunks::<ROW>().0, [T::ZERO; ROW]);
-        let each = stride / ROW;
+    fn run<I: Isa<T>, const N: usize>(self, isa: I) {
+        // With 32 registers the sums of two pairs are in them, with 16 those of one.
+        if const { N > 2 } { self.pairs::<I, PAIRS>(isa) } else { self.pairs::<I, 1>(isa) }
+    }
+}
+
+/// Powers, and the factor that leads to those of the next block.
+type Powers<V> = ([V; 2], [V; 2]);
+
+impl<T: Real> Translate<'_, '_, T> {
+    /// The translations of `G` source boxes at a time.
+    #[inline(always)]
+    fn pairs<I: Isa<T>, const G: usize>(self, isa: I) {
+        let Self { order, tree, from, list, shape, log_exponent, room, to } = self;
+        let Order { terms, stride, factorials } = order;
+        let Some(series) = room.pairs.first_chunk_mut::<G>() else { return };
+        let (zero, lanes) = (isa.splat(T::ZERO), Lanes::new(isa));
+        let mut sums = [[zero; 2]; MAX_BLOCKS];
+        let (mut potential, mut logs) = (zero, T::ZERO);
         for some in list.chunks(I::LANES) {
-            // Lanes beyond the last box have no mass.
-            let mut steps = [[T::ONE; MAX_LANES], [T::ZERO; MAX_LANES], [T::ZERO; MAX_LANES]];
-            let [to_x, to_y, radii] = &mut steps;
-            let lanes = to_x.iter_mut().zip(to_y.iter_mut()).zip(radii.iter_mut());
-            for (&k, ((to_x, to_y), radius)) in some.iter().zip(lanes) {
-                let source = tree.shape(k as usize);
-                (*to_x, *to_y) = (shape.centre[0] - source.centre[0], shape.centre[1] - source.centre[1]);
-                *radius = source.radius;
-            }
-            let [x, y, radii] = &steps;
-            let (x, y, radius) = (isa.load(x), isa.load(y), isa.load(radii));
-            let square = isa.mul_add(x, x, isa.mul(y, y));
-            let per_square = isa.div(one, square);
-            let quotient = [isa.mul(x, per_square), isa.sub(zero, isa.mul(y, per_square))];
-            // alpha_k (R/D)^k
-            let ratio = [isa.mul(quotient[0], radius), isa.mul(quotient[1], radius)];
-            let mut power = [one, zero];
-            for (block, to) in scaled.chunks_mut(ROW).enumerate().take(terms.div_ceil(ROW)) {
-                let (mut real, mut imaginary) = ([&none; MAX_LANES], [&none; MAX_LANES]);
-                for ((re, im), &k) in real.iter_mut().zip(&mut imaginary).zip(some) {
-                    let first = k as usize * 2 * each + block;
-                    (*re, *im) = (rows.get(first).present_or(&none), rows.get(first + each).present_or(&none));
+            let steps = Steps::new(isa, (tree, some), &shape, terms, log_exponent);
+            for first in (0..some.len()).step_by(G) {
+                let mut powers = [([zero; 2], [zero; 2]); G];
+                let mut most = 0;
+                for (lane, (series, powers)) in (first..).zip(series.iter_mut().zip(&mut powers)) {
+                    // A box that is not there has no mass.
+                    let from = some.get(lane).map(|&k| from.get(k as usize * 2 * stride..).present_or(&[]));
+                    scale(isa, &lanes, from, (terms, stride), splat(isa, &steps.source, lane), series);
+                    if from.is_some() {
+                        let (power, factor) = lanes.powers(isa, splat(isa, &steps.target, lane));
+                        *powers = (times(isa, power, splat(isa, &steps.inverse, lane)), factor);
+                        most = most.max(steps.terms(lane, terms));
+                    }
                 }
-                let (real, imaginary) = (isa.columns(&real), isa.columns(&imaginary));
-                for (to, (&re, &im)) in to.iter_mut().zip(real.iter().zip(&imaginary)) {
-                    *to = times(isa, [re, im], power);
-                    power = times(isa, power, ratio);
+                let blocks = blocks_of::<T, I>(most);
+                if log_exponent.is_some() {
+                    for (lane, [real, _]) in (first..some.len()).zip(&*series) {
+                        let log = steps.log.get(lane).copied().present_or(T::ZERO);
+                        logs += real.first().copied().present_or(T::ZERO) * log;
+                        let rows = I::Row::of(real.get(1..).present_or(&[])).iter().zip(I::Row::of(&factorials.whole));
+                        for (re, weights) in rows.take(blocks) {
+                            potential = isa.neg_mul_add(isa.load_row(re), isa.load_row(weights), potential);
+                        }
+                    }
                 }
-            }
-            let scaled = scaled.get(..terms).present_or(&[]);
-            if let Some(log_exponent) = log_exponent {
-                let (z, e) = log_numerator(isa, square);
-                let e = isa.add(e, isa.splat(log_exponent));
-                let [value] = log(isa, [e], [isa.div(z, isa.add(isa.splat(T::TWO), z))]);
-                let value = isa.mul(value, isa.splat(T::HALF));
-                let mut terms = scaled.iter();
-                let [first, _] = terms.next().copied().unwrap_or([zero; 2]);
-                let [[sum, _]] = &mut potential;
-                *sum = isa.mul_add(first, value, *sum);
-                for (&[re, _], &weight) in terms.zip(&factorials.whole) {
-                    *sum = isa.neg_mul_add(re, isa.splat(weight), *sum);
-                }
-            }
-            // (1/D) (-R'/D)^l
-            let own = isa.splat(T::ZERO - shape.radius);
-            let ratio = [isa.mul(quotient[0], own), isa.mul(quotient[1], own)];
-            let mut power = quotient;
-            let (blocks, _) = sums.as_chunks_mut::<ROWS>();
-            for (number, rows) in blocks.iter_mut().enumerate().take(terms.div_ceil(ROWS)) {
-                let weights = factorials.whole.get(number * ROWS..).unwrap_or_default();
-                let products = weighted(isa, scaled, weights);
-                for (sum, product) in rows.iter_mut().zip(products) {
-                    let [a, b] = times(isa, product, power);
-                    *sum = [isa.add(sum[0], a), isa.add(sum[1], b)];
-                    power = times(isa, power, ratio);
+                let (mut left, mut weights, mut to) = (blocks, &factorials.whole[..], &mut sums[..]);
+                while let Some((some, rest)) = to.split_first_chunk_mut::<TOGETHER>().filter(|_| left > 0) {
+                    match left {
+                        1 => add_weighted::<T, I, G, 1>(isa, (series, most), weights, &mut powers, some),
+                        2 => add_weighted::<T, I, G, 2>(isa, (series, most), weights, &mut powers, some),
+                        3 => add_weighted::<T, I, G, 3>(isa, (series, most), weights, &mut powers, some),
+                        _ => add_weighted::<T, I, G, TOGETHER>(isa, (series, most), weights, &mut powers, some),
+                    }
+                    left = left.saturating_sub(TOGETHER);
+                    (to, weights) = (rest, weights.get(TOGETHER * I::LANES..).unwrap_or_default());
                 }
             }
         }
         let (real, rest) = to.split_at_mut_checked(stride).unwrap_or_default();
         let (imaginary, of_potential) = rest.split_at_mut_checked(stride).unwrap_or_default();
-        add_across(isa, sums.get(..terms).present_or(&[]), [real, imaginary], |_| T::ONE);
-        if log_exponent.is_some() {
-            add_across(isa, &potential, [of_potential, &mut []], |_| T::ONE);
+        let to = I::Row::of_mut(real).iter_mut().zip(I::Row::of_mut(imaginary));
+        for (first, ((re, im), sum)) in (0..terms).step_by(I::LANES).zip(to.zip(&sums)) {
+            add_to(isa, re, lanes.first(isa, terms - first, sum[0]));
+            add_to(isa, im, lanes.first(isa, terms - first, sum[1]));
+        }
+        if let (Some(_), Some(to)) = (log_exponent, of_potential.first_mut()) {
+            *to += logs + I::Row::numbers(&[isa.store_row(potential)]).iter().fold(T::ZERO, |sum, &x| sum + x);
         }
     }
 }
 
-/// The sums over k of (k + l)! x_k for [`ROWS`] successive l, of which the weights are those from l on.
+/// alpha_k (R/D)^k of all terms; zeros where there is no box.
 #[inline(always)]
-fn weighted<T: Real, I: Isa<T>>(isa: I, x: &[[I::V; 2]], weights: &[T]) -> [[I::V; 2]; ROWS] {
+fn scale<T: Real, I: Isa<T>>(
+    isa: I,
+    lanes: &Lanes<I::V, I::M>,
+    from: Option<&[T]>,
+    (terms, stride): (usize, usize),
+    ratio: [I::V; 2],
+    [real, imaginary]: &mut Series<T>,
+) {
+    let to = I::Row::of_mut(real).iter_mut().zip(I::Row::of_mut(imaginary)).take(blocks_of::<T, I>(terms));
+    let Some((of_real, of_imaginary)) = from.and_then(|from| from.split_at_checked(stride)) else {
+        let zero = isa.splat(T::ZERO);
+        to.for_each(|(re, im)| (*re, *im) = (isa.store_row(zero), isa.store_row(zero)));
+        return;
+    };
+    let (mut power, factor) = lanes.powers(isa, ratio);
+    for ((to_re, to_im), (re, im)) in to.zip(I::Row::of(of_real).iter().zip(I::Row::of(of_imaginary))) {
+        let [re, im] = times(isa, [isa.load_row(re), isa.load_row(im)], power);
+        (*to_re, *to_im) = (isa.store_row(re), isa.store_row(im));
+        power = times(isa, power, factor);
+    }
+}
+
+/// Adds to successive blocks of l the sums over k of (k + l)! x_k, of which the weights are those from the first l on, times the power of each l; of several pairs.
+#[inline(always)]
+fn add_weighted<T: Real, I: Isa<T>, const G: usize, const B: usize>(
+    isa: I,
+    (pairs, terms): (&[Series<T>; G], usize),
+    weights: &[T],
+    powers: &mut [Powers<I::V>; G],
+    to: &mut [[I::V; 2]; TOGETHER],
+) {
     let zero = isa.splat(T::ZERO);
-    let mut sums = [[zero; 2]; ROWS];
-    for (&[a, b], weights) in x.iter().zip(weights.windows(ROWS)) {
-        for (sum, &weight) in sums.iter_mut().zip(weights) {
-            let weight = isa.splat(weight);
-            *sum = [isa.mul_add(weight, a, sum[0]), isa.mul_add(weight, b, sum[1])];
+    let mut sums = [[[zero; 2]; B]; G];
+    for (k, weights) in weights.windows(B * I::LANES).take(terms).enumerate() {
+        // So many that it is known while this is compiled.
+        let Some(rows) = I::Row::of(weights).first_chunk::<B>() else { break };
+        for (sums, [real, imaginary]) in sums.iter_mut().zip(pairs) {
+            let (Some(&a), Some(&b)) = (real.get(k), imaginary.get(k)) else { break };
+            let (a, b) = (isa.splat(a), isa.splat(b));
+            for (sum, row) in sums.iter_mut().zip(rows) {
+                let weight = isa.load_row(row);
+                *sum = [isa.mul_add(weight, a, sum[0]), isa.mul_add(weight, b, sum[1])];
+            }
         }
     }
-    sums
+    for ((power, factor), sums) in powers.iter_mut().zip(&sums) {
+        for (to, sum) in to.iter_mut().zip(sums) {
+            let [a, b] = times(isa, *sum, *power);
+            *to = [isa.add(to[0], a), isa.add(to[1], b)];
+            *power = times(isa, *power, *factor);
+        }
+    }
 }

@@ -1,7 +1,7 @@
 //! Boxes around points that lie close together.
 //!
 //! Points are sorted along a Z-order curve of 2^10 cells in each dimension; a box with more points than a leaf may have is divided where the next bit of the key
-//! changes: along x and y in turn, and nowhere where one side would be empty. A box whose points share all bits of their keys gets keys of its own, relative to its own
+//! changes: along x and y in turn, and nowhere where one side would be empty. Square cells may be leaves of twice as many points. A box whose points share all bits of their keys gets keys of its own, relative to its own
 //! points. So any scale in the data is resolved, in a time that grows with the number of scales, and the number of boxes is at most twice that of leaves.
 //!
 //! Boxes are the least ones around their points, which is all that the rest of the method needs to know of them. They stand in depth-first order: the first part of box k
@@ -130,7 +130,9 @@ impl<'w, T: Real> Tree<'w, T> {
                 *self.links.get_mut(parent as usize).and_then(|link| link.get_mut(2)).present()? = k as u32;
             }
             let (from, to) = (start as usize, end as usize);
-            if to - from <= leaf || waiting + 2 > PENDING {
+            // A cell is a square when it has been divided along x as often as along y. Others have more neighbours, for the same number of points.
+            let most = if bits % 2 == 0 { leaf.saturating_mul(2) } else { leaf };
+            if to - from <= most || waiting + 2 > PENDING {
                 continue;
             }
             let words = words.get_mut(from..to).present()?;

@@ -1,6 +1,6 @@
 //! The expansions of all source boxes, from the leaves up.
 
-use super::expansions::{Gather, Order, Raise};
+use super::expansions::{Gather, Order, Raise, Room};
 use super::tree::{MAX_ROOTS, Tree};
 use crate::checked::Present;
 use crate::error::{Error, Result};
@@ -61,12 +61,15 @@ pub(super) fn expand<T: Real>(
             return Err(Error::Stopped);
         }
         let first = tasks.get(task).copied().present()? as usize;
+        let mut room = Room::new();
         for k in (first..tree.last(first)).rev() {
-            of_box(tree, (points, masses), order, (k, first), to, level)?;
+            of_box(tree, (points, masses), order, (k, first), (&mut *to, &mut room), level)?;
         }
         Ok(())
     })?;
-    above.iter().rev().try_for_each(|&k| of_box(tree, (points, masses), order, (k as usize, 0), to, level))
+    let mut room = Room::new();
+    let below = |&k: &u32| of_box(tree, (points, masses), order, (k as usize, 0), (&mut *to, &mut room), level);
+    above.iter().rev().try_for_each(below)
 }
 
 /// The expansion of box `k`, where those below it are there already; `to` begins with that of box `first`.
@@ -75,7 +78,7 @@ fn of_box<T: Real>(
     (points, masses): (&[[T; 2]], &[T]),
     order: Order<'_, T>,
     (k, first): (usize, usize),
-    to: &mut [T],
+    (to, room): (&mut [T], &mut Room<T>),
     level: Level,
 ) -> Result<()> {
     let each = 2 * order.stride;
@@ -91,7 +94,7 @@ fn of_box<T: Real>(
     };
     for part in parts {
         let from = below.get((part - k - 1) * each..).and_then(|rest| rest.get(..each)).present()?;
-        level.run(Raise { order, from: (from, tree.shape(part)), shape, to: &mut *to });
+        level.run(Raise { order, from: (from, tree.shape(part)), shape, room: &mut *room, to: &mut *to });
     }
     Ok(())
 }
