@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use anyhow::{Context, Result, bail, ensure};
 
@@ -32,7 +33,12 @@ const HPP_FORMS: &[(&str, &[&str], &[&str])] = &[
     ("clang++", HPP_CLANG, &["-std=c++20"]),
 ];
 /// Compiler flags for Fortran programs.
-const FORTRAN: &[&str] = &["-std=f2018", "-Wall", "-Wextra", "-Werror", "-O2", "-g"];
+const FORTRAN: &[&str] =
+    &["-std=f2018", "-Wall", "-Wextra", "-Werror", "-O2", "-g", "-ffpe-trap=invalid,zero,overflow"];
+/// The same for flang, which has no traps, and under `-std=f2018` refuses optional arguments of C functions as not portable.
+const FLANG: &[&str] = &["-Werror", "-O2", "-g"];
+/// What flang is called by Debian and by LLVM.
+const FLANG_NAMES: [&str; 3] = ["flang-new-19", "flang-new", "flang"];
 
 /// Standards and compilers with which the header alone must compile without warnings.
 const HEADER: &[(&str, &str, &str)] =
@@ -153,6 +159,9 @@ pub fn all(valgrind: bool) -> Result<usize> {
     // Programs of MPI are left out under valgrind, which reports much that MPI's own libraries do.
     files.retain(|file| !(valgrind && is_mpi(file)));
     ensure!(!files.is_empty(), "examples_c holds no program");
+    if !valgrind {
+        files.extend(shell::files("tests/languages", &["f90"])?);
+    }
     let mut printed = BTreeMap::new();
     for file in &files {
         let image = compile(file, &folder)?;
@@ -182,7 +191,32 @@ pub fn all(valgrind: bool) -> Result<usize> {
         ensure!(succeeded, "{} failed", shell::short(file));
         agree(&mut printed, file, text)?;
     }
-    Ok(files.len())
+    let again = if valgrind { 0 } else { by_flang(&files, &folder, &mut printed)? };
+    Ok(files.len() + again)
+}
+
+/// Compiles the Fortran programs with flang as well, if it is installed. They have to print what the others of their name do.
+fn by_flang(files: &[PathBuf], folder: &Path, printed: &mut Printed) -> Result<usize> {
+    let Some(compiler) = FLANG_NAMES.into_iter().find(|name| tools::found(name)) else {
+        println!("Fortran by flang: NOT RUN, it is not installed");
+        return Ok(0);
+    };
+    let mut count = 0;
+    for file in files.iter().filter(|file| is_fortran(file)) {
+        let mut command = shell::program(compiler);
+        command.args(FLANG);
+        let image = link(command, file, folder)?;
+        println!("{}, {compiler}", shell::short(file));
+        let (succeeded, text) = shell::tee(&mut shell::program(image))?;
+        ensure!(succeeded, "{} failed", shell::short(file));
+        agree(printed, file, text)?;
+        count += 1;
+    }
+    Ok(count)
+}
+
+fn is_fortran(file: &Path) -> bool {
+    file.extension().is_some_and(|ending| ending == "f90")
 }
 
 /// Whether a program is for several processes that exchange messages: `mpi_NAME.c`.
@@ -224,8 +258,11 @@ fn is_near(one: &str, other: &str, tolerance: f64) -> bool {
     one.len() == other.len() && one.into_iter().zip(other).all(same)
 }
 
+/// What the first program of a name printed, and which one that is.
+type Printed = BTreeMap<PathBuf, (PathBuf, String)>;
+
 /// Notes what a program printed. It must be what the program of the same name in another language printed.
-fn agree(printed: &mut BTreeMap<PathBuf, (PathBuf, String)>, file: &Path, text: String) -> Result<()> {
+fn agree(printed: &mut Printed, file: &Path, text: String) -> Result<()> {
     let (first, wanted) = printed.entry(file.with_extension("")).or_insert_with(|| (file.into(), text.clone()));
     ensure!(*wanted == text, "{} and {} print different lines", shell::short(first), shell::short(file));
     Ok(())
@@ -241,10 +278,7 @@ fn compile(file: &Path, folder: &Path) -> Result<PathBuf> {
     // `cc` replaces a missing gcc.
     let compiler = if compiler == "gcc" && !tools::found("gcc") && tools::found("cc") { "cc" } else { compiler };
     tools::need(&[(compiler, package)])?;
-    let scratch = shell::scratch("examples")?;
-    let image = scratch.join(file.file_stem().context("no name")?);
     let mut command = shell::program(compiler);
-    command.arg("-Iinclude");
     let source = shell::read(file)?;
     if source.contains("mollis.hpp") {
         command.arg("-std=c++17").args(HPP);
@@ -254,7 +288,15 @@ fn compile(file: &Path, folder: &Path) -> Result<PathBuf> {
     if source.contains("<omp.h>") {
         command.arg("-fopenmp");
     }
-    if compiler == "gfortran" {
+    link(command, file, folder)
+}
+
+/// Compiles a program, by a compiler with its flags, and links it with the library.
+fn link(mut command: Command, file: &Path, folder: &Path) -> Result<PathBuf> {
+    let scratch = shell::scratch("examples")?;
+    let image = scratch.join(file.file_stem().context("no name")?);
+    command.arg("-Iinclude");
+    if is_fortran(file) {
         command.arg("-J").arg(&scratch).arg("include/mollis.f90");
     }
     command.arg(file).arg(folder.join("libmollis.a")).args(["-lm", "-o"]).arg(&image);
