@@ -53,7 +53,7 @@ pub fn run(name: &str, arguments: &[String]) -> Result<()> {
     shell::run(shell::program(image).args(arguments))
 }
 
-/// Compiles the header alone, as C and C++, and the README's program.
+/// Compiles the header alone, as C and C++, and the README's programs.
 pub fn header() -> Result<usize> {
     tools::need(&[("gcc", "gcc"), ("g++", "g++")])?;
     let file = shell::scratch("examples")?.join("header.c");
@@ -89,39 +89,17 @@ fn block(page: &str, language: &str) -> Result<String> {
     Ok(after.split_once("```").with_context(|| format!("{page}: a block has no end"))?.0.to_owned())
 }
 
-/// Compiles the README's functions in C and C++ and compares their results.
+/// Compiles the README's programs in C, C++ and Fortran and compares what they print with what it says.
 fn readme(folder: &Path) -> Result<()> {
     let scratch = shell::scratch("examples")?;
-    let (c, cpp, object, image) =
-        (scratch.join("readme.c"), scratch.join("readme.cpp"), scratch.join("readme.o"), scratch.join("readme"));
-    std::fs::write(&c, block("README.md", "c")?)?;
-    std::fs::write(&cpp, block("README.md", "cpp")? + README_MAIN)?;
-    let mut gcc = shell::program("gcc");
-    gcc.args(["-std=c11", "-pedantic", "-Wall", "-Wextra", "-Werror", "-Iinclude", "-c", "-o"]).arg(&object);
-    shell::run(gcc.arg(&c))?;
-    let mut gpp = shell::program("g++");
-    gpp.arg("-std=c++17").args(HPP).arg("-Iinclude").arg(&cpp).arg(&object);
-    shell::run(gpp.arg(folder.join("libmollis.a")).args(["-lm", "-o"]).arg(&image))?;
-    shell::run(&mut shell::program(image))
+    for (language, ending) in [("c", "c"), ("cpp", "cpp"), ("fortran", "f90")] {
+        let file = scratch.join("readme").with_extension(ending);
+        std::fs::write(&file, block("README.md", language)?)?;
+        let printed = shell::output(&mut shell::program(compile(&file, folder)?))?;
+        ensure!(printed == "0.159155\n", "the README's program in {language} prints {printed}");
+    }
+    Ok(())
 }
-
-/// What the README's functions are called by.
-const README_MAIN: &str = "
-extern \"C\" mollis_status attract(std::size_t n, const double (*x)[2], const double *mass, double (*gradient)[2]);
-
-int main() {
-  const std::vector<std::array<double, 2>> x{{0.0, 0.0}, {0.01, 0.0}, {1.0, 2.0}};
-  const std::vector<double> mass{1.0, 2.0, 3.0};
-  std::vector<std::array<double, 2>> gradient(3);
-  const double y[3][2] = {{0.0, 0.0}, {0.01, 0.0}, {1.0, 2.0}};
-  double same[3][2];
-  attract(x, mass, gradient);
-  if (attract(3, y, mass.data(), same) != MOLLIS_OK || !(gradient[2][0] > 0)) return 1;
-  for (std::size_t i = 0; i < 3; ++i)
-    if (gradient[i][0] != same[i][0] || gradient[i][1] != same[i][1]) return 2;
-  return 0;
-}
-";
 
 /// Compiles the test of mollis.hpp in every form and runs it, and the program of its page.
 fn templates(folder: &Path) -> Result<usize> {
