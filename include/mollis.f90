@@ -8,7 +8,8 @@
 !   default integers, a prepared kernel or a workspace is an array of bytes, a text is a character variable, padded with blanks,
 !   ..._init needs no size, and a status that nobody asks for stops the program where it is not MOLLIS_OK;
 ! * status_text(status) says what a status means;
-! * mollis_at(x) is the address of the first number of a variable with the attribute target, for members of structures.
+! * mollis_at(x) is the address of the first element of a variable with the attribute target, of any type, for members of
+!   structures.
 !
 ! Made from include/mollis.h by `cargo xtask header`: do not edit.
 module mollis
@@ -2808,12 +2809,59 @@ module mollis
     module procedure thin_run_init
   end interface
 
+  private :: at_0, at_1, at_2, at_3, at_4, at_5, at_6, at_7
+
+  ! The address of the first element of a variable of any type.
+  interface mollis_at
+    module procedure at_0, at_1, at_2, at_3, at_4, at_5, at_6, at_7
+  end interface
+
 contains
 
-  ! The address of the first number of an array of any type, for members of structures. (Without an intent: compilers take what
-  ! is passed to `in` as never written through this address.)
-  function mollis_at(x) result(address)
-    type(*), target :: x(..)
+  function at_0(x) result(address)
+    type(*), target :: x
+    type(c_ptr) :: address
+    address = c_loc(x)
+  end function
+
+  function at_1(x) result(address)
+    type(*), target :: x(:)
+    type(c_ptr) :: address
+    address = c_loc(x)
+  end function
+
+  function at_2(x) result(address)
+    type(*), target :: x(:,:)
+    type(c_ptr) :: address
+    address = c_loc(x)
+  end function
+
+  function at_3(x) result(address)
+    type(*), target :: x(:,:,:)
+    type(c_ptr) :: address
+    address = c_loc(x)
+  end function
+
+  function at_4(x) result(address)
+    type(*), target :: x(:,:,:,:)
+    type(c_ptr) :: address
+    address = c_loc(x)
+  end function
+
+  function at_5(x) result(address)
+    type(*), target :: x(:,:,:,:,:)
+    type(c_ptr) :: address
+    address = c_loc(x)
+  end function
+
+  function at_6(x) result(address)
+    type(*), target :: x(:,:,:,:,:,:)
+    type(c_ptr) :: address
+    address = c_loc(x)
+  end function
+
+  function at_7(x) result(address)
+    type(*), target :: x(:,:,:,:,:,:,:)
     type(c_ptr) :: address
     address = c_loc(x)
   end function

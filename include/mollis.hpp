@@ -639,6 +639,8 @@ template <class T> struct scalar_abi;
     static constexpr auto field_bytes = &mollis_field##D##_workspace_bytes##F;         \
     static constexpr auto field_eval = &mollis_field##D##_eval##F;                     \
     static constexpr auto field_text = &mollis_field##D##_text##F;                     \
+    static constexpr auto essential_bytes = &mollis_field##D##_essential_bytes##F;     \
+    static constexpr auto essential = &mollis_field##D##_essential##F;                 \
     static constexpr auto blob_bytes = &mollis_blob##D##_workspace_bytes##F;           \
     static constexpr auto blob_step = &mollis_blob##D##_step##F;                       \
     static constexpr auto moments = &mollis_moments##D##F;                             \
@@ -950,6 +952,53 @@ std::string field_text(const kernel<T, D> &by, const detail::given<sources<T, D>
   }
   call.end(good);
   return text;
+}
+
+/** Where what is essential goes, without gaps, each with room for as much. */
+template <class T, std::size_t D> struct essential_outputs {
+  points<T, D> positions{};
+  column<T> masses{};
+  /** Which of the sources each is, 2^64 - 1 for one that stands for several; may be left out. */
+  column<std::uint64_t> origins{};
+};
+
+/**
+ * Fewer sources that act as these do on all targets in a box (mollis_field2_essential): what a process sends to those that own the targets.
+ *
+ *     std::vector<std::array<double, 2>> corners{{1, 0}, {2, 1}};                  // the lower and the upper corner of each box
+ *     std::vector<std::uint64_t> starts(corners.size() / 2 + 1);
+ *     mollis::essential(kernel, {x, mass}, corners, 1e-6, starts, {}, workspace);                     // how many there are
+ *     std::vector<std::array<double, 2>> y(starts.back());
+ *     std::vector<double> m(starts.back());
+ *     mollis::essential(kernel, {x, mass}, corners, 1e-6, starts, {y, m}, workspace);
+ *
+ * Corners and starts have no gaps. Those for box b are overwritten at starts[b] up to starts[b + 1]; without outputs only `starts` is written.
+ * Errors: those of mollis_field2_essential, with the first bad source; MOLLIS_ERR_NO_ROOM if there are more, with `starts` complete;
+ * MOLLIS_ERR_LENGTH_MISMATCH, MOLLIS_ERR_UNSUPPORTED (gaps).
+ */
+template <class T, std::size_t D>
+void essential(const kernel<T, D> &by, const detail::given<sources<T, D>> &from,
+               const detail::given<points<const T, D>> &corners, double tolerance,
+               const detail::given<column<std::uint64_t>> &starts, const detail::given<essential_outputs<T, D>> &out,
+               workspace &in, const mollis::run &how = {}, errors to = {}) {
+  using abi = detail::abi<T, D>;
+  detail::call call(to, &how);
+  typename abi::sources sources{};
+  detail::fitting of_corners(corners.size()), of_starts(starts.size()), room(out.positions.size());
+  const std::size_t boxes = corners.size() / 2;
+  const auto *box = reinterpret_cast<const T(*)[2][D]>(of_corners.packed(corners));
+  std::uint64_t *begin = of_starts.packed(starts);
+  T(*positions)[D] = room.packed(out.positions);
+  T *masses = room.packed(out.masses);
+  std::uint64_t *origins = room.packed(out.origins);
+  const bool lengths = corners.size() == 2 * boxes && starts.size() == boxes + 1;
+  std::size_t bytes = 0;
+  call.end(call.good(detail::fit<T, D>(from, sources)) && call.good(lengths ? MOLLIS_OK : MOLLIS_ERR_LENGTH_MISMATCH) &&
+           call.good(of_corners.status()) && call.good(of_starts.status()) && call.good(room.status()) &&
+           call.good(abi::essential_bytes(by.data(), by.size(), &sources, tolerance, &bytes)) &&
+           call.room(in.reserve(bytes), bytes) &&
+           call.good(abi::essential(by.data(), by.size(), &sources, tolerance, boxes, box, begin, out.positions.size(),
+                                    positions, masses, origins, call.run(), in.data(), in.size())));
 }
 
 /** A rectangle cut into cells: `{{-1, -1}, {1, 1}, {64, 64}}` are its corners and the cells along x and y. */

@@ -1,4 +1,5 @@
-"""Builds the wheel: the shared library by cargo, and cffi's declarations from the C headers.
+"""Builds the wheel, of the shared library by cargo and cffi's declarations from the C headers, and the source distribution,
+which holds the sources of both.
 
 The wheel holds `libmollis_mt` as a file that the package loads, so it is the same for every version of Python
 (py3-none-PLATFORM). maturin builds with `cargo rustc --crate-type cdylib`, other options than those of `cargo build`,
@@ -17,8 +18,14 @@ from cffi import FFI, recompiler
 from setuptools import Distribution, setup
 from setuptools.command.bdist_wheel import bdist_wheel
 from setuptools.command.build_py import build_py
+from setuptools.command.sdist import sdist
 
-ROOT = Path(__file__).resolve().parent.parent
+HERE = Path(__file__).resolve().parent
+# The sources of the library: those that a source distribution holds, else the checkout.
+ROOT = HERE / "library" if (HERE / "library").exists() else HERE.parent
+# What of them the library is built from: packages of Rust, and other files.
+PACKAGES = ("core", "host", "ffi/abi", "ffi/mt", "tests/reference")
+FILES = ("Cargo.lock", "LICENSE-APACHE", "LICENSE-MIT", "ffi/soname.rs", "include/mollis.h", "include/mollis_mt.h")
 HEADERS = [ROOT / "include" / name for name in ("mollis.h", "mollis_mt.h")]
 NUMBER = r"#define\s+(MOLLIS_\w+)[ \t]+(-?\d+|UINT64_MAX)[ \t]*$"
 
@@ -78,10 +85,36 @@ class BuildPackage(build_py):
 
 
 class BuildWheel(bdist_wheel):
-    """Names the wheel for the platform and any Python 3."""
+    """Names the wheel for the platform and any Python 3. A platform with glibc is named by the oldest one that has all functions
+    (PEP 600): those that the library needs say from which version on they are there.
+    """
 
     def get_tag(self):
-        return "py3", "none", super().get_tag()[2]
+        platform = super().get_tag()[2]
+        build = Path(self.get_finalized_command("build_py").build_lib)
+        texts = [file.read_bytes() for file in build.glob("mollis/*.so")]
+        versions = [tuple(map(int, found)) for text in texts for found in re.findall(rb"GLIBC_(\d+)\.(\d+)", text)]
+        if versions and platform.startswith("linux_"):
+            platform = platform.replace("linux_", "manylinux_{}_{}_".format(*max(versions)), 1)
+        return "py3", "none", platform
+
+
+class SourceDistribution(sdist):
+    """Adds the sources of the library, as a workspace of what it is built from."""
+
+    def make_release_tree(self, base_dir, files):
+        super().make_release_tree(base_dir, files)
+        folder = Path(base_dir, "library")
+        for name in PACKAGES:
+            # Programs of tests need other packages.
+            shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("tests", "target", "*.pyc"))
+        for name in FILES:
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy(ROOT / name, folder / name)
+        text = (ROOT / "Cargo.toml").read_text()
+        for key, members in {"members": list(PACKAGES), "exclude": [], "default-members": ["ffi/mt"]}.items():
+            text = re.sub(rf"^{key} = .*$", f"{key} = {json.dumps(members)}", text, flags=re.MULTILINE)
+        (folder / "Cargo.toml").write_text(text)
 
 
 class Binary(Distribution):
@@ -92,4 +125,5 @@ class Binary(Distribution):
 
 
 [VERSION] = re.findall(r'#define MOLLIS_VERSION "(.*)"', header(HEADERS[0]))
-setup(version=VERSION, distclass=Binary, cmdclass={"build_py": BuildPackage, "bdist_wheel": BuildWheel})
+COMMANDS = {"build_py": BuildPackage, "bdist_wheel": BuildWheel, "sdist": SourceDistribution}
+setup(version=VERSION, distclass=Binary, cmdclass=COMMANDS)

@@ -13,7 +13,8 @@ from typing import Any, Callable, NamedTuple, Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import _library
+from . import _communicator, _library
+from ._communicator import Communicator as Communicator, Mpi as Mpi
 from ._library import ffi, lib
 from .grid import Mesh
 from .kernels import Kernel
@@ -77,6 +78,11 @@ class Particles:
     `law` is "exact" or "printed", `merging` "all", "hard" (for the limit equation below the critical mass) or
     "never", `scheme` "euler-maruyama" or "strang-rk4"; the other keywords are those of `mollis_pks_options` in the
     header; `search_cells` is its `mesh`, `search_box` its `domain`.
+
+    `communicator`, a `Communicator` such as `Mpi`, spreads the particles over ranks: each passes its own, and all make
+    this object, and every step, together and with equal arguments. The ranks' arrays, one after the other, are then bit
+    for bit those of one process, and all ranks get all events. The default labels go on from rank to rank. Arrays are
+    copied, and `attraction` is a `Mesh` without medium or None, without heavy particles, `random` a seed.
     """
 
     def __init__(
@@ -89,7 +95,7 @@ class Particles:
         at_least: int | None = None, at_most: int | None = None, search_cells: tuple[int, int] | None = None,
         search_box: Sequence[float] | None = None, shifted: bool = True,
         heavy: float = 0.0, heavy_kernel: Kernel | None = None, tolerance: float = 0.0,
-        threads: int | None = None, level: str = "best",
+        communicator: Communicator | None = None, threads: int | None = None, level: str = "best",
     ) -> None:  # fmt: skip
         dtype = np.float32 if getattr(positions, "dtype", None) == np.float32 else np.float64
         self._api = api = _library.api(2, dtype)
@@ -102,17 +108,25 @@ class Particles:
             self._masses = _library.writable(api, masses, (n,), "masses")
             if not (self._positions.flags.c_contiguous and self._masses.flags.c_contiguous):
                 raise ValueError("arrays that are advanced in place have to be without gaps")
-        n = len(self._positions)
+        n = room = self._all = len(self._positions)
         self._labels = np.arange(n, dtype=np.uint64) if labels is None else np.array(labels, np.uint64)
         self._species = None if species is None else np.array(species, np.uint32)
         for name, array in (("labels", self._labels), ("species", self._species)):
             if array is not None and array.shape != (n,):
                 raise ValueError(f"{name} has shape {array.shape}, not ({n},)")
+        self._communicator = communicator
+        if communicator is not None:
+            if not copy:
+                raise ValueError("on ranks arrays are copied: all ranks need equal room")
+            lower, room, self._all = _communicator.shares(communicator, n)
+            if labels is None:
+                self._labels += np.uint64(lower)
+            self._make_room(room)
         self._threads, self._level = threads, level
         self._progress = ffi.new("mollis_pks_progress *", {"count": n, "time": time, "step": steps})
         self._report = ffi.new("mollis_pks_report *")
         self._particles = particles = ffi.new(f"{api.name('pks_particles')} *")
-        particles.room = n
+        particles.room = room
         particles.positions = ffi.cast(f"{api.real} (*)[2]", _library.pointer(api, self._positions))
         particles.masses = _library.pointer(api, self._masses)
         particles.labels = ffi.from_buffer("uint64_t[]", self._labels)
@@ -135,6 +149,16 @@ class Particles:
             options.seed = int(random)
         self._attraction = ffi.new("mollis_pks_attraction *")
         self._kept = self._attract(attraction, heavy, heavy_kernel, tolerance)
+
+    def _make_room(self, room: int) -> None:
+        """Puts zeros behind the particles' arrays."""
+
+        def longer(array: NDArray[Any]) -> NDArray[Any]:
+            return np.concatenate([array, np.zeros((room - len(array), *array.shape[1:]), array.dtype)])
+
+        self._positions, self._masses = longer(self._positions), longer(self._masses)
+        self._labels = longer(self._labels)
+        self._species = None if self._species is None else longer(self._species)
 
     def _attract(
         self, attraction: Mesh | Kernel | None, heavy: float, heavy_kernel: Kernel | None, tolerance: float
@@ -191,7 +215,7 @@ class Particles:
 
     @property
     def report(self) -> Report:
-        """What the steps did, summed over all calls."""
+        """What the steps did, summed over all calls. On ranks, sub-steps and normals are this rank's own."""
         return Report(*(getattr(self._report, name) for name in Report._fields))
 
     def __len__(self) -> int:
@@ -202,13 +226,13 @@ class Particles:
 
             >>> run.step(dt=1e-3, steps=1000, progress=lambda run: print(run.time, len(run)))
 
-        `progress(run)` is called after each step; the run ends if it returns True. Ctrl-C raises KeyboardInterrupt,
-        and errors raise `mollis.Error` (NOT_FINITE with `first_bad`, MASS, TIME_STEP, OUT_OF_DOMAIN,
+        `progress(run)` is called after each step; the run ends if it returns True, on ranks on all of them. Ctrl-C
+        raises KeyboardInterrupt, and errors raise `mollis.Error` (NOT_FINITE with `first_bad`, MASS, TIME_STEP, OUT_OF_DOMAIN,
         TOO_MANY_SUBSTEPS, BECAME_NOT_FINITE, UNSUPPORTED) or what the generator raised: the state is then that of the
         last completed step, and the exception's attribute `report` holds the `Events` up to it.
         """
         # As many merges as can happen. Memory that is not touched costs nothing.
-        room = max(len(self) - 1, 0)
+        room = max(self._all - 1, 0)
         table, labels = np.empty(room, _EVENT), np.empty(room, np.uint64)
         events = ffi.new("mollis_pks_events *")
         events.room, events.labels_room = room, room
@@ -246,7 +270,8 @@ class Particles:
             before = (self._particles, self._progress, self._attraction, generator, dt, steps, events, self._options)
             n = len(self)
             work = steps * n * (n if self._attraction.kind == lib.MOLLIS_PKS_ATTRACTION_SUM else 10)
-            status = callbacks.run(lambda: frame.call(function, before, self._report), work > 1_000_000)
+            with _communicator.lent(self._communicator, frame, callbacks):
+                status = callbacks.run(lambda: frame.call(function, before, self._report), work > 1_000_000)
             if status != 0:
                 raise frame.error(status)
 

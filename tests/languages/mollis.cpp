@@ -434,6 +434,64 @@ template <class T, std::size_t D> static void sums() {
 /* ------------------------------------------------------- what is in some dimensions ------------------------------------------------------ */
 
 /* An own kernel of two pieces, with all that may be said about it. */
+/* What is essential for a far box acts there as all sources do; for their own box it is all of them. */
+template <class T, std::size_t D> static void essentials() {
+  using point = std::array<T, D>;
+  constexpr std::size_t n = 3000;
+  const double tolerance = std::is_same_v<T, float> ? 1e-4 : 1e-6;
+  std::vector<point> x(n), at(20);
+  std::vector<T> mass(n, T(1) / T(n));
+  std::mt19937 engine(3);
+  std::uniform_real_distribution<T> uniform(0, 1);
+  for (point &place : x)
+    for (T &coordinate : place) coordinate = uniform(engine);
+  for (point &place : at)
+    for (T &coordinate : place) coordinate = 9 + uniform(engine);
+  std::vector<point> corners(4);
+  corners[0].fill(9);
+  corners[1].fill(10);
+  corners[2].fill(0);
+  corners[3].fill(1);
+  const mollis::kernel<T, D> kernel(mollis::newtonian(1.0), mollis::compact(2, 4), static_cast<T>(0.05));
+  mollis::workspace workspace;
+  std::vector<std::uint64_t> starts(3), again(3);
+  mollis::essential(kernel, {x, mass}, corners, tolerance, starts, {}, workspace);
+  EXPECT(starts[0] == 0 && starts[1] > 0 && starts[1] < n / 4 && starts[2] - starts[1] == n);
+  std::vector<point> y(starts[2]);
+  std::vector<T> m(starts[2]);
+  std::vector<std::uint64_t> origins(starts[2]);
+  mollis::essential(kernel, {x, mass}, corners, tolerance, again, {y, m, origins}, workspace);
+  EXPECT(again == starts);
+  for (std::size_t i = starts[1]; i < starts[2]; ++i) EXPECT(y[i] == x[origins[i]]);
+
+  std::vector<T> all(at.size()), few(at.size());
+  mollis::field(kernel, {x, mass}, at, {all}, workspace);
+  mollis::field(kernel, {{y.data(), starts[1]}, {m.data(), starts[1]}}, at, {few}, workspace);
+  for (std::size_t i = 0; i < at.size(); ++i)
+    EXPECT(near(all[i], few[i], 10 * tolerance * (1 + std::fabs(static_cast<double>(all[i])))));
+
+  /* Refusals. */
+  const auto ask = [&](const std::vector<point> &boxes, double error, mollis::column<std::uint64_t> begin,
+                       const mollis::essential_outputs<T, D> &out, mollis::workspace &in) {
+    return [&, boxes, error, begin, out](mollis::errors e) {
+      mollis::essential(kernel, {x, mass}, boxes, error, begin, out, in, {}, e);
+    };
+  };
+  const std::vector<point> odd(corners.begin(), corners.begin() + 3);
+  refused(MOLLIS_ERR_LENGTH_MISMATCH, ask(odd, tolerance, starts, {}, workspace));
+  refused(MOLLIS_ERR_LENGTH_MISMATCH, ask(corners, tolerance, {starts.data(), 2}, {}, workspace));
+  refused(MOLLIS_ERR_LENGTH_MISMATCH, ask(corners, tolerance, starts, {y, {m.data(), 1}}, workspace));
+  refused(MOLLIS_ERR_UNSUPPORTED, ask(corners, tolerance, {starts.data(), 3, 16}, {}, workspace));
+  refused(MOLLIS_ERR_OUT_OF_DOMAIN, ask(corners, 0.0, starts, {}, workspace));
+  std::fill(again.begin(), again.end(), 0);
+  refused(MOLLIS_ERR_NO_ROOM, ask(corners, tolerance, again, {{y.data(), 1}, {m.data(), 1}}, workspace));
+  EXPECT(again == starts);
+  mollis::workspace none(nullptr, 0);
+  EXPECT(refused(MOLLIS_ERR_WORKSPACE_TOO_SMALL, ask(corners, tolerance, starts, {}, none)).bytes_needed > 0);
+  x[7][0] = std::numeric_limits<T>::quiet_NaN();
+  EXPECT(refused(MOLLIS_ERR_NOT_FINITE, ask(corners, tolerance, starts, {}, workspace)).first_bad == 7);
+}
+
 static void own_kernels() {
   auto pieces = [](double r) {
     return r < 0.6 ? std::array<double, 3>{r * r / 2, 1, 2} : std::array<double, 3>{0.6 * r - 0.18, 0.6 / r, 0.6 / r};
@@ -869,9 +927,15 @@ int main() {
   sums<double, 1>();
   sums<double, 2>();
   sums<double, 3>();
+  essentials<double, 1>();
+  essentials<double, 2>();
+  essentials<double, 3>();
   sums<float, 1>();
   sums<float, 2>();
   sums<float, 3>();
+  essentials<float, 1>();
+  essentials<float, 2>();
+  essentials<float, 3>();
   own_kernels();
   kernels();
   workspaces();

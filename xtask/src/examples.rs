@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use anyhow::{Context, Result, bail, ensure};
 
@@ -32,7 +33,12 @@ const HPP_FORMS: &[(&str, &[&str], &[&str])] = &[
     ("clang++", HPP_CLANG, &["-std=c++20"]),
 ];
 /// Compiler flags for Fortran programs.
-const FORTRAN: &[&str] = &["-std=f2018", "-Wall", "-Wextra", "-Werror", "-O2", "-g"];
+const FORTRAN: &[&str] =
+    &["-std=f2018", "-Wall", "-Wextra", "-Werror", "-O2", "-g", "-ffpe-trap=invalid,zero,overflow"];
+/// The same for flang, which has no traps, and under `-std=f2018` refuses optional arguments of C functions as not portable.
+const FLANG: &[&str] = &["-Werror", "-O2", "-g"];
+/// What flang is called by Debian and by LLVM.
+const FLANG_NAMES: [&str; 3] = ["flang-new-19", "flang-new", "flang"];
 
 /// Standards and compilers with which the header alone must compile without warnings.
 const HEADER: &[(&str, &str, &str)] =
@@ -47,7 +53,7 @@ pub fn run(name: &str, arguments: &[String]) -> Result<()> {
     shell::run(shell::program(image).args(arguments))
 }
 
-/// Compiles the header alone, as C and C++, and the README's program.
+/// Compiles the header alone, as C and C++, and the README's programs.
 pub fn header() -> Result<usize> {
     tools::need(&[("gcc", "gcc"), ("g++", "g++")])?;
     let file = shell::scratch("examples")?.join("header.c");
@@ -83,39 +89,17 @@ fn block(page: &str, language: &str) -> Result<String> {
     Ok(after.split_once("```").with_context(|| format!("{page}: a block has no end"))?.0.to_owned())
 }
 
-/// Compiles the README's functions in C and C++ and compares their results.
+/// Compiles the README's programs in C, C++ and Fortran and compares what they print with what it says.
 fn readme(folder: &Path) -> Result<()> {
     let scratch = shell::scratch("examples")?;
-    let (c, cpp, object, image) =
-        (scratch.join("readme.c"), scratch.join("readme.cpp"), scratch.join("readme.o"), scratch.join("readme"));
-    std::fs::write(&c, block("README.md", "c")?)?;
-    std::fs::write(&cpp, block("README.md", "cpp")? + README_MAIN)?;
-    let mut gcc = shell::program("gcc");
-    gcc.args(["-std=c11", "-pedantic", "-Wall", "-Wextra", "-Werror", "-Iinclude", "-c", "-o"]).arg(&object);
-    shell::run(gcc.arg(&c))?;
-    let mut gpp = shell::program("g++");
-    gpp.arg("-std=c++17").args(HPP).arg("-Iinclude").arg(&cpp).arg(&object);
-    shell::run(gpp.arg(folder.join("libmollis.a")).args(["-lm", "-o"]).arg(&image))?;
-    shell::run(&mut shell::program(image))
+    for (language, ending) in [("c", "c"), ("cpp", "cpp"), ("fortran", "f90")] {
+        let file = scratch.join("readme").with_extension(ending);
+        std::fs::write(&file, block("README.md", language)?)?;
+        let printed = shell::output(&mut shell::program(compile(&file, folder)?))?;
+        ensure!(printed == "0.159155\n", "the README's program in {language} prints {printed}");
+    }
+    Ok(())
 }
-
-/// What the README's functions are called by.
-const README_MAIN: &str = "
-extern \"C\" mollis_status attract(std::size_t n, const double (*x)[2], const double *mass, double (*gradient)[2]);
-
-int main() {
-  const std::vector<std::array<double, 2>> x{{0.0, 0.0}, {0.01, 0.0}, {1.0, 2.0}};
-  const std::vector<double> mass{1.0, 2.0, 3.0};
-  std::vector<std::array<double, 2>> gradient(3);
-  const double y[3][2] = {{0.0, 0.0}, {0.01, 0.0}, {1.0, 2.0}};
-  double same[3][2];
-  attract(x, mass, gradient);
-  if (attract(3, y, mass.data(), same) != MOLLIS_OK || !(gradient[2][0] > 0)) return 1;
-  for (std::size_t i = 0; i < 3; ++i)
-    if (gradient[i][0] != same[i][0] || gradient[i][1] != same[i][1]) return 2;
-  return 0;
-}
-";
 
 /// Compiles the test of mollis.hpp in every form and runs it, and the program of its page.
 fn templates(folder: &Path) -> Result<usize> {
@@ -153,6 +137,9 @@ pub fn all(valgrind: bool) -> Result<usize> {
     // Programs of MPI are left out under valgrind, which reports much that MPI's own libraries do.
     files.retain(|file| !(valgrind && is_mpi(file)));
     ensure!(!files.is_empty(), "examples_c holds no program");
+    if !valgrind {
+        files.extend(shell::files("tests/languages", &["f90"])?);
+    }
     let mut printed = BTreeMap::new();
     for file in &files {
         let image = compile(file, &folder)?;
@@ -182,7 +169,32 @@ pub fn all(valgrind: bool) -> Result<usize> {
         ensure!(succeeded, "{} failed", shell::short(file));
         agree(&mut printed, file, text)?;
     }
-    Ok(files.len())
+    let again = if valgrind { 0 } else { by_flang(&files, &folder, &mut printed)? };
+    Ok(files.len() + again)
+}
+
+/// Compiles the Fortran programs with flang as well, if it is installed. They have to print what the others of their name do.
+fn by_flang(files: &[PathBuf], folder: &Path, printed: &mut Printed) -> Result<usize> {
+    let Some(compiler) = FLANG_NAMES.into_iter().find(|name| tools::found(name)) else {
+        println!("Fortran by flang: NOT RUN, it is not installed");
+        return Ok(0);
+    };
+    let mut count = 0;
+    for file in files.iter().filter(|file| is_fortran(file)) {
+        let mut command = shell::program(compiler);
+        command.args(FLANG);
+        let image = link(command, file, folder)?;
+        println!("{}, {compiler}", shell::short(file));
+        let (succeeded, text) = shell::tee(&mut shell::program(image))?;
+        ensure!(succeeded, "{} failed", shell::short(file));
+        agree(printed, file, text)?;
+        count += 1;
+    }
+    Ok(count)
+}
+
+fn is_fortran(file: &Path) -> bool {
+    file.extension().is_some_and(|ending| ending == "f90")
 }
 
 /// Whether a program is for several processes that exchange messages: `mpi_NAME.c`.
@@ -224,8 +236,11 @@ fn is_near(one: &str, other: &str, tolerance: f64) -> bool {
     one.len() == other.len() && one.into_iter().zip(other).all(same)
 }
 
+/// What the first program of a name printed, and which one that is.
+type Printed = BTreeMap<PathBuf, (PathBuf, String)>;
+
 /// Notes what a program printed. It must be what the program of the same name in another language printed.
-fn agree(printed: &mut BTreeMap<PathBuf, (PathBuf, String)>, file: &Path, text: String) -> Result<()> {
+fn agree(printed: &mut Printed, file: &Path, text: String) -> Result<()> {
     let (first, wanted) = printed.entry(file.with_extension("")).or_insert_with(|| (file.into(), text.clone()));
     ensure!(*wanted == text, "{} and {} print different lines", shell::short(first), shell::short(file));
     Ok(())
@@ -241,10 +256,7 @@ fn compile(file: &Path, folder: &Path) -> Result<PathBuf> {
     // `cc` replaces a missing gcc.
     let compiler = if compiler == "gcc" && !tools::found("gcc") && tools::found("cc") { "cc" } else { compiler };
     tools::need(&[(compiler, package)])?;
-    let scratch = shell::scratch("examples")?;
-    let image = scratch.join(file.file_stem().context("no name")?);
     let mut command = shell::program(compiler);
-    command.arg("-Iinclude");
     let source = shell::read(file)?;
     if source.contains("mollis.hpp") {
         command.arg("-std=c++17").args(HPP);
@@ -254,7 +266,15 @@ fn compile(file: &Path, folder: &Path) -> Result<PathBuf> {
     if source.contains("<omp.h>") {
         command.arg("-fopenmp");
     }
-    if compiler == "gfortran" {
+    link(command, file, folder)
+}
+
+/// Compiles a program, by a compiler with its flags, and links it with the library.
+fn link(mut command: Command, file: &Path, folder: &Path) -> Result<PathBuf> {
+    let scratch = shell::scratch("examples")?;
+    let image = scratch.join(file.file_stem().context("no name")?);
+    command.arg("-Iinclude");
+    if is_fortran(file) {
         command.arg("-J").arg(&scratch).arg("include/mollis.f90");
     }
     command.arg(file).arg(folder.join("libmollis.a")).args(["-lm", "-o"]).arg(&image);

@@ -1,7 +1,8 @@
-//! Builds the Python package of `python/` as a user does, and runs its tests against the installed wheel.
+//! Builds the Python package of `python/` as a user does, runs its tests against the installed wheel, and looks at its source distribution.
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::Stdio;
 
 use anyhow::{Context, Result, ensure};
 
@@ -14,7 +15,7 @@ const ALLOWED: [&str; 4] = ["libc.so", "libm.so", "libpthread.so", "ld-linux"];
 pub fn check() -> Result<usize> {
     tools::need(&[("python3", "python3"), ("readelf", "binutils")])?;
     let folder = shell::scratch("python")?.canonicalize()?;
-    let environment = environment(&folder, &["numpy", "cffi", "pytest"])?;
+    let environment = environment(&folder, &["numpy", "cffi", "pytest", "setuptools>=77"])?;
     let wheel = wheel(&environment, &folder.join("wheel"))?;
     let name = wheel.file_name().context("no name")?.to_string_lossy().into_owned();
     ensure!(
@@ -30,7 +31,11 @@ pub fn check() -> Result<usize> {
     for needed in install::dynamic(&package.with_file_name("libmollis_mt.so"), "NEEDED")? {
         ensure!(ALLOWED.iter().any(|name| needed.starts_with(name)), "the library in the wheel needs {needed}");
     }
-    Ok(3 + tests(&environment)?)
+    if cfg!(all(target_os = "linux", target_env = "gnu")) {
+        ensure!(name.contains("-manylinux_2_"), "{name} does not say which glibc it needs");
+    }
+    source_distribution(&environment, &folder.join("source"))?;
+    Ok(5 + tests(&environment)?)
 }
 
 /// A program that uses the package and prints where it lies.
@@ -65,6 +70,28 @@ fn wheel(environment: &Path, folder: &Path) -> Result<PathBuf> {
     ensure!(found.next().is_none(), "{} holds several wheels", folder.display());
     Ok(wheel)
 }
+
+/// Builds the source distribution, and checks that cargo finds there what the library is made of. (To build that would take two minutes.)
+fn source_distribution(environment: &Path, folder: &Path) -> Result<()> {
+    if folder.exists() {
+        fs::remove_dir_all(folder)?;
+    }
+    let mut python = shell::program(environment.join("bin/python"));
+    python.current_dir(shell::root().join("python")).args(["-c", SOURCE]).arg(folder);
+    let printed = shell::output(&mut python)?;
+    let name =
+        printed.lines().last().and_then(|line| line.strip_suffix(".tar.gz")).context("no source distribution")?;
+    shell::run(shell::program("tar").arg("xzf").arg(folder.join(format!("{name}.tar.gz"))).arg("-C").arg(folder))?;
+    let manifest = folder.join(name).join("library/Cargo.toml");
+    let mut cargo = shell::cargo();
+    cargo.args(["tree", "--quiet", "--package", "mollis-mt", "--manifest-path"]).arg(manifest);
+    shell::run(cargo.stdout(Stdio::null()))
+}
+
+/// Builds the source distribution as pip and build do; the file's name is the last line.
+const SOURCE: &str = "import sys
+from setuptools import build_meta
+print(build_meta.build_sdist(sys.argv[1]))";
 
 fn pip(environment: &Path, arguments: &[&str]) -> std::process::Command {
     let mut pip = shell::program(environment.join("bin/python"));

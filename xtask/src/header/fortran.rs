@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
+use std::ops::RangeInclusive;
 
 use anyhow::{Context, Result, bail, ensure};
 
@@ -31,7 +32,8 @@ const HEAD: &str = "\
 !   default integers, a prepared kernel or a workspace is an array of bytes, a text is a character variable, padded with blanks,
 !   ..._init needs no size, and a status that nobody asks for stops the program where it is not MOLLIS_OK;
 ! * status_text(status) says what a status means;
-! * mollis_at(x) is the address of the first number of a variable with the attribute target, for members of structures.
+! * mollis_at(x) is the address of the first element of a variable with the attribute target, of any type, for members of
+!   structures.
 !
 ! Made from include/mollis.h by `cargo xtask header`: do not edit.
 module mollis
@@ -41,6 +43,9 @@ module mollis
   private :: tell, fill, address_of
 
 ";
+
+/// The ranks that `mollis_at` takes, scalars included. (Compilers lack assumed rank: flang 19 does.)
+const RANKS: RangeInclusive<usize> = 0..=7;
 
 /// One argument of a function, or one member of a structure.
 #[derive(Clone, Debug)]
@@ -85,8 +90,12 @@ pub(super) fn module(header: &str) -> Result<String> {
     out.push_str("  end interface\n");
     let thin: Vec<&Function> = functions.iter().filter(|f| has_thin_layer(f)).collect();
     generics(&thin, &mut out)?;
+    address_interface(&mut out)?;
     out.push_str("\ncontains\n");
-    out.push_str(AT);
+    for rank in RANKS {
+        address_of_rank(rank, &mut out)?;
+    }
+    out.push_str(HELPERS);
     for function in &thin {
         subroutine(function, &mut out)?;
     }
@@ -94,15 +103,7 @@ pub(super) fn module(header: &str) -> Result<String> {
     Ok(out)
 }
 
-const AT: &str = "
-  ! The address of the first number of an array of any type, for members of structures. (Without an intent: compilers take what
-  ! is passed to `in` as never written through this address.)
-  function mollis_at(x) result(address)
-    type(*), target :: x(..)
-    type(c_ptr) :: address
-    address = c_loc(x)
-  end function
-
+const HELPERS: &str = "
   ! The address of bytes; null if there are none.
   function address_of(bytes) result(address)
     integer(c_int8_t), intent(in), target, contiguous :: bytes(:)
@@ -380,6 +381,25 @@ fn generics(functions: &[&Function], out: &mut String) -> Result<()> {
             write!(out, "\n  interface {name}\n    module procedure thin_{name}\n  end interface\n")?;
         }
     }
+    Ok(())
+}
+
+/// `mollis_at` is one name for functions over scalars and arrays of each rank. Dummies of assumed shape are passed where they are, gaps included, and have no
+/// intent, as compilers take what is passed to `in` as never written through the address.
+fn address_interface(out: &mut String) -> Result<()> {
+    let names: Vec<String> = RANKS.map(|rank| format!("at_{rank}")).collect();
+    let names = names.join(", ");
+    write!(out, "\n  private :: {names}\n")?;
+    write!(out, "\n  ! The address of the first element of a variable of any type.\n")?;
+    write!(out, "  interface mollis_at\n    module procedure {names}\n  end interface\n")?;
+    Ok(())
+}
+
+/// The form of `mollis_at` for one rank.
+fn address_of_rank(rank: usize, out: &mut String) -> Result<()> {
+    let shape = if rank == 0 { String::new() } else { format!("({})", vec![":"; rank].join(",")) };
+    write!(out, "\n  function at_{rank}(x) result(address)\n    type(*), target :: x{shape}\n")?;
+    write!(out, "    type(c_ptr) :: address\n    address = c_loc(x)\n  end function\n")?;
     Ok(())
 }
 
