@@ -49,6 +49,7 @@ module mollis
   integer(c_int32_t), parameter :: MOLLIS_ERR_KERNEL_REACH = 33
   integer(c_int32_t), parameter :: MOLLIS_ERR_KERNEL_KNOTS = 34
   integer(c_int32_t), parameter :: MOLLIS_ERR_NO_ROOM = 35
+  integer(c_int32_t), parameter :: MOLLIS_ERR_SIGN_CHANGE = 36
   integer(c_int32_t), parameter :: MOLLIS_ERR_BECAME_NOT_FINITE = 40
   integer(c_int32_t), parameter :: MOLLIS_ERR_STOPPED = 41
   integer(c_int32_t), parameter :: MOLLIS_ERR_EVENTS_FULL = 42
@@ -109,6 +110,12 @@ module mollis
   integer(c_int32_t), parameter :: MOLLIS_REDUCE_SUM = 0
   integer(c_int32_t), parameter :: MOLLIS_REDUCE_MAX = 1
 
+  type, bind(c) :: mollis_mollifier
+    integer(c_int32_t) :: kind = 0
+    integer(c_int32_t) :: order = 0
+    integer(c_int32_t) :: exponent = 0
+  end type
+
   type, bind(c) :: mollis_blob_options
     integer(c_int32_t) :: size = 0
     integer(c_int32_t) :: watch_energy = 0
@@ -116,6 +123,10 @@ module mollis
     type(c_funptr) :: after_step = c_null_funptr
     type(c_ptr) :: context = c_null_ptr
     real(c_double) :: combination(2) = 0
+    real(c_double) :: diffusion = 0
+    real(c_double) :: diffusion_exponent = 0
+    type(mollis_mollifier) :: diffusion_mollifier
+    real(c_double) :: diffusion_length = 0
   end type
 
   type, bind(c) :: mollis_field_options
@@ -517,12 +528,6 @@ module mollis
     integer(c_size_t) :: n_knots = 0
     type(c_ptr) :: knots = c_null_ptr
     type(c_ptr) :: errors = c_null_ptr
-  end type
-
-  type, bind(c) :: mollis_mollifier
-    integer(c_int32_t) :: kind = 0
-    integer(c_int32_t) :: order = 0
-    integer(c_int32_t) :: exponent = 0
   end type
 
   type, bind(c) :: mollis_pks_attraction

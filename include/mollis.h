@@ -91,6 +91,8 @@
 #define MOLLIS_ERR_KERNEL_KNOTS 34
 /** the arrays for the results are too short; how many there are is told. */
 #define MOLLIS_ERR_NO_ROOM 35
+/** the mollifier changes sign where a positive one is needed. */
+#define MOLLIS_ERR_SIGN_CHANGE 36
 /** a value became non-finite; the state is that of the last completed step. */
 #define MOLLIS_ERR_BECAME_NOT_FINITE 40
 /** stopped at the host's request. */
@@ -267,6 +269,16 @@
 /** What every function returns: `MOLLIS_OK` or one of `MOLLIS_ERR_*`. */
 typedef int32_t mollis_status;
 
+/** A mollifier without its length delta. A plain value without invariants: fill it and pass it. */
+typedef struct mollis_mollifier {
+  /** `MOLLIS_MOLLIFIER_...`. */
+  int32_t kind;
+  /** The order: moments 1 to order - 1 vanish. */
+  int32_t order;
+  /** The exponent M: M - 1 continuous derivatives. */
+  int32_t exponent;
+} mollis_mollifier;
+
 /** How a run of the blob method is done. Fill it with `mollis_blob_options_init`; null means the defaults. */
 typedef struct mollis_blob_options {
   /** Bytes of this structure, as `mollis_blob_options_init` sets it. */
@@ -295,6 +307,27 @@ typedef struct mollis_blob_options {
    * 1.07 sqrt(a^2 + b^2).
    */
   double combination[2];
+  /**
+   * nu of the diffusion rho_t = nu Laplacian(rho^m) by blobs (Carrillo, Craig and Patacchini 2019), which is added to the velocity of particles and tracers:
+   * -nu sum_j m_j (f'(rho_j) + f'(rho(x))) grad phi(x - x_j), with the density of blobs rho(x) = sum_j m_j phi(x - x_j) and f'(s) = s^(m-2). The watched energy then has
+   * nu sum_i m_i f(rho_i) besides, and is only reported if `combination` is not (1, 0). Masses must not be negative (`MOLLIS_ERR_MASS`); densities and divergences are refused with
+   * `MOLLIS_ERR_UNSUPPORTED`, as is all diffusion in a library with the feature `small`. The default 0 is none. Not finite: `MOLLIS_ERR_NOT_FINITE`; negative:
+   * `MOLLIS_ERR_OUT_OF_DOMAIN`. The other three members are looked at only if it is not 0. The step has to be shorter than 0.8 w / (nu m p), with p the largest
+   * rho^(m-1), and w = diffusion_length^2 for a Gaussian of order 2, 2 diffusion_length^2 / (2 exponent + D + 2) for a compact one. A kernel of Newtonian terms whose coefficients add up to 0 takes no sum: diffusion alone.
+   */
+  double diffusion;
+  /**
+   * m >= 1, else `MOLLIS_ERR_OUT_OF_DOMAIN`: 1 is the heat equation, above 1 a porous medium. m = 2 takes one sum an evaluation, any other two. Default 1.
+   */
+  double diffusion_exponent;
+  /**
+   * phi: Gaussian, or compact of exponent 2 or more (`MOLLIS_ERR_EXPONENT`). An order above 2 changes sign and is refused with `MOLLIS_ERR_SIGN_CHANGE`, unless m is 2, 3, ... or 64. Default Gaussian of
+   * order 2. Sums of compact ones visit pairs closer than `diffusion_length` alone, but particles gather in pairs where that is several distances of neighbours (for exponent 4 on the line above 2.6, for
+   * 9 above 4.4).
+   */
+  struct mollis_mollifier diffusion_mollifier;
+  /** The length of phi, some distances of neighbours. It has no default: `MOLLIS_ERR_DELTA`. */
+  double diffusion_length;
 } mollis_blob_options;
 
 /** How a sum is computed. Fill it with `mollis_field_options_init`, then change what you want; null means the defaults. */
@@ -787,16 +820,6 @@ typedef struct mollis_radial_kernel {
   double *errors;
 } mollis_radial_kernel;
 
-/** A mollifier without its length delta. A plain value without invariants: fill it and pass it. */
-typedef struct mollis_mollifier {
-  /** `MOLLIS_MOLLIFIER_...`. */
-  int32_t kind;
-  /** The order: moments 1 to order - 1 vanish. */
-  int32_t order;
-  /** The exponent M: M - 1 continuous derivatives. */
-  int32_t exponent;
-} mollis_mollifier;
-
 /** Where the attraction comes from; the members of the other kinds are not looked at. */
 typedef struct mollis_pks_attraction {
   /** `MOLLIS_PKS_ATTRACTION_*`. */
@@ -1032,9 +1055,9 @@ mollis_status mollis_blob3_workspace_bytes_f32(const void *kernel, size_t kernel
  * Advances a solution of the aggregation equation by `steps` steps of length `dt` of the classical Runge-Kutta method
  * (Craig & Bertozzi, Definitions 2.2 and 2.3; without a mollifier: the particle method).
  *
- * The velocity at x is `-sum_j masses[j] grad K(x - positions[j])`, in 2D or what `options->combination` makes of it: vortices, for example. `tracers`, `options`, `run` and `report` may be null. `steps` may be 0 (then `dt` is not looked at): the
+ * The velocity at x is `-sum_j masses[j] grad K(x - positions[j])`, in 2D or what `options->combination` makes of it: vortices, for example. With `options->diffusion` that of diffusion is added. `tracers`, `options`, `run` and `report` may be null. `steps` may be 0 (then `dt` is not looked at): the
  * velocities and divergences of the state as it is. The workspace is garbage afterwards. Cost: four field evaluations a step, one more if velocity, divergence or energy are
- * wanted; arrays with gaps are copied once a call.
+ * wanted; diffusion takes one or two sums more an evaluation; arrays with gaps are copied once a call.
  *
  * A refused call writes nothing but `report` (and what `run` asks for). A run that stops (MOLLIS_ERR_BECAME_NOT_FINITE, also where only velocity, divergence or
  * energy overflow, MOLLIS_ERR_STOPPED, MOLLIS_ERR_ENERGY_ROSE, the executor's own status) leaves positions and densities as they were after the last

@@ -1076,6 +1076,13 @@ template <class T, std::size_t D> struct blob_options {
   mollis::run run{};
   /** (a, b), in 2D: the velocity is -(a grad u + b (grad u rotated by +90 degrees)). (0, -1) with circulations as masses: vortices. */
   double combination[2] = {1.0, 0.0};
+  /** nu of rho_t = nu Laplacian(rho^m) by blobs, added to the velocity; 0 is none. Masses must not be negative then, and densities and divergences are not wanted. */
+  double diffusion = 0.0;
+  /** m >= 1. */
+  double diffusion_exponent = 1.0;
+  /** The blobs' function and its length, some distances of neighbours. */
+  mollifier diffusion_mollifier = gaussian(2);
+  double diffusion_length = 0.0;
 };
 
 /**
@@ -1115,6 +1122,10 @@ mollis_blob_report blob_step(const kernel<T, D> &by, const detail::given<particl
   blob.tolerance = options.tolerance;
   blob.combination[0] = options.combination[0];
   blob.combination[1] = options.combination[1];
+  blob.diffusion = options.diffusion;
+  blob.diffusion_exponent = options.diffusion_exponent;
+  blob.diffusion_mollifier = options.diffusion_mollifier;
+  blob.diffusion_length = options.diffusion_length;
   if (options.after_step) {
     blob.context = &context;
     blob.after_step = [](void *pointer, std::size_t done, const void *positions, const void *density) -> std::int32_t {

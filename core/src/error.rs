@@ -71,6 +71,7 @@ errors! {
     33 KernelReach c"the reach of a host's kernel must be positive and finite" "The reach of a host's kernel must be positive and finite: 1e-150 to 1e150."
     34 KernelKnots c"knots must increase strictly between zero and the reach" "The knots of a host's kernel must increase strictly between its least distance and its reach, and be no more than their fixed capacity."
     35 NoRoom c"the arrays for the results are too short; how many there are is told" "The arrays for the results are too short; how many there are is told."
+    36 SignChange c"the mollifier changes sign where a positive one is needed" "The mollifier changes sign (its order is above 2) where the density of blobs has to be positive."
     40 BecameNotFinite c"a value became non-finite; the state is that of the last completed step" "A value became non-finite in a run; the state is that of the last completed step."
     41 Stopped c"stopped at the host's request" "The host's `should_stop` or step callback asked to stop."
     42 EventsFull c"the event buffer is full; no event was lost" "The event buffer is full; the step stopped before the merge, no event is lost."

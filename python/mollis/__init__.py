@@ -13,7 +13,7 @@ attract. Calls run on all cores and release Python's lock.
 """
 
 from . import diagnostics, kernels, mollifiers, pks, random
-from ._blob import BlobRun, blob
+from ._blob import BlobRun, Diffusion, blob
 from ._declarations import VERSION as __version__
 from ._field import Counts, Essential, Field, essential, field, plan
 from ._library import Error, Status, set_threads
@@ -24,6 +24,6 @@ from .mollifiers import Mollifier
 
 __all__ = [
     "__version__",
-    "BlobRun", "Counts", "Error", "Essential", "Field", "Kernel", "Medium", "Mesh", "MeshField", "Mollifier", "Status",
+    "BlobRun", "Counts", "Diffusion", "Error", "Essential", "Field", "Kernel", "Medium", "Mesh", "MeshField", "Mollifier", "Status",
     "blob", "diagnostics", "essential", "field", "kernels", "mollifiers", "pks", "plan", "random", "set_threads",
 ]  # fmt: skip

@@ -121,6 +121,30 @@ def test_vortices_turn(particles, soft):
     assert caught.value.status is mollis.Status.UNSUPPORTED
 
 
+def test_diffusion():
+    """The heat equation widens a Gaussian's variance by 2 nu t; m = 2 is minus twice the gradient of the density."""
+    h = 0.05
+    x = np.arange(-5, 5, h)[:, None] + h / 2
+    m = h * np.exp(-x[:, 0] ** 2 / 2) / np.sqrt(2 * np.pi)
+    still = mollis.Kernel(kernels.newtonian(0.0), mollifiers.compact(2, 4), 1.0, dimension=1)
+    heat = mollis.Diffusion(1.0, mollifier=mollifiers.gaussian(2), length=3 * h)
+    run = mollis.blob(still, x, m, 0.01, 50, diffusion=heat, watch_energy=True)
+    assert (m * x[:, 0] ** 2).sum() == pytest.approx(2, rel=5e-3)
+    assert run.energy_last < run.energy_first
+    two, masses = np.array([[0.0], [0.5]]), [1.0, 1.0]
+    run = mollis.blob(still, two, masses, 0.1, 0, velocity=True, diffusion=mollis.Diffusion(0.5, 2.0, mollifiers.compact(2, 4), 1.0))
+    speed = 315 / 256 * 4 * (3 / 4) ** 3
+    np.testing.assert_allclose(run.velocity, [[-speed], [speed]], rtol=1e-13)
+    for wrong, status in [
+        (mollis.Diffusion(1.0), mollis.Status.DELTA),
+        (mollis.Diffusion(1.0, 0.5, length=1.0), mollis.Status.OUT_OF_DOMAIN),
+        (mollis.Diffusion(1.0, 1.0, mollifiers.compact(4, 4), 1.0), mollis.Status.SIGN_CHANGE),
+    ]:
+        with pytest.raises(mollis.Error) as caught:
+            mollis.blob(still, two, masses, 0.1, 1, diffusion=wrong)
+        assert caught.value.status is status
+
+
 def test_progress_sees_every_step(particles, soft):
     x, m = particles
     seen, caller = [], threading.current_thread()

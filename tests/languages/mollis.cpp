@@ -628,6 +628,24 @@ static void vortices() {
   EXPECT(told.steps == 50 && near(pair[1][0], 0.0, 1e-5) && near(pair[1][1], 0.5, 1e-5));
 }
 
+/* Two blobs with m = 2 spread at 2 nu m |phi'|; a kernel of coefficient 0 adds no force. */
+static void diffusing() {
+  std::vector<std::array<double, 1>> x{{0}, {0.5}}, velocity(2);
+  const doubles mass{1.0, 1.0};
+  mollis::particles<double, 1> blobs{x, mass};
+  blobs.velocity = velocity;
+  mollis::blob_options<double, 1> options;
+  options.diffusion = 0.5;
+  options.diffusion_exponent = 2;
+  options.diffusion_length = 1;
+  options.diffusion_mollifier = mollis::compact(2, 4);
+  mollis::workspace workspace;
+  mollis::blob_step(mollis::kernel<double, 1>(mollis::newtonian(0), mollis::compact(2, 4), 1), blobs, {}, 0.1, 0, workspace, options);
+  /* phi = 315/256 (1 - x^2)^4, so -phi'(1/2) = 315/256 4 (3/4)^3. */
+  const double speed = 315.0 / 256 * 4 * 27 / 64;
+  EXPECT(near(velocity[0][0], -speed, 1e-13) && near(velocity[1][0], speed, 1e-13));
+}
+
 /* A mesh. */
 template <class T> static void meshes() {
   constexpr std::size_t n = 100, nodes = 17 * 17;
@@ -940,6 +958,7 @@ int main() {
   kernels();
   workspaces();
   vortices();
+  diffusing();
   meshes<double>();
   meshes<float>();
   callables();

@@ -9,6 +9,7 @@ use mollis_core::Error;
 use mollis_core::kernel::{Kernel, Law, Term};
 use mollis_core::memory::ALIGN;
 use mollis_core::mollifier::Mollifier;
+use mollis_reference::diffusion as twin;
 use mollis_tests::positional::*;
 
 /// Bytes aligned to 64 between canaries. Every check compares the canaries too.
@@ -402,6 +403,57 @@ fn combinations() {
         }
         assert!(scaled.iter().zip(&divergence).all(|(got, d)| (got - a * d).abs() <= 1e-15));
     }
+}
+
+/// Diffusion adds the velocities of the reference implementation to those of the kernel, at particles and tracers. Options of an older header have none.
+#[test]
+fn diffusions() {
+    let with = |exponent: f64, size: usize| {
+        let mut call = Call::new();
+        call.options.diffusion = 0.5;
+        call.options.diffusion_exponent = exponent;
+        call.options.diffusion_length = 0.7;
+        call.options.size = size as u32;
+        call.dt = 1e-300;
+        (call.workspace, call.workspace_bytes) = (Block::new(1 << 16), 1 << 16);
+        let without = |p: &mut Pointers| {
+            (p.density, p.divergence, p.tracer_density) = (null_mut(), null_mut(), null_mut());
+        };
+        assert_eq!(call.step(without), 0);
+        let points = [call.positions.read::<[f64; 2]>(N), call.tracer_positions.read(TRACERS)].concat();
+        (points, [call.velocity.read::<[f64; 2]>(N), call.tracer_velocity.read(TRACERS)].concat())
+    };
+    let older = std::mem::offset_of!(mollis_blob_options, diffusion);
+    let (points, plain) = with(1.0, older);
+    let points: Vec<Vec<f64>> = points.iter().map(|x| x.to_vec()).collect();
+    let phi = twin::gaussian(2, 0.7);
+    for m in [1.0, 2.0, 3.0] {
+        let (_, velocities) = with(m, size_of::<mollis_blob_options>());
+        for ((x, v), u) in points.iter().zip(velocities).zip(&plain) {
+            let want = twin::velocity(&phi, (m, 0.5), &points[..N], &[0.1; N], x);
+            assert!((v[0] - u[0] - want[0]).abs() < 1e-12 && (v[1] - u[1] - want[1]).abs() < 1e-12, "{m} {want:?}");
+        }
+    }
+}
+
+#[test]
+fn diffusions_that_mean_nothing() {
+    let none = |_: &mut Pointers| {};
+    let refuse = |error: Error, spoil: fn(&mut mollis_blob_options)| {
+        let ask = |call: &mut Call| {
+            (call.options.diffusion, call.options.diffusion_length) = (1.0, 0.3);
+            spoil(&mut call.options);
+        };
+        refused(error, ask, none);
+    };
+    refuse(Error::SignChange, |o| o.diffusion_mollifier.order = 4);
+    refuse(Error::UnknownValue, |o| o.diffusion_mollifier.kind = 99);
+    refuse(Error::Delta, |o| o.diffusion_length = 0.0);
+    refuse(Error::OutOfDomain, |o| o.diffusion = -1.0);
+    refuse(Error::OutOfDomain, |o| o.diffusion_exponent = 0.5);
+    refuse(Error::NotFinite, |o| o.diffusion = f64::NAN);
+    // Densities and divergences, which this call asks for.
+    refuse(Error::Unsupported, |_| {});
 }
 
 /// On the line and in space there is no turned gradient.

@@ -93,7 +93,7 @@ fn options_end_where_a_member_ends() {
     takes_ends_of_members(&[4, 8, 12, 16, 32, 40], mollis_field_options_init, |options| unsafe {
         mollis_field2_workspace_bytes(kernel, length, sum.sources(), null(), sum.outputs(), options, null(), &mut 0)
     });
-    takes_ends_of_members(&[4, 8, 16, 24, 32, 48], mollis_blob_options_init, |options| unsafe {
+    takes_ends_of_members(&[4, 8, 16, 24, 32, 48, 56, 64, 80, 88], mollis_blob_options_init, |options| unsafe {
         blob2_workspace_bytes(kernel, length, 3, 0, 0, options, null(), &mut 0)
     });
     let mesh = mollis_mesh2 { lower: [0.0; 2], upper: [1.0; 2], cells: [8, 8] };

@@ -3,6 +3,7 @@
 
 mod abi_equals_rust;
 mod blob_abi;
+mod blob_diffusion;
 mod blob_run;
 mod border;
 mod boundary_abi;

@@ -19,8 +19,11 @@
 //!
 //! A run keeps the mass, the densities for a = 0 and, to the error of the sums, the centre. What else is constant it keeps to RK4's error of order dt^4.
 //!
+//! With [`Plan::with_diffusion`] particles and tracers have the velocity of [`Diffusion`] besides, and the energy its entropy.
+//!
 //! Without a mollifier the same call performs the particle method.
 
+use super::diffusion::{Arrays as DiffusionArrays, Diffusion, Entropy, Planned};
 use crate::build;
 use crate::checked::Present;
 use crate::diagnostics::moments;
@@ -43,7 +46,8 @@ pub struct Wanted {
     pub divergence: bool,
     /// Monitor the regularised energy (2.4): one potential sum per step, and one after the last. A rise beyond rounding
     /// stops the run. The energy decreases if no mass is negative: its rate is `-a sum_i m_i |grad u(x_i)|^2`, with a = 1 or of
-    /// [`Options::combination`]. For a <= 0 it is only reported, for masses of any sign: vortices (a = 0) keep it, up to the error of RK4.
+    /// [`Options::combination`]. For a <= 0 it is only reported, for masses of any sign: vortices (a = 0) keep it, up to the error of RK4. With [`Diffusion`] the entropy
+    /// belongs to it, and a combination other than (1, 0) has it reported only.
     pub energy: bool,
 }
 
@@ -58,6 +62,9 @@ pub struct Plan {
     tolerance: f64,
     /// The share a of the gradient in the velocity ([`Options::combination`]): the rest, turned by a right angle, has no divergence and does no work.
     gradient_share: f64,
+    /// Whether the velocity is that of a gradient flow, so that diffusion keeps the energy falling.
+    whole_gradient: bool,
+    diffusion: Option<Planned>,
     /// The field plan of k2 to k4.
     later: field::Plan,
     /// The field plans of k1, with the potential if the energy is monitored, and of the outputs at the end, if any; `None`: all are that of k2 to k4.
@@ -97,6 +104,8 @@ pub fn plan<T: Real, const D: usize>(
         wanted,
         tolerance: options.tolerance,
         gradient_share: options.combination.0,
+        whole_gradient: options.combination == (1.0, 0.0),
+        diffusion: None,
         later: each(false, true, density)?,
         ends: if build::BESIDES {
             Some((each(energy, true, density)?, if at_end { Some(each(energy, velocity, divergence)?) } else { None }))
@@ -107,12 +116,40 @@ pub fn plan<T: Real, const D: usize>(
 }
 
 impl Plan {
+    /// The same run with diffusion. Of `options` the accumulation and the tolerance are for its sums too, and a method if it is [`field::Method::Direct`].
+    ///
+    /// Masses must not be negative then. Each evaluation takes two more sums over the particles at all points, one for m = 2 ([`Diffusion`]).
+    ///
+    /// # Errors
+    /// [`Error::NotFinite`], [`Error::OutOfDomain`]: exponent or coefficient; [`Error::SignChange`]; those of [`field::Density::new`] and [`field::plan`];
+    /// [`Error::Unsupported`]: densities or divergences are wanted, which are those of the kernel's flow (the density of blobs is a sum of [`field::Density`]), or a build without [`build::BESIDES`].
+    pub fn with_diffusion<T: Real, const D: usize>(self, diffusion: &Diffusion, options: &Options) -> Result<Self> {
+        if !build::BESIDES {
+            return Err(Error::Unsupported);
+        }
+        let planned = Planned::new::<T, D>(diffusion, [self.particles, self.total], self.wanted.energy, options)?;
+        if planned.is_some() && (self.wanted.density || self.wanted.divergence) {
+            return Err(Error::Unsupported);
+        }
+        Ok(Self { diffusion: planned, ..self })
+    }
+
+    /// How the densities of blobs and their gradients are summed; `None` without diffusion.
+    #[must_use]
+    pub fn diffusion_field(&self) -> Option<&field::Plan> {
+        self.diffusion().map(Planned::field)
+    }
+
+    fn diffusion(&self) -> Option<&Planned> {
+        self.diffusion.as_ref().filter(|_| build::BESIDES)
+    }
+
     /// Bytes of workspace that [`step`] needs with an executor of `workers` workers.
     ///
     /// # Errors
     /// [`Error::TooLarge`].
     pub fn workspace_bytes<T: Real, const D: usize>(&self, workers: usize) -> Result<usize> {
-        Measure::of(|space| Arrays::<T>::layout::<D>(space, self, workers).map(|_| ()))
+        Measure::of(|space| Arrays::<T, D>::layout(space, self, workers).map(|_| ()))
     }
 
     /// How the velocity is evaluated: the method, the reason for it, and what it skips.
@@ -129,7 +166,7 @@ impl Plan {
 
     /// Whether the velocity lowers the energy.
     fn dissipates(&self) -> bool {
-        self.gradient_share > 0.0
+        if self.diffusion().is_some() { self.whole_gradient } else { self.gradient_share > 0.0 }
     }
 
     /// The plan of k1.
@@ -154,17 +191,18 @@ impl Plan {
 }
 
 /// The workspace: the state as one flat slice (positions, then densities; particles before tracers), the scratch of the
-/// stepper, one scalar per point for the energy and the outputs at the end, and the scratch of the field.
-struct Arrays<'w, T> {
+/// stepper, one scalar per point for the energy and the outputs at the end, the scratch of the field, and that of diffusion.
+struct Arrays<'w, T, const D: usize> {
     state: &'w mut [T],
     scratch: rk4::Scratch<'w, T>,
     potential: &'w mut [T],
     divergence: &'w mut [T],
     field: &'w mut [u8],
+    diffusion: Option<DiffusionArrays<'w, T, D>>,
 }
 
-impl<'w, T: Real> Arrays<'w, T> {
-    fn layout<const D: usize>(space: &mut impl Space<'w>, plan: &Plan, workers: usize) -> Result<Self> {
+impl<'w, T: Real, const D: usize> Arrays<'w, T, D> {
+    fn layout(space: &mut impl Space<'w>, plan: &Plan, workers: usize) -> Result<Self> {
         let each = D + usize::from(plan.wanted.density);
         let flat = plan.total.checked_mul(each).ok_or(Error::TooLarge)?;
         Ok(Self {
@@ -173,11 +211,10 @@ impl<'w, T: Real> Arrays<'w, T> {
             potential: Self::maybe(space, plan.wanted.energy, plan.total)?,
             divergence: Self::maybe(space, plan.wanted.divergence, plan.total)?,
             field: space.try_array(plan.field_bytes(workers)?)?,
+            diffusion: plan.diffusion().map(|plan| DiffusionArrays::layout(space, plan, workers)).transpose()?,
         })
     }
-}
 
-impl<'w, T: Real> Arrays<'w, T> {
     /// An array that is empty unless wanted.
     fn maybe(space: &mut impl Space<'w>, wanted: bool, n: usize) -> Result<&'w mut [T]> {
         if build::BESIDES { space.try_array(if wanted { n } else { 0 }) } else { Ok(&mut []) }
@@ -268,12 +305,13 @@ pub struct Report {
 /// Advances the state by `advance.steps` steps and writes the requested outputs at the end.
 ///
 /// The caller's buffers always hold the state after the last completed step, also during `after_step` and after an
-/// error. Masses are not changed. Cost: four field evaluations a step, and one more if the plan has outputs at the end.
+/// error. Masses are not changed. Cost: four field evaluations a step, and one more if the plan has outputs at the end; with diffusion its sums besides, and those of a
+/// Newtonian kernel with coefficient 0 are skipped.
 /// Scratch: [`Plan::workspace_bytes`], undefined after the call. The bits are the same for any executor.
 ///
 /// # Errors
 /// Refused, with only `report` written: [`Error::LengthMismatch`], [`Error::TimeStep`], [`Error::NotFinite`],
-/// [`Error::Mass`] (negative while the energy is monitored and must fall), [`Error::WorkspaceTooSmall`], [`Error::Misaligned`]. Stopped, with the
+/// [`Error::Mass`] (negative with diffusion, or while the energy is monitored and must fall), [`Error::WorkspaceTooSmall`], [`Error::Misaligned`]. Stopped, with the
 /// state of the last completed step and no output written: [`Error::BecameNotFinite`] (the state, or an output at its end);
 /// [`Error::Stopped`] by `after_step` or by `run.should_stop`;
 /// [`Error::EnergyRose`], with the state after the step that raised it; the errors of [`field::evaluate`].
@@ -307,17 +345,20 @@ pub fn step<T: Real, const D: usize>(
     if advance.steps > 0 && !(advance.dt.is_finite() && advance.dt > T::ZERO) {
         return Err(Error::TimeStep);
     }
-    let mut arrays = Arrays::<T>::layout::<D>(&mut Carve::new(workspace)?, plan, run.executor.workers())?;
+    let mut arrays = Arrays::<T, D>::layout(&mut Carve::new(workspace)?, plan, run.executor.workers())?;
     report.first_bad = first_bad(masses, &particles, &tracers);
     if report.first_bad.is_some() {
         return Err(Error::NotFinite);
     }
-    if build::BESIDES && wanted.energy && plan.dissipates() && masses.iter().any(|&m| m < T::ZERO) {
+    let positive = plan.diffusion().is_some() || (wanted.energy && plan.dissipates());
+    if build::BESIDES && positive && masses.iter().any(|&m| m < T::ZERO) {
         return Err(Error::Mass);
     }
+    let mut diffusion = Diffusing::new(plan, &mut arrays)?;
+    let kernel = Forces { kernel, idle: diffusion.is_some() && has_no_force(kernel) };
     load::<T, D>(arrays.state, &particles, &tracers);
 
-    let mut watch = Watch::new(plan, kernel, particles.positions, masses)?;
+    let mut watch = Watch::new(plan, kernel.kernel, particles.positions, masses)?;
     let count = plan.particles;
     let share = if build::BESIDES { T::from_f64(plan.gradient_share) } else { T::ONE };
     while report.steps < advance.steps {
@@ -334,11 +375,17 @@ pub fn step<T: Real, const D: usize>(
             };
             let sources = Sources::new(points.get(..count).unwrap_or(points), masses);
             let how = if stage == Stage::First { plan.first() } else { &plan.later };
-            field::flow(how, kernel, sources, points, outputs, memory, run)?;
-            if watched {
-                watch.record(masses, potential)?;
-            }
+            kernel.sums(how, sources, points, outputs, memory, run)?;
             flow.as_flattened_mut().iter_mut().for_each(|v| *v = -*v);
+            let mut entropy = Entropy::default();
+            if build::BESIDES
+                && let Some(diffusion) = &mut diffusion
+            {
+                entropy = diffusion.add((points, masses), Some(flow), watched, run)?;
+            }
+            if watched {
+                watch.record(masses, potential, entropy)?;
+            }
             for (rate, &density) in growth.iter_mut().zip(densities) {
                 *rate *= share * density;
             }
@@ -359,7 +406,7 @@ pub fn step<T: Real, const D: usize>(
     }
 
     let Some(last) = plan.last() else { return Ok(()) };
-    let Arrays { state, scratch, potential, divergence, field: memory } = &mut arrays;
+    let Arrays { state, scratch, potential, divergence, field: memory, .. } = &mut arrays;
     let (points, _) = split::<T, D>(state, plan.total)?;
     let (flow, _) = split_mut::<T, D>(scratch.spare(), plan.total)?;
     let outputs = Outputs {
@@ -369,9 +416,19 @@ pub fn step<T: Real, const D: usize>(
         hessian: None,
     };
     let sources = Sources::new(points.get(..count).unwrap_or(points), masses);
-    field::flow(last, kernel, sources, points, outputs, memory, run).map_err(in_run)?;
+    kernel.sums(last, sources, points, outputs, memory, run).map_err(in_run)?;
+    let mut entropy = Entropy::default();
+    if wanted.velocity {
+        flow.as_flattened_mut().iter_mut().for_each(|v| *v = -*v);
+    }
+    if build::BESIDES
+        && let Some(diffusion) = &mut diffusion
+    {
+        let velocity = wanted.velocity.then_some(&mut *flow);
+        entropy = diffusion.add((points, masses), velocity, wanted.energy, run).map_err(in_run)?;
+    }
     if build::BESIDES && wanted.energy {
-        let outcome = watch.record(masses, potential);
+        let outcome = watch.record(masses, potential, entropy);
         report.energy = watch.energies();
         outcome?;
     }
@@ -381,19 +438,78 @@ pub fn step<T: Real, const D: usize>(
         return Err(Error::BecameNotFinite);
     }
     let (of_particles, of_tracers) = flow.split_at_checked(count).present()?;
-    negate_into(particles.velocity, of_particles, |v| v.map(|c| -c));
-    negate_into(tracers.velocity, of_tracers, |v| v.map(|c| -c));
+    write(particles.velocity, of_particles, |v| v);
+    write(tracers.velocity, of_tracers, |v| v);
     if wanted.divergence {
         let (of_particles, of_tracers) = divergence.split_at_checked(count).present()?;
-        negate_into(particles.divergence, of_particles, |c| -(share * c));
-        negate_into(tracers.divergence, of_tracers, |c| -(share * c));
+        write(particles.divergence, of_particles, |c| -(share * c));
+        write(tracers.divergence, of_tracers, |c| -(share * c));
     }
     Ok(())
 }
 
-fn negate_into<V: Copy>(to: Option<&mut [V]>, from: &[V], negative: impl Fn(V) -> V) {
+fn write<V: Copy>(to: Option<&mut [V]>, from: &[V], what: impl Fn(V) -> V) {
     for (to, &from) in to.unwrap_or_default().iter_mut().zip(from) {
-        *to = negative(from);
+        *to = what(from);
+    }
+}
+
+/// Whether every sum of the kernel is zero.
+fn has_no_force<T: Real, const D: usize>(kernel: &dyn Interaction<T, D>) -> bool {
+    kernel.newtonian().is_some_and(|(coefficient, _)| coefficient == T::ZERO)
+}
+
+/// The kernel's sums.
+struct Forces<'a, T: Real, const D: usize> {
+    kernel: &'a dyn Interaction<T, D>,
+    /// All are zero, which takes no sum.
+    idle: bool,
+}
+
+impl<T: Real, const D: usize> Forces<'_, T, D> {
+    fn sums(
+        &self,
+        plan: &field::Plan,
+        sources: Sources<'_, T, D>,
+        points: &[[T; D]],
+        outputs: Outputs<'_, T, D>,
+        workspace: &mut [u8],
+        run: &mut Run<'_>,
+    ) -> Result<()> {
+        if !build::BESIDES || !self.idle {
+            return field::flow(plan, self.kernel, sources, points, outputs, workspace, run);
+        }
+        let Outputs { potential, gradient, laplacian, hessian: _ } = outputs;
+        potential.unwrap_or_default().fill(T::ZERO);
+        gradient.unwrap_or_default().fill([T::ZERO; D]);
+        laplacian.unwrap_or_default().fill(T::ZERO);
+        Ok(())
+    }
+}
+
+/// A run's diffusion with its blobs and its workspace.
+struct Diffusing<'a, 'w, T: Real, const D: usize> {
+    planned: &'a Planned,
+    kernel: field::Density<T, D>,
+    arrays: DiffusionArrays<'w, T, D>,
+}
+
+impl<'a, 'w, T: Real, const D: usize> Diffusing<'a, 'w, T, D> {
+    /// `None` without diffusion. Takes its part of the workspace.
+    fn new(plan: &'a Plan, arrays: &mut Arrays<'w, T, D>) -> Result<Option<Self>> {
+        let (Some(planned), Some(arrays)) = (plan.diffusion(), arrays.diffusion.take()) else { return Ok(None) };
+        Ok(Some(Self { planned, kernel: planned.kernel()?, arrays }))
+    }
+
+    /// Adds to the velocity; returns the entropy if `watched`.
+    fn add(
+        &mut self,
+        at: (&[[T; D]], &[T]),
+        velocity: Option<&mut [[T; D]]>,
+        watched: bool,
+        run: &mut Run<'_>,
+    ) -> Result<Entropy> {
+        self.planned.evaluate(&self.kernel, at, velocity, watched, &mut self.arrays, run)
     }
 }
 
@@ -473,6 +589,8 @@ fn store<T: Real, const D: usize>(
 struct Watch {
     /// The rise that is allowed from one step to the next: infinite if the velocity does not lower the energy.
     tolerance: f64,
+    /// The same of the entropy for a sensitivity of 1.
+    relative: f64,
     first: Option<f64>,
     last: f64,
 }
@@ -487,7 +605,7 @@ impl Watch {
         positions: &[[T; D]],
         masses: &[T],
     ) -> Result<Self> {
-        let mut watch = Self { tolerance: 0.0, first: None, last: 0.0 };
+        let mut watch = Self { tolerance: 0.0, relative: 0.0, first: None, last: 0.0 };
         if !build::BESIDES || !plan.wanted.energy {
             return Ok(watch);
         }
@@ -506,14 +624,15 @@ impl Watch {
         let scale = [0.0, 0.01, 0.1, 0.5, 1.0, 2.0, 4.0].into_iter().map(at).fold(0.0, f64::max);
         let roundings = 8.0 + 2.0 * f64::from_usize(masses.len()).sqrt();
         let relative = (roundings * T::EPSILON.to_f64()).max(2.0 * plan.tolerance);
+        watch.relative = 2.0 * relative;
         watch.tolerance = relative * scale * Scalar::powi(moments.absolute_mass.to_f64(), 2);
         Ok(watch)
     }
 
-    /// Computes the energy (2.4) from the potentials. Returns an error if it exceeds the last one by more than rounding or is not finite.
-    fn record<T: Real>(&mut self, masses: &[T], potential: &[T]) -> Result<()> {
-        let energy = energy_of(masses, potential);
-        let rose = self.first.is_some() && energy > self.last + self.tolerance;
+    /// Computes the energy (2.4) from the potentials, and adds the entropy. Returns an error if it exceeds the last one by more than rounding or is not finite.
+    fn record<T: Real>(&mut self, masses: &[T], potential: &[T], entropy: Entropy) -> Result<()> {
+        let energy = energy_of(masses, potential) + entropy.value;
+        let rose = self.first.is_some() && energy > self.last + self.tolerance + self.relative * entropy.sensitivity;
         self.first.get_or_insert(energy);
         self.last = energy;
         if !energy.is_finite() {

@@ -5,6 +5,7 @@
 //! every pair, a target on a source included; without a mollifier coincident pairs contribute nothing, and coincidence
 //! is by position, so no index map is needed.
 
+mod density;
 mod evaluate;
 mod expansions;
 mod finite;
@@ -24,6 +25,7 @@ mod sorted;
 #[cfg_attr(feature = "small", path = "no_expansions.rs")]
 mod tree;
 
+pub use density::Density;
 pub use evaluate::evaluate;
 pub(crate) use evaluate::{drift, drift_bytes, flow};
 pub use options::{Accumulation, Method, Options, PairRadius, Reason};

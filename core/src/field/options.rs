@@ -77,7 +77,7 @@ pub enum Method {
     /// One dimension: one sort, then running moments from either side; pairs within the mollifier's reach one by one. All masses have one unit:
     /// those below 2^-126 (f64: 2^-1022) of the largest lose digits, and count as zero in the end.
     Sorted,
-    /// Pairs closer than delta alone.
+    /// Pairs closer than delta alone; of Gaussian blobs ([`super::Density`]) than 6.3 times the largest width (f32: 4.5), where they are below e^-40 (e^-20) of their largest value.
     Neighbours,
     /// Even powers from moments; the other terms over all pairs.
     Split,
@@ -101,6 +101,8 @@ pub enum Reason {
     OneDimension,
     /// Only the Laplacian of a Newtonian kernel is wanted, which is the mollifier, of compact support.
     CompactLaplacian,
+    /// The kernel itself is a mollifier, and zero or below rounding beyond some lengths ([`super::Density`]).
+    ShortRange,
     /// Some terms are even powers.
     SomeEvenPowers,
     /// The tolerance and the number of particles are large enough.

@@ -175,6 +175,7 @@ impl Plan {
             Reason::EvenPowers => "every term is an even power",
             Reason::OneDimension => "one dimension, and polynomials of the distance",
             Reason::CompactLaplacian => "only the Laplacian is wanted, which has compact support",
+            Reason::ShortRange => "the kernel is below rounding beyond some lengths",
             Reason::SomeEvenPowers => "some terms are even powers",
             Reason::Tolerance => "the tolerance and the number of particles allow it",
             Reason::NothingFaster => "no faster method serves this kernel, mollifier, dimension, tolerance and size",

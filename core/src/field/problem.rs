@@ -16,6 +16,10 @@ pub trait Interaction<T: Real, const D: usize>: Sync {
     fn newtonian(&self) -> Option<(T, &Blob<T, D>)> {
         None
     }
+    /// The blob, where the kernel is the mollifier itself ([`super::Density`]).
+    fn density(&self) -> Option<&Blob<T, D>> {
+        None
+    }
     /// The kernel as a sum of built-in terms, if it is one: some of these have faster methods.
     fn sum(&self) -> Option<&Kernel<'_, T, D>> {
         None

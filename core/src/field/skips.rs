@@ -1,6 +1,7 @@
 //! Methods that avoid the sum over all pairs: their selection and execution.
 
 use super::expansions::Expansions;
+use super::neighbours::Sums;
 use super::options::{Method, Options, Reason};
 use super::problem::{Interaction, Outputs, Sources, Wanted};
 use super::{moments, neighbours, pairs, sorted};
@@ -9,6 +10,7 @@ use crate::error::{Error, Result};
 use crate::exec::Run;
 use crate::kernel::{Far, Kernel};
 use crate::memory::{Carve, Measure, Space};
+use crate::mollifier::Blob;
 use crate::real::Real;
 
 /// Fewer pairs than this are faster one by one than sorted.
@@ -53,6 +55,16 @@ fn skip<T: Real, const D: usize>(kernel: &Kernel<'_, T, D>, wanted: Wanted) -> O
     (D == 1).then_some(FastMethod::Sorted(far))
 }
 
+/// The blob, if the kernel is a mollifier itself, compact or Gaussian, and neighbours serve the sum.
+fn near_density<'a, T: Real, const D: usize>(
+    kernel: &'a dyn Interaction<T, D>,
+    wanted: Wanted,
+    options: &Options,
+) -> Option<&'a Blob<T, D>> {
+    let served = !wanted.laplacian && !wanted.hessian && options.combination == (1.0, 0.0);
+    kernel.density().filter(|blob| served && !blob.mollifier().is_algebraic())
+}
+
 /// The polynomial, if all terms are even powers and moments can serve them.
 fn even_powers<T: Real, const D: usize>(kernel: &Kernel<'_, T, D>, wanted: Wanted) -> Option<Far> {
     let far = kernel.far()?;
@@ -85,7 +97,8 @@ pub(super) fn choose<T: Real, const D: usize>(
         .sum()
         .filter(|_| !options.radii && !options.strengths)
         .and_then(|kernel| skip(kernel, wanted))
-        .map(|skip| skip.method());
+        .map(|skip| skip.method())
+        .or(near_density(kernel, wanted, options).map(|_| (Method::Neighbours, Reason::ShortRange)));
     match (options.method, found) {
         (Some(forced @ (Method::Moments | Method::Sorted | Method::Neighbours | Method::Split)), found) => {
             match found {
@@ -233,12 +246,17 @@ pub(super) fn evaluate<T: Real, const D: usize>(
         let expansions = expansions.ok_or(Error::Unsupported)?;
         return expansions.evaluate((kernel, wanted), options, (sources, targets), outputs, workspace, run);
     }
+    if let Some(blob) = near_density(kernel, wanted, options).filter(|_| method == Method::Neighbours) {
+        let sums = Sums { density: outputs.potential, gradient: outputs.gradient };
+        return neighbours::evaluate((T::ONE, blob), options, sources, targets, sums, workspace, run);
+    }
     let kernel = kernel.sum().ok_or(Error::Unsupported)?;
     let skip = skip(kernel, wanted).filter(|skip| skip.method().0 == method).ok_or(Error::Unsupported)?;
     match skip {
         FastMethod::Neighbours => {
-            let coefficient = kernel.newtonian_coefficient();
-            neighbours::evaluate((coefficient, kernel.blob()), options, sources, targets, outputs, workspace, run)
+            let sums = Sums { density: outputs.laplacian, gradient: None };
+            let kernel = (kernel.newtonian_coefficient(), kernel.blob());
+            neighbours::evaluate(kernel, options, sources, targets, sums, workspace, run)
         }
         FastMethod::Moments(far) => {
             moments::evaluate((&far, kernel.delta()), options, sources, targets, outputs, workspace, run)

@@ -54,9 +54,9 @@ pub unsafe extern "C" fn mollis_blob{d}_workspace_bytes{f}(
 /// Advances a solution of the aggregation equation by `steps` steps of length `dt` of the classical Runge-Kutta method
 /// (Craig & Bertozzi, Definitions 2.2 and 2.3; without a mollifier: the particle method).
 ///
-/// The velocity at x is `-sum_j masses[j] grad K(x - positions[j])`, in 2D or what `options->combination` makes of it: vortices, for example. `tracers`, `options`, `run` and `report` may be null. `steps` may be 0 (then `dt` is not looked at): the
+/// The velocity at x is `-sum_j masses[j] grad K(x - positions[j])`, in 2D or what `options->combination` makes of it: vortices, for example. With `options->diffusion` that of diffusion is added. `tracers`, `options`, `run` and `report` may be null. `steps` may be 0 (then `dt` is not looked at): the
 /// velocities and divergences of the state as it is. The workspace is garbage afterwards. Cost: four field evaluations a step, one more if velocity, divergence or energy are
-/// wanted; arrays with gaps are copied once a call.
+/// wanted; diffusion takes one or two sums more an evaluation; arrays with gaps are copied once a call.
 ///
 /// A refused call writes nothing but `report` (and what `run` asks for). A run that stops (MOLLIS_ERR_BECAME_NOT_FINITE, also where only velocity, divergence or
 /// energy overflow, MOLLIS_ERR_STOPPED, MOLLIS_ERR_ENERGY_ROSE, the executor's own status) leaves positions and densities as they were after the last

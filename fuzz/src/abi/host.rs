@@ -127,6 +127,8 @@ impl Calls<'_, '_> {
     pub fn blob_options(&mut self) -> *const mollis_blob_options {
         let combination =
             if self.draw.rarely(4) { [self.draw.or_wild(0.0), self.draw.or_wild(-1.0)] } else { [1.0, 0.0] };
+        let diffusion = if self.draw.rarely(4) { self.draw.or_wild(0.1) } else { 0.0 };
+        let exponents = [1.0, 2.0, 3.0, 1.5];
         let options = mollis_blob_options {
             size: size_of::<mollis_blob_options>() as u32,
             watch_energy: i32::from(self.draw.rarely(4)),
@@ -134,6 +136,10 @@ impl Calls<'_, '_> {
             after_step: if self.draw.rarely(6) { Some(after_step as _) } else { None },
             context: self.context(),
             combination,
+            diffusion,
+            diffusion_exponent: self.draw.pick(&exponents),
+            diffusion_mollifier: self.shape(),
+            diffusion_length: self.draw.or_wild(0.3),
         };
         self.options(options)
     }

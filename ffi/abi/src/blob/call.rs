@@ -9,7 +9,7 @@ use mollis_core::memory::{Carve, Measure, Plain, Space};
 use mollis_core::{Error, Real, Result};
 
 use super::arrays::Arrays;
-use super::options::{field_options, mollis_blob_options, mollis_blob_report, read_options};
+use super::options::{diffusion, field_options, mollis_blob_options, mollis_blob_report, read_options};
 use super::particles::ParticlesOf;
 use crate::buffers::{Input, Output, aligned, disjoint, with_slack};
 use crate::first_bad::MOLLIS_NONE_BAD;
@@ -59,7 +59,12 @@ where
         }
         let velocity = ours.velocity || theirs.velocity;
         let wanted = Wanted { velocity, energy: self.options.watch_energy != 0, ..ours };
-        aggregation::plan(kernel, particles.n, n_tracers, wanted, &field_options(&self.options))
+        let options = field_options(&self.options);
+        let plan = aggregation::plan(kernel, particles.n, n_tracers, wanted, &options)?;
+        match diffusion(&self.options)? {
+            Some(diffusion) => plan.with_diffusion::<T, D>(&diffusion, &options),
+            None => Ok(plan),
+        }
     }
 
     /// Bytes of the step's own workspace, and of the whole with copies of arrays that have gaps, wherever it begins.

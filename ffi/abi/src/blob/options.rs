@@ -2,10 +2,12 @@
 
 use core::ffi::c_void;
 
+use mollis_core::aggregation::Diffusion;
 use mollis_core::build;
 use mollis_core::field;
 use mollis_core::{Error, Result, Scalar};
 
+use crate::mollifier::{MOLLIS_MOLLIFIER_GAUSSIAN, mollis_mollifier};
 use crate::options;
 use crate::status::{mollis_status, status};
 
@@ -40,6 +42,21 @@ pub struct mollis_blob_options {
     /// `small`, any other value is refused with `MOLLIS_ERR_UNSUPPORTED`; in 2D one that is not finite with `MOLLIS_ERR_NOT_FINITE`. Divide steps of `mollis_stable_step2` by
     /// 1.07 sqrt(a^2 + b^2).
     pub combination: [f64; 2],
+    /// nu of the diffusion rho_t = nu Laplacian(rho^m) by blobs (Carrillo, Craig and Patacchini 2019), which is added to the velocity of particles and tracers:
+    /// -nu sum_j m_j (f'(rho_j) + f'(rho(x))) grad phi(x - x_j), with the density of blobs rho(x) = sum_j m_j phi(x - x_j) and f'(s) = s^(m-2). The watched energy then has
+    /// nu sum_i m_i f(rho_i) besides, and is only reported if `combination` is not (1, 0). Masses must not be negative (`MOLLIS_ERR_MASS`); densities and divergences are refused with
+    /// `MOLLIS_ERR_UNSUPPORTED`, as is all diffusion in a library with the feature `small`. The default 0 is none. Not finite: `MOLLIS_ERR_NOT_FINITE`; negative:
+    /// `MOLLIS_ERR_OUT_OF_DOMAIN`. The other three members are looked at only if it is not 0. The step has to be shorter than 0.8 w / (nu m p), with p the largest
+    /// rho^(m-1), and w = diffusion_length^2 for a Gaussian of order 2, 2 diffusion_length^2 / (2 exponent + D + 2) for a compact one. A kernel of Newtonian terms whose coefficients add up to 0 takes no sum: diffusion alone.
+    pub diffusion: f64,
+    /// m >= 1, else `MOLLIS_ERR_OUT_OF_DOMAIN`: 1 is the heat equation, above 1 a porous medium. m = 2 takes one sum an evaluation, any other two. Default 1.
+    pub diffusion_exponent: f64,
+    /// phi: Gaussian, or compact of exponent 2 or more (`MOLLIS_ERR_EXPONENT`). An order above 2 changes sign and is refused with `MOLLIS_ERR_SIGN_CHANGE`, unless m is 2, 3, ... or 64. Default Gaussian of
+    /// order 2. Sums of compact ones visit pairs closer than `diffusion_length` alone, but particles gather in pairs where that is several distances of neighbours (for exponent 4 on the line above 2.6, for
+    /// 9 above 4.4).
+    pub diffusion_mollifier: mollis_mollifier,
+    /// The length of phi, some distances of neighbours. It has no default: `MOLLIS_ERR_DELTA`.
+    pub diffusion_length: f64,
 }
 
 options::options!(mollis_blob_options {
@@ -47,7 +64,11 @@ options::options!(mollis_blob_options {
     tolerance: 0.0,
     after_step: None,
     context: core::ptr::null_mut(),
-    combination: [1.0, 0.0]
+    combination: [1.0, 0.0],
+    diffusion: 0.0,
+    diffusion_exponent: 1.0,
+    diffusion_mollifier: mollis_mollifier { kind: MOLLIS_MOLLIFIER_GAUSSIAN, order: 2, exponent: 0 },
+    diffusion_length: 0.0
 });
 
 /// What a run says about itself. Written by every step that got as far as reading its arrays, also when it then refuses or
@@ -83,6 +104,9 @@ pub(super) fn read_options(options: *const mollis_blob_options) -> Result<mollis
     if !build::BESIDES && options.combination.map(f64::to_bits) != [1.0_f64.to_bits(), 0] {
         return Err(Error::Unsupported);
     }
+    if !build::BESIDES && options.diffusion.to_bits() != 0 {
+        return Err(Error::Unsupported);
+    }
     // By its bits, as a comparison of doubles is a function where there are none: negative and not -0.
     if options.tolerance.to_bits() > (-0.0_f64).to_bits() { Err(Error::OutOfDomain) } else { Ok(options) }
 }
@@ -92,4 +116,17 @@ pub(super) fn field_options(options: &mollis_blob_options) -> field::Options {
     let [a, b] = options.combination;
     let combination = if build::BESIDES { (a, b) } else { (1.0, 0.0) };
     field::Options { tolerance: options.tolerance, combination, ..field::Options::default() }
+}
+
+/// The diffusion that the options ask for.
+pub(super) fn diffusion(options: &mollis_blob_options) -> Result<Option<Diffusion>> {
+    if !build::BESIDES || options.diffusion == 0.0 {
+        return Ok(None);
+    }
+    Ok(Some(Diffusion {
+        exponent: options.diffusion_exponent,
+        coefficient: options.diffusion,
+        mollifier: options.diffusion_mollifier.to_core()?,
+        length: options.diffusion_length,
+    }))
 }
