@@ -16,7 +16,15 @@ use super::simulation::{Simulation, choose};
 use super::stop::stopped;
 use crate::checkpoint::{Reader, Writer};
 use crate::particles::Particles;
-use crate::scene::{Exact, Model, Scene};
+use crate::scene::{Exact, Law, Model, Scene};
+
+/// How the energy is computed.
+enum Energy {
+    /// From the kernel's potentials.
+    Forces(field::Plan),
+    /// By a run of no step, which adds the entropy of diffusion.
+    WithEntropy(Box<aggregation::Plan>),
+}
 
 /// A run of the blob or the particle method.
 pub struct Flow<'a, const D: usize> {
@@ -24,7 +32,7 @@ pub struct Flow<'a, const D: usize> {
     pool: &'a Pool,
     kernel: &'a dyn Interaction<f64, D>,
     plan: aggregation::Plan,
-    energy: Option<field::Plan>,
+    energy: Option<Energy>,
     memory: Memory,
     positions: Vec<[f64; D]>,
     density: Option<Vec<f64>>,
@@ -38,6 +46,8 @@ pub struct Flow<'a, const D: usize> {
     /// The direction of the longest axis at the last row, for its angle to be continuous.
     axis: Option<f64>,
     delta: Option<f64>,
+    /// Of the grid.
+    h: Option<f64>,
     step: u64,
 }
 
@@ -54,14 +64,12 @@ impl<'a, const D: usize> Flow<'a, D> {
         let carried = scene.lacks_density().is_none();
         let (density, summed) = if carried { density::<D>(scene, &start, h, pool)? } else { (Vec::new(), 0) };
         let wanted = Wanted { density: carried, ..Wanted::default() };
-        let options = options(scene);
-        let plan = aggregation::plan(kernel, n, 0, wanted, &options).context("plan")?;
-        let outputs = field::Wanted { potential: true, ..field::Wanted::default() };
-        let energy = scene.output.energy.then(|| field::plan(kernel, n, n, outputs, &options)).transpose()?;
+        let plan = planned(scene, h, kernel, n, wanted)?;
+        let energy = scene.output.energy.then(|| Energy::new(scene, h, kernel, n)).transpose()?;
         let workers = mollis_core::exec::Executor::workers(pool);
         let mut bytes = plan.workspace_bytes::<f64, D>(workers)?;
         if let Some(energy) = &energy {
-            bytes = bytes.max(energy.workspace_bytes(workers)?);
+            bytes = bytes.max(energy.workspace_bytes::<D>(workers)?);
         }
         Ok(Self {
             scene,
@@ -79,6 +87,7 @@ impl<'a, const D: usize> Flow<'a, D> {
             cell: h.map_or(1.0, |h| h.powi(D as i32)),
             axis: None,
             delta: scene.mollifier.map(|softening| softening.delta(h)),
+            h,
             step: 0,
         })
     }
@@ -88,7 +97,20 @@ impl<'a, const D: usize> Flow<'a, D> {
     }
 
     fn energy(&mut self) -> Result<Option<f64>> {
-        let Some(plan) = &self.energy else { return Ok(None) };
+        let plan = match &self.energy {
+            None => return Ok(None),
+            Some(Energy::WithEntropy(plan)) => {
+                let mut positions = self.positions.clone();
+                let particles = Trajectories { positions: &mut positions, ..Trajectories::none() };
+                let state = State { masses: &self.start.masses, particles, tracers: Trajectories::none() };
+                let (advance, mut report) =
+                    (Advance { dt: self.scene.dt, steps: 0, after_step: None }, Report::default());
+                let mut run = run(self.pool);
+                aggregation::step(plan, self.kernel, state, advance, self.memory.slice(), &mut run, &mut report)?;
+                return Ok(report.energy.map(|(energy, _)| energy));
+            }
+            Some(Energy::Forces(plan)) => plan,
+        };
         let mut potential = vec![0.0; self.positions.len()];
         let sources = Sources::new(&self.positions, &self.start.masses);
         let outputs = Outputs { potential: Some(&mut potential), ..Outputs::default() };
@@ -159,6 +181,40 @@ fn density<const D: usize>(scene: &Scene, start: &Particles, h: Option<f64>, poo
         missing.iter().zip(sums).for_each(|(&index, sum)| density[index] = sum);
     }
     Ok((density, missing.len()))
+}
+
+/// The plan of a run, with the scene's diffusion.
+fn planned<const D: usize>(
+    scene: &Scene,
+    h: Option<f64>,
+    kernel: &dyn Interaction<f64, D>,
+    n: usize,
+    wanted: Wanted,
+) -> Result<aggregation::Plan> {
+    let options = options(scene);
+    let plan = aggregation::plan(kernel, n, 0, wanted, &options).context("plan")?;
+    match kernel::diffusion(scene, h) {
+        Some(diffusion) => plan.with_diffusion::<f64, D>(&diffusion, &options).context("diffusion"),
+        None => Ok(plan),
+    }
+}
+
+impl Energy {
+    fn new<const D: usize>(scene: &Scene, h: Option<f64>, kernel: &dyn Interaction<f64, D>, n: usize) -> Result<Self> {
+        if scene.diffusion.is_some() {
+            let wanted = Wanted { energy: true, ..Wanted::default() };
+            return Ok(Self::WithEntropy(Box::new(planned(scene, h, kernel, n, wanted)?)));
+        }
+        let outputs = field::Wanted { potential: true, ..field::Wanted::default() };
+        Ok(Self::Forces(field::plan(kernel, n, n, outputs, &options(scene))?))
+    }
+
+    fn workspace_bytes<const D: usize>(&self, workers: usize) -> Result<usize> {
+        Ok(match self {
+            Self::Forces(plan) => plan.workspace_bytes(workers)?,
+            Self::WithEntropy(plan) => plan.workspace_bytes::<f64, D>(workers)?,
+        })
+    }
 }
 
 fn options(scene: &Scene) -> Options {
@@ -246,9 +302,16 @@ impl<const D: usize> Simulation for Flow<'_, D> {
 
     fn plan(&self, particles: usize) -> Result<Vec<String>> {
         let wanted = Wanted { density: self.density.is_some(), ..Wanted::default() };
-        let plan = aggregation::plan(self.kernel, particles, 0, wanted, &options(self.scene)).context("plan")?;
-        let field = plan.field();
-        let mut lines = vec![format!("velocity: {:?} sum, because {:?}", field.method(), field.reason())];
+        let plan = planned(self.scene, self.h, self.kernel, particles, wanted)?;
+        let line =
+            |what: &str, field: &field::Plan| format!("{what}: {:?} sum, because {:?}", field.method(), field.reason());
+        let mut lines = vec![line("velocity", plan.field())];
+        if let Some(field) = plan.diffusion_field() {
+            lines.push(line("diffusion", field));
+            if self.scene.kernel.iter().all(|term| term.law == Law::Newtonian && term.coefficient == 0.0) {
+                lines.push("skipped: sums of the kernel, whose coefficient is 0".to_owned());
+            }
+        }
         let massless = self.start.masses.iter().filter(|mass| **mass == 0.0).count();
         if massless > 0 && particles == self.start.len() {
             lines.push(format!("skipped: {massless} sources without mass"));

@@ -1,6 +1,7 @@
 //! From a scene's terms to a prepared kernel.
 
 use anyhow::{Context, Result};
+use mollis_core::aggregation::Diffusion;
 use mollis_core::exec::{Executor, Run};
 use mollis_core::field::{self, Interaction, Options, Outputs, Sources, Wanted};
 use mollis_core::kernel::{Kernel, Law as CoreLaw, Term as CoreTerm};
@@ -16,6 +17,16 @@ pub fn mollifier(softening: Option<&Softening>) -> Mollifier {
         Some(s) if s.compact => Mollifier::Compact { order: s.order, exponent: s.exponent },
         Some(s) => Mollifier::Gaussian { order: s.order },
     }
+}
+
+/// The diffusion of a scene on a grid of spacing `h`.
+pub fn diffusion(scene: &Scene, h: Option<f64>) -> Option<Diffusion> {
+    scene.diffusion.map(|diffusion| Diffusion {
+        exponent: diffusion.exponent,
+        coefficient: diffusion.coefficient,
+        mollifier: mollifier(Some(&diffusion.mollifier)),
+        length: diffusion.mollifier.delta(h),
+    })
 }
 
 /// Prepares the kernel of a scene on a grid of spacing `h` and passes it on.

@@ -6,8 +6,8 @@ use super::mistake::Mistake;
 use super::records::multiple;
 use super::tree::{Node, Value};
 use super::types::{
-    Expectation, Law, Model, Output, Part, Picture, Pks, Sampling, Scene, SceneFile, Shape, Slope, Softening, Study,
-    Term,
+    Diffusion, Expectation, Law, Model, Output, Part, Picture, Pks, Sampling, Scene, SceneFile, Shape, Slope,
+    Softening, Study, Term,
 };
 use super::{folders, possible};
 
@@ -101,6 +101,10 @@ fn scene(name: &str, tree: &Node, probe: Probe<'_>, mistakes: &mut Vec<Mistake>)
     }
     let kernel = kernel(part("kernel"), dimension, mistakes);
     let combination = combination(tree, dimension, mistakes);
+    let diffusion = tree.get("diffusion").map(|node| {
+        let on_grid = text(part("sampling"), "kind").as_deref() == Some("grid");
+        diffusion(node, on_grid, mistakes)
+    });
     let initial: Vec<Part> = part("initial")
         .elements()
         .iter()
@@ -155,6 +159,7 @@ fn scene(name: &str, tree: &Node, probe: Probe<'_>, mistakes: &mut Vec<Mistake>)
         seed: number(tree, "seed").unwrap_or(1.0) as u64,
         kernel,
         combination,
+        diffusion,
         mollifier,
         initial,
         sampling,
@@ -231,6 +236,31 @@ fn combination(tree: &Node, dimension: usize, mistakes: &mut Vec<Mistake>) -> [f
         mistakes.push(Mistake { line: tree.line_of("combination"), text });
     }
     read
+}
+
+fn diffusion(node: &Node, has_h: bool, mistakes: &mut Vec<Mistake>) -> Diffusion {
+    let exponent = number(node, "exponent").unwrap_or(1.0);
+    let empty = Node::empty();
+    let blobs = node.get("mollifier").unwrap_or(&empty);
+    let mollifier = softening(blobs, has_h, mistakes);
+    if exponent < 1.0 {
+        let text = format!("diffusion.exponent = {exponent}: must be 1 or more");
+        mistakes.push(Mistake { line: node.line_of("exponent"), text });
+    }
+    let whole = exponent > 1.0 && exponent <= 64.0 && exponent.fract() == 0.0;
+    if mollifier.order > 2 && !whole {
+        let text = format!(
+            "diffusion.mollifier.order = {}: changes sign; must be 2, as diffusion.exponent = {exponent} is no whole number from 2 to 64",
+            mollifier.order
+        );
+        mistakes.push(Mistake { line: blobs.line_of("order"), text });
+    }
+    if mollifier.compact && mollifier.exponent < 2 {
+        let text =
+            "diffusion.mollifier.exponent = 1: must be 2 or more, for blobs with a slope at their edge".to_owned();
+        mistakes.push(Mistake { line: blobs.line_of("exponent"), text });
+    }
+    Diffusion { coefficient: number(node, "coefficient").unwrap_or(1.0), exponent, mollifier }
 }
 
 fn kernel(list: &Node, dimension: usize, mistakes: &mut Vec<Mistake>) -> Vec<Term> {

@@ -1,10 +1,10 @@
-//! Exact solutions under a Newtonian kernel: one round part, one ellipse of vortices, or two particles.
+//! Exact solutions: under a Newtonian kernel one round part, one ellipse of vortices, or two particles; Barenblatt's under diffusion alone.
 
 use mollis_core::exact::radial::{self, Bump};
 use mollis_core::exact::vortex::{self, Flow};
 
 use super::density::Density;
-use super::types::{Law, Part, Scene, Shape};
+use super::types::{Diffusion, Law, Part, Scene, Shape};
 
 /// How the particles of a scene move, if that is known in closed form.
 #[derive(Clone, Debug)]
@@ -19,6 +19,8 @@ enum Motion {
     Round { bump: Bump<f64>, center: Vec<f64>, density: Density },
     /// An ellipse of constant density under a turned gradient: Kirchhoff's.
     Ellipse { axes: [f64; 2], center: [f64; 2], density: f64 },
+    /// A round part that is Barenblatt's profile of its diffusion at the time `age`: distances grow like t^rate.
+    Spreading { age: f64, rate: f64, center: Vec<f64>, density: Density },
     /// Two particles in the plane.
     Pair { points: [[f64; 2]; 2], masses: [f64; 2] },
 }
@@ -27,6 +29,10 @@ impl Exact {
     /// The solution of a scene, if it has one in closed form.
     pub fn of(scene: &Scene) -> Option<Self> {
         let ([term], [part]) = (scene.kernel.as_slice(), scene.initial.as_slice()) else { return None };
+        if let Some(diffusion) = &scene.diffusion {
+            let motion = Motion::spreading(part, diffusion, scene.dimension).filter(|_| term.coefficient == 0.0)?;
+            return Some(Self { flow: Flow { coefficient: 0.0, a: 1.0, b: 0.0 }, motion });
+        }
         if term.law != Law::Newtonian {
             return None;
         }
@@ -61,6 +67,10 @@ impl Exact {
                 let [x, y] = vortex::ellipse(vorticity, *axes, [start[0] - center[0], start[1] - center[1]], t);
                 vec![x + center[0], y + center[1]]
             }
+            Motion::Spreading { age, rate, center, .. } => {
+                let factor = (1.0 + t / age).powf(*rate);
+                start.iter().zip(center).map(|(x, c)| c + factor * (x - c)).collect()
+            }
             Motion::Pair { points, masses } => {
                 let which = usize::from(start != points[0]);
                 self.flow.pair(*points, *masses, t)[which].to_vec()
@@ -75,6 +85,10 @@ impl Exact {
                 radial::density_along(self.attraction(), density.at(start).unwrap_or(0.0), t)
             }
             Motion::Ellipse { density, .. } => *density,
+            Motion::Spreading { age, rate, density, center } => {
+                let stretch = (1.0 + t / age).powf(*rate);
+                density.at(start).unwrap_or(0.0) * stretch.powi(-(center.len() as i32))
+            }
             Motion::Pair { .. } => f64::NAN,
         }
     }
@@ -83,7 +97,7 @@ impl Exact {
     pub fn blow_up(&self) -> f64 {
         match &self.motion {
             Motion::Round { density, .. } => radial::blow_up_time(self.attraction(), density.maximum()),
-            Motion::Ellipse { .. } => f64::INFINITY,
+            Motion::Ellipse { .. } | Motion::Spreading { .. } => f64::INFINITY,
             // The square of the distance falls by a c (m + n) / pi a unit of time.
             Motion::Pair { points: [x, y], masses: [m, n] } => {
                 let square = (x[0] - y[0]).powi(2) + (x[1] - y[1]).powi(2);
@@ -118,6 +132,21 @@ impl Motion {
         let density = Density::new(part, dimension);
         let bump = Bump::new(density.maximum(), radius, k).ok()?;
         Some(Self::Round { bump, center: part.center.clone(), density })
+    }
+
+    /// For m = 1 + 1/k: `rho^(m-1) = height^(m-1) (1 - r^2 / radius^2)` with `height^(m-1) / radius^2 = rate (m-1) / (2 m nu age)`.
+    fn spreading(part: &Part, diffusion: &Diffusion, dimension: usize) -> Option<Self> {
+        let Shape::Polynomial(k @ 1..) = part.shape else { return None };
+        let m = 1.0 + 1.0 / f64::from(k);
+        let (&radius, others) = part.axes.split_first()?;
+        if others.iter().any(|&axis| axis != radius) || (diffusion.exponent - m).abs() > 1e-9 {
+            return None;
+        }
+        let density = Density::new(part, dimension);
+        let rate = 1.0 / (dimension as f64 * (m - 1.0) + 2.0);
+        let curvature = density.maximum().powf(m - 1.0) / (radius * radius);
+        let age = rate * (m - 1.0) / (2.0 * m * diffusion.coefficient * curvature);
+        Some(Self::Spreading { age, rate, center: part.center.clone(), density })
     }
 
     fn ellipse(part: &Part, a: f64) -> Option<Self> {

@@ -60,6 +60,7 @@ impl Scene {
     /// Why the run carries no density along trajectories; nothing if it carries one.
     pub fn lacks_density(&self) -> Option<&'static str> {
         match self.model {
+            Model::Blob | Model::Particle if self.diffusion.is_some() => Some("with diffusion none is carried"),
             Model::Blob | Model::Particle if !self.output.density => Some("output.density is not set"),
             // Where the data give none, the sum of the blobs is the density.
             Model::Blob => None,

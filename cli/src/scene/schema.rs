@@ -158,6 +158,16 @@ pub const SCENE: &[Field] = &[
         ),
     ),
     only(
+        ("model", DETERMINISTIC),
+        field(
+            "diffusion",
+            Table(DIFFUSION),
+            "",
+            Otherwise("none"),
+            "rho_t = coefficient Laplacian(rho^exponent) besides, by blobs; a kernel of coefficient 0 leaves it alone",
+        ),
+    ),
+    only(
         ("model", &["blob", "profile"]),
         field("mollifier", Table(MOLLIFIER), "", Required, "what the kernel is softened with"),
     ),
@@ -231,6 +241,18 @@ const KERNEL: &[Field] = &[
     only(("kind", &["power"]), field("p", Number(Any), "", Required, "exponent, above 1 - dimension")),
     only(("kind", &["exponential"]), field("length", Number(Positive), "length", Required, "decay length")),
     only(("kind", &["screened"]), field("k", Number(Positive), "1/length", Required, "inverse screening length")),
+];
+
+const DIFFUSION: &[Field] = &[
+    field("coefficient", Number(Positive), "length^(2+d(m-1))/time/mass^(m-1)", Otherwise("1"), "nu"),
+    field("exponent", Number(Any), "", Otherwise("1"), "m, 1 or more: 1 is the heat equation, above 1 a porous medium"),
+    field(
+        "mollifier",
+        Table(MOLLIFIER),
+        "",
+        Required,
+        "the blobs: of order 2, or m is a whole number from 2 to 64; a compact one of exponent 2 or more",
+    ),
 ];
 
 const MOLLIFIER: &[Field] = &[

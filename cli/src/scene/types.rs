@@ -38,6 +38,8 @@ pub struct Scene {
     pub kernel: Vec<Term>,
     /// (a, b): the velocity is -(a + b J) grad u, J the turn by +90 degrees.
     pub combination: [f64; 2],
+    /// Diffusion besides.
+    pub diffusion: Option<Diffusion>,
     /// What it is softened with; absent for the particle method.
     pub mollifier: Option<Softening>,
     /// Parts of the initial data.
@@ -121,6 +123,17 @@ impl Softening {
     pub fn delta(&self, h: Option<f64>) -> f64 {
         self.delta.unwrap_or_else(|| self.scale * h.unwrap_or(f64::NAN).powf(self.power))
     }
+}
+
+/// rho_t = nu Laplacian(rho^m) by blobs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Diffusion {
+    /// nu.
+    pub coefficient: f64,
+    /// m.
+    pub exponent: f64,
+    /// The blobs.
+    pub mollifier: Softening,
 }
 
 /// A part of the initial data.

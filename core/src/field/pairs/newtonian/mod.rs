@@ -987,7 +987,7 @@ pub(super) fn outside_gradient<T: Real, I: Isa<T>, const D: usize, const NB: usi
     }
 }
 
-/// S_D K of the bare kernel; in 2D log r2.
+/// S_D K of the bare kernel; in 2D log r2, with as few divisions as the gradient.
 #[inline(always)]
 pub(super) fn outside_potential<T: Real, I: Isa<T>, const D: usize, const NB: usize>(
     isa: I,
@@ -1012,7 +1012,14 @@ pub(super) fn outside_potential<T: Real, I: Isa<T>, const D: usize, const NB: us
                 (*z, *e) = log_numerator(isa, r2);
                 *e = isa.add(*e, log_exponent);
             }
-            values.iter_mut().for_each(|z| *z = isa.div(*z, isa.add(two, *z)));
+            if const { NB > 1 } {
+                let mut sums = values;
+                sums.iter_mut().for_each(|z| *z = isa.add(two, *z));
+                let inverses = isa.quotients(isa.splat(T::ONE), sums);
+                values.iter_mut().zip(inverses).for_each(|(z, inverse)| *z = isa.mul(*z, inverse));
+            } else {
+                values.iter_mut().for_each(|z| *z = isa.div(*z, isa.add(two, *z)));
+            }
             log(isa, e, values)
         }
         _ => {
