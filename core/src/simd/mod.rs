@@ -29,7 +29,7 @@ mod rows;
 mod vectors;
 mod with_simd;
 
-pub(crate) use ahead::fetch_ahead;
+pub use ahead::fetch_ahead;
 pub use lanes::{BlockJob, Isa, Job, MAX_LANES, Part, Row};
 pub use level::Level;
 pub(crate) use log::{log, log_numerator};
