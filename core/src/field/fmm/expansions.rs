@@ -289,7 +289,7 @@ fn exponential<T: Real, I: Isa<T>>(
     inverse: &[T; ROOM],
     [real, imaginary]: &mut Series<T>,
 ) {
-    let (mut power, factor) = lanes.powers(isa, step.map(|part| isa.splat(part)));
+    let (mut power, factor) = lanes.powers(isa, [isa.splat(step[0]), isa.splat(step[1])]);
     let real = I::Row::of_mut(real.get_mut(MAX_LANES..).unwrap_or_default());
     let imaginary = I::Row::of_mut(imaginary.get_mut(MAX_LANES..).unwrap_or_default());
     for ((re, im), inverse) in real.iter_mut().zip(imaginary).zip(I::Row::of(inverse)).take(blocks_of::<T, I>(terms)) {

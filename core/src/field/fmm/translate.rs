@@ -70,19 +70,20 @@ impl<T: Real> Steps<T> {
         let square = isa.mul_add(x, x, isa.mul(y, y));
         let per_square = isa.div(one, square);
         let inverse = [isa.mul(x, per_square), isa.sub(zero, isa.mul(y, per_square))];
-        let times = |factor: I::V| [isa.store(isa.mul(inverse[0], factor)), isa.store(isa.mul(inverse[1], factor))];
         let is_less = isa.lt(radius, own);
         let (large, small) = (isa.select(is_less, own, radius), isa.select(is_less, radius, own));
         let rho = isa.div(large, isa.sub(isa.sqrt(square), small));
         // Its square is not zero for points either.
         let of_rho = logarithm(isa, isa.mul_add(rho, rho, isa.splat(T::EPSILON * T::EPSILON)), zero);
         let of_all = isa.splat(T::from_f64(2.0 * OPENING_LOG) * T::from_usize(all));
-        let log = log_exponent
-            .map_or(zero, |exponent| isa.mul(logarithm(isa, square, isa.splat(exponent)), isa.splat(T::HALF)));
+        let mut log = zero;
+        if let Some(exponent) = log_exponent {
+            log = isa.mul(logarithm(isa, square, isa.splat(exponent)), isa.splat(T::HALF));
+        }
         Self {
-            inverse: times(one),
-            source: times(radius),
-            target: times(isa.sub(zero, own)),
+            inverse: stored(isa, inverse, one),
+            source: stored(isa, inverse, radius),
+            target: stored(isa, inverse, isa.sub(zero, own)),
             terms: isa.store(isa.div(of_all, of_rho)),
             log: isa.store(log),
         }
@@ -93,6 +94,12 @@ impl<T: Real> Steps<T> {
     fn terms(&self, lane: usize, all: usize) -> usize {
         all.min(self.terms.get(lane).copied().present_or(T::ZERO).to_u32() as usize + 1)
     }
+}
+
+/// A complex number of each lane times a real one, in memory.
+#[inline(always)]
+fn stored<T: Real, I: Isa<T>>(isa: I, [re, im]: [I::V; 2], factor: I::V) -> [[T; MAX_LANES]; 2] {
+    [isa.store(isa.mul(re, factor)), isa.store(isa.mul(im, factor))]
 }
 
 /// log x, of which something is added to the binary exponent.
@@ -106,7 +113,8 @@ fn logarithm<T: Real, I: Isa<T>>(isa: I, x: I::V, exponent: I::V) -> I::V {
 /// A complex number of a lane, in all lanes.
 #[inline(always)]
 fn splat<T: Real, I: Isa<T>>(isa: I, [re, im]: &[[T; MAX_LANES]; 2], lane: usize) -> [I::V; 2] {
-    [re, im].map(|part| isa.splat(part.get(lane).copied().present_or(T::ZERO)))
+    let (re, im) = (re.get(lane).copied(), im.get(lane).copied());
+    [isa.splat(re.present_or(T::ZERO)), isa.splat(im.present_or(T::ZERO))]
 }
 
 impl<T: Real> Job<T> for Translate<'_, '_, T> {
@@ -206,7 +214,9 @@ fn scale<T: Real, I: Isa<T>>(
     let to = I::Row::of_mut(real).iter_mut().zip(I::Row::of_mut(imaginary)).take(blocks_of::<T, I>(terms));
     let Some((of_real, of_imaginary)) = from.and_then(|from| from.split_at_checked(stride)) else {
         let zero = isa.splat(T::ZERO);
-        to.for_each(|(re, im)| (*re, *im) = (isa.store_row(zero), isa.store_row(zero)));
+        for (re, im) in to {
+            (*re, *im) = (isa.store_row(zero), isa.store_row(zero));
+        }
         return;
     };
     let (mut power, factor) = lanes.powers(isa, ratio);
