@@ -53,6 +53,14 @@ pub(crate) fn log<T: Scalar, I: Isa<T>, const N: usize>(isa: I, e: [I::V; N], s:
     join(isa, &e, &[isa.splat(T::from_f64(core::f64::consts::LN_2)); N], &part)
 }
 
+/// log x, of which something is added to the binary exponent.
+#[inline(always)]
+pub(crate) fn log_of<T: Scalar, I: Isa<T>>(isa: I, x: I::V, exponent: I::V) -> I::V {
+    let (z, e) = log_numerator(isa, x);
+    let [log] = log(isa, [isa.add(e, exponent)], [isa.div(z, isa.add(isa.splat(T::TWO), z))]);
+    log
+}
+
 /// a b + c.
 #[inline(always)]
 fn join<T: Scalar, I: Isa<T>, const N: usize>(isa: I, a: &[I::V; N], b: &[I::V; N], c: &[I::V; N]) -> [I::V; N] {

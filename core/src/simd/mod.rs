@@ -32,7 +32,7 @@ mod with_simd;
 pub use ahead::fetch_ahead;
 pub use lanes::{BlockJob, Isa, Job, MAX_LANES, Part, Row};
 pub use level::Level;
-pub(crate) use log::{log, log_numerator};
+pub(crate) use log::{log, log_numerator, log_of};
 pub use rows::{OCTAVES, PANEL_BITS, ROW, ROWS, Rows};
 pub(crate) use with_simd::{Loops, with_simd};
 

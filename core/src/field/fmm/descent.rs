@@ -6,8 +6,8 @@
 //! * else left open for the parts of the target box, if that is the larger one or the source box is a leaf;
 //! * else divided, and its parts looked at in the same way.
 //!
-//! At a leaf nothing is left open: source leaves that are near are met pair by pair. Nothing is kept of these lists but what the boxes on the way down need. The
-//! order of the lists is that of the boxes, so near leaves that follow each other become one range of sources.
+//! At a leaf nothing is left open: source leaves that are near are met pair by pair. Nothing is kept of these lists but what the boxes on the way down need. Parts
+//! of a box stand next to each other in the lists, so near leaves that follow each other become one range of sources.
 //!
 //! Boxes of more than [`TASK`] targets come first, one after the other ([`Descent::begin`]); then every largest box of fewer is a task. A task repeats the lists of
 //! the boxes above it, but not their translations. Where room for a list ends, the pair of boxes is summed pair by pair, which is always right: it takes longer.

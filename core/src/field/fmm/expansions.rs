@@ -196,8 +196,8 @@ impl<T: Real> Gather<'_, T> {
 /// Room for a series, with a vector of zeros on either side.
 pub(super) const ROOM: usize = MAX_TERMS + 3 * MAX_LANES;
 
-/// The most vectors of a series.
-pub(super) const MAX_BLOCKS: usize = MAX_TERMS / 4;
+/// The most vectors of a series: the shortest ones have two lanes.
+pub(super) const MAX_BLOCKS: usize = MAX_TERMS / 2;
 
 /// Vectors of so many coefficients.
 #[inline(always)]
@@ -249,10 +249,18 @@ impl<V: Copy, M: Copy> Lanes<V, M> {
         (power, factor)
     }
 
-    /// Zero in all but the first lanes.
+    /// Adds the first so many lanes of real and imaginary parts to rows.
     #[inline(always)]
-    pub fn first<T: Real, I: Isa<T, V = V, M = M>>(&self, isa: I, lanes: usize, v: V) -> V {
-        isa.select(isa.lt(self.number, isa.splat(T::from_usize(lanes))), v, isa.splat(T::ZERO))
+    pub fn add_first<T: Real, I: Isa<T, V = V, M = M>>(
+        &self,
+        isa: I,
+        lanes: usize,
+        (to_re, to_im): (&mut I::Row, &mut I::Row),
+        [re, im]: [V; 2],
+    ) {
+        let (zero, is_first) = (isa.splat(T::ZERO), isa.lt(self.number, isa.splat(T::from_usize(lanes))));
+        *to_re = isa.store_row(isa.add(isa.load_row(to_re), isa.select(is_first, re, zero)));
+        *to_im = isa.store_row(isa.add(isa.load_row(to_im), isa.select(is_first, im, zero)));
     }
 }
 
@@ -306,12 +314,6 @@ fn at<T: Real, I: Isa<T>>(isa: I, series: &[T; ROOM], place: usize) -> I::V {
         Some(row) => isa.load_row(row),
         None => isa.splat(T::ZERO),
     }
-}
-
-/// Adds a vector to a row.
-#[inline(always)]
-pub(super) fn add_to<T: Real, I: Isa<T>>(isa: I, to: &mut I::Row, v: I::V) {
-    *to = isa.store_row(isa.add(isa.load_row(to), v));
 }
 
 /// The sums over j of x_j times a vector of y from place `start` on, going down by one (`DOWN`) or up: complex, in four sums that do not wait for each other.
@@ -370,12 +372,10 @@ impl<T: Real> Job<T> for Raise<'_, T> {
         }
         let (to_real, to_imaginary) = to.split_at_mut_checked(stride).unwrap_or_default();
         let to = I::Row::of_mut(to_real).iter_mut().zip(I::Row::of_mut(to_imaginary));
-        for (first, (to_re, to_im)) in (0..terms).step_by(I::LANES).zip(to) {
+        for (first, to) in (0..terms).step_by(I::LANES).zip(to) {
             let some = terms.min(first + I::LANES);
             let x = [real.get(..some).unwrap_or_default(), imaginary.get(..some).unwrap_or_default()];
-            let [a, b] = product::<T, I, true>(isa, x, powers, MAX_LANES + first);
-            add_to(isa, to_re, lanes.first(isa, terms - first, a));
-            add_to(isa, to_im, lanes.first(isa, terms - first, b));
+            lanes.add_first(isa, terms - first, to, product::<T, I, true>(isa, x, powers, MAX_LANES + first));
         }
     }
 }
@@ -420,12 +420,11 @@ impl<T: Real> Job<T> for Lower<'_, T> {
         }
         let (mut scale, factor) = lanes.real_powers(isa, isa.splat(ratio));
         let to = I::Row::of_mut(to_real).iter_mut().zip(I::Row::of_mut(to_imaginary));
-        for (first, (to_re, to_im)) in (0..terms).step_by(I::LANES).zip(to) {
+        for (first, to) in (0..terms).step_by(I::LANES).zip(to) {
             let left = terms - first;
             let e = [e_real.get(..left).unwrap_or_default(), e_imaginary.get(..left).unwrap_or_default()];
             let [a, b] = product::<T, I, false>(isa, e, factors, first);
-            add_to(isa, to_re, lanes.first(isa, left, isa.mul(a, scale)));
-            add_to(isa, to_im, lanes.first(isa, left, isa.mul(b, scale)));
+            lanes.add_first(isa, left, to, [isa.mul(a, scale), isa.mul(b, scale)]);
             scale = isa.mul(scale, factor);
         }
     }

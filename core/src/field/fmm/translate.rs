@@ -10,12 +10,12 @@
 //! Boxes that are farther from each other than they must be ([`super::settings`]) need fewer terms: with the larger radius a and the smaller one b, the error after n terms
 //! is that of rho^n, rho = a / (|D| - b).
 
-use super::expansions::{Lanes, MAX_BLOCKS, Order, PAIRS, Room, Series, add_to, blocks_of, times};
+use super::expansions::{Lanes, MAX_BLOCKS, Order, PAIRS, Room, Series, blocks_of, times};
 use super::settings::OPENING_LOG;
 use super::tree::{Shape, Tree};
 use crate::checked::Present;
 use crate::real::Real;
-use crate::simd::{BlockJob, Isa, Job, MAX_LANES, Row, log, log_numerator};
+use crate::simd::{BlockJob, Isa, Job, MAX_LANES, Row, log_of};
 
 /// Blocks of coefficients whose sums are in registers at a time.
 const TOGETHER: usize = 4;
@@ -74,11 +74,11 @@ impl<T: Real> Steps<T> {
         let (large, small) = (isa.select(is_less, own, radius), isa.select(is_less, radius, own));
         let rho = isa.div(large, isa.sub(isa.sqrt(square), small));
         // Its square is not zero for points either.
-        let of_rho = logarithm(isa, isa.mul_add(rho, rho, isa.splat(T::EPSILON * T::EPSILON)), zero);
+        let of_rho = log_of(isa, isa.mul_add(rho, rho, isa.splat(T::EPSILON * T::EPSILON)), zero);
         let of_all = isa.splat(T::from_f64(2.0 * OPENING_LOG) * T::from_usize(all));
         let mut log = zero;
         if let Some(exponent) = log_exponent {
-            log = isa.mul(logarithm(isa, square, isa.splat(exponent)), isa.splat(T::HALF));
+            log = isa.mul(log_of(isa, square, isa.splat(exponent)), isa.splat(T::HALF));
         }
         Self {
             inverse: stored(isa, inverse, one),
@@ -100,14 +100,6 @@ impl<T: Real> Steps<T> {
 #[inline(always)]
 fn stored<T: Real, I: Isa<T>>(isa: I, [re, im]: [I::V; 2], factor: I::V) -> [[T; MAX_LANES]; 2] {
     [isa.store(isa.mul(re, factor)), isa.store(isa.mul(im, factor))]
-}
-
-/// log x, of which something is added to the binary exponent.
-#[inline(always)]
-fn logarithm<T: Real, I: Isa<T>>(isa: I, x: I::V, exponent: I::V) -> I::V {
-    let (z, e) = log_numerator(isa, x);
-    let [log] = log(isa, [isa.add(e, exponent)], [isa.div(z, isa.add(isa.splat(T::TWO), z))]);
-    log
 }
 
 /// A complex number of a lane, in all lanes.
@@ -191,9 +183,8 @@ impl<T: Real> Translate<'_, '_, T> {
         let (real, rest) = to.split_at_mut_checked(stride).unwrap_or_default();
         let (imaginary, of_potential) = rest.split_at_mut_checked(stride).unwrap_or_default();
         let to = I::Row::of_mut(real).iter_mut().zip(I::Row::of_mut(imaginary));
-        for (first, ((re, im), sum)) in (0..terms).step_by(I::LANES).zip(to.zip(&sums)) {
-            add_to(isa, re, lanes.first(isa, terms - first, sum[0]));
-            add_to(isa, im, lanes.first(isa, terms - first, sum[1]));
+        for (first, (to, sum)) in (0..terms).step_by(I::LANES).zip(to.zip(&sums)) {
+            lanes.add_first(isa, terms - first, to, *sum);
         }
         if let (Some(_), Some(to)) = (log_exponent, of_potential.first_mut()) {
             *to += logs + I::Row::numbers(&[isa.store_row(potential)]).iter().fold(T::ZERO, |sum, &x| sum + x);

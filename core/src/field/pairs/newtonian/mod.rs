@@ -40,7 +40,7 @@ use crate::field::PairRadius;
 use crate::kernel::sphere;
 use crate::mollifier::{Blob, Mollifier, gaussian_weights};
 use crate::real::Real;
-use crate::simd::{Isa, Part, log, log_numerator};
+use crate::simd::{Isa, Part, log, log_numerator, log_of};
 use inside::Inside;
 
 /// A Newtonian kernel: `coefficient` times the blob's potential; if `EACH`, every source has a core radius of its own in place of the blob's delta.
@@ -133,9 +133,8 @@ impl<T: Real> Each<T> {
             if D == 2 {
                 core.factors = [core.ratio_square, one];
                 if P == POTENTIALS {
-                    let (z, e) = log_numerator(isa, isa.mul(edge, isa.splat(T::ONE / self.support_square)));
-                    let e = isa.add(e, isa.splat(T::from_i32(self.position.saturating_mul(-2))));
-                    let [value] = log(isa, [e], [isa.div(z, isa.add(isa.splat(T::TWO), z))]);
+                    let square = isa.mul(edge, isa.splat(T::ONE / self.support_square));
+                    let value = log_of(isa, square, isa.splat(T::from_i32(self.position.saturating_mul(-2))));
                     let of_table = if has_table { T::TWO * self.log_delta } else { T::ZERO };
                     core.offset = isa.sub(value, isa.splat(of_table));
                 }
