@@ -49,7 +49,7 @@ pub fn run(name: &str, arguments: &[String]) -> Result<()> {
     let folder = symbols::build()?;
     let file = ["c", "cpp", "f90"].iter().map(|ending| shell::root().join(format!("examples_c/{name}.{ending}")));
     let file = file.into_iter().find(|path| path.exists()).with_context(|| format!("no examples_c/{name}.*"))?;
-    let image = compile(&file, &folder)?;
+    let image = compile(&file, &folder, &shell::scratch("examples")?)?;
     shell::run(shell::program(image).args(arguments))
 }
 
@@ -89,16 +89,27 @@ fn block(page: &str, language: &str) -> Result<String> {
     Ok(after.split_once("```").with_context(|| format!("{page}: a block has no end"))?.0.to_owned())
 }
 
-/// Compiles the README's programs in C, C++ and Fortran and compares what they print with what it says.
+/// Compiles the README's programs in C, C++, Fortran and Rust and compares what they print with what it says.
 fn readme(folder: &Path) -> Result<()> {
     let scratch = shell::scratch("examples")?;
-    for (language, ending) in [("c", "c"), ("cpp", "cpp"), ("fortran", "f90")] {
+    for (language, ending) in [("c", "c"), ("cpp", "cpp"), ("fortran", "f90"), ("rust", "rs")] {
         let file = scratch.join("readme").with_extension(ending);
         std::fs::write(&file, block("README.md", language)?)?;
-        let printed = shell::output(&mut shell::program(compile(&file, folder)?))?;
+        let image = if ending == "rs" { rust(&file)? } else { compile(&file, folder, &scratch)? };
+        let printed = shell::output(&mut shell::program(image))?;
         ensure!(printed == "0.159155\n", "the README's program in {language} prints {printed}");
     }
     Ok(())
+}
+
+/// Compiles a program in Rust, with core as cargo has built it.
+fn rust(file: &Path) -> Result<PathBuf> {
+    let (core, image) = (symbols::release()?, file.with_extension("rust"));
+    let mut rustc = shell::program(std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into()));
+    rustc.args(["--edition=2024", "-Copt-level=3", "-Cpanic=abort", "--extern"]);
+    rustc.arg(format!("mollis_core={}", core.display())).arg("-L").arg(core.with_file_name("deps"));
+    shell::run(rustc.arg(file).arg("-o").arg(&image))?;
+    Ok(image)
 }
 
 /// Compiles the test of mollis.hpp in every form and runs it, and the program of its page.
@@ -133,6 +144,7 @@ pub fn all(valgrind: bool) -> Result<usize> {
         tools::need(&[("valgrind", "valgrind")])?;
     }
     let folder = symbols::build()?;
+    let scratch = shell::scratch(if valgrind { "valgrind" } else { "examples" })?;
     let mut files = shell::files("examples_c", if valgrind { &["c"] } else { &["c", "cpp", "f90"] })?;
     // Programs of MPI are left out under valgrind, which reports much that MPI's own libraries do.
     files.retain(|file| !(valgrind && is_mpi(file)));
@@ -142,7 +154,7 @@ pub fn all(valgrind: bool) -> Result<usize> {
     }
     let mut printed = BTreeMap::new();
     for file in &files {
-        let image = compile(file, &folder)?;
+        let image = compile(file, &folder, &scratch)?;
         if is_mpi(file) {
             on_ranks(file, &image)?;
             continue;
@@ -169,12 +181,12 @@ pub fn all(valgrind: bool) -> Result<usize> {
         ensure!(succeeded, "{} failed", shell::short(file));
         agree(&mut printed, file, text)?;
     }
-    let again = if valgrind { 0 } else { by_flang(&files, &folder, &mut printed)? };
+    let again = if valgrind { 0 } else { by_flang(&files, &folder, &scratch, &mut printed)? };
     Ok(files.len() + again)
 }
 
 /// Compiles the Fortran programs with flang as well, if it is installed. They have to print what the others of their name do.
-fn by_flang(files: &[PathBuf], folder: &Path, printed: &mut Printed) -> Result<usize> {
+fn by_flang(files: &[PathBuf], folder: &Path, scratch: &Path, printed: &mut Printed) -> Result<usize> {
     let Some(compiler) = FLANG_NAMES.into_iter().find(|name| tools::found(name)) else {
         println!("Fortran by flang: NOT RUN, it is not installed");
         return Ok(0);
@@ -183,7 +195,7 @@ fn by_flang(files: &[PathBuf], folder: &Path, printed: &mut Printed) -> Result<u
     for file in files.iter().filter(|file| is_fortran(file)) {
         let mut command = shell::program(compiler);
         command.args(FLANG);
-        let image = link(command, file, folder)?;
+        let image = link(command, file, folder, scratch)?;
         println!("{}, {compiler}", shell::short(file));
         let (succeeded, text) = shell::tee(&mut shell::program(image))?;
         ensure!(succeeded, "{} failed", shell::short(file));
@@ -246,7 +258,7 @@ fn agree(printed: &mut Printed, file: &Path, text: String) -> Result<()> {
     Ok(())
 }
 
-fn compile(file: &Path, folder: &Path) -> Result<PathBuf> {
+fn compile(file: &Path, folder: &Path, scratch: &Path) -> Result<PathBuf> {
     let (compiler, package, flags) = match file.extension().and_then(|e| e.to_str()) {
         Some("c") if is_mpi(file) => ("mpicc", "libopenmpi-dev", C),
         Some("c") => ("gcc", "gcc", C),
@@ -266,16 +278,15 @@ fn compile(file: &Path, folder: &Path) -> Result<PathBuf> {
     if source.contains("<omp.h>") {
         command.arg("-fopenmp");
     }
-    link(command, file, folder)
+    link(command, file, folder, scratch)
 }
 
-/// Compiles a program, by a compiler with its flags, and links it with the library.
-fn link(mut command: Command, file: &Path, folder: &Path) -> Result<PathBuf> {
-    let scratch = shell::scratch("examples")?;
+/// Compiles a program, by a compiler with its flags, and links it with the library in `folder`. The program lies in `scratch`.
+fn link(mut command: Command, file: &Path, folder: &Path, scratch: &Path) -> Result<PathBuf> {
     let image = scratch.join(file.file_stem().context("no name")?);
     command.arg("-Iinclude");
     if is_fortran(file) {
-        command.arg("-J").arg(&scratch).arg("include/mollis.f90");
+        command.arg("-J").arg(scratch).arg("include/mollis.f90");
     }
     command.arg(file).arg(folder.join("libmollis.a")).args(["-lm", "-o"]).arg(&image);
     shell::run(&mut command)?;

@@ -1,5 +1,7 @@
 //! Runs all suites, the cheapest first, and prints a table of minutes and one line with the sums.
 
+use std::fs::File;
+use std::sync::Mutex;
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
@@ -13,9 +15,10 @@ struct Count {
     failed: usize,
 }
 
+/// Name, description, function.
 type Suite = (&'static str, &'static str, fn() -> Result<Count>);
 
-/// Name, description, function.
+/// These keep all processors busy.
 const SUITES: &[Suite] = &[
     ("format", "the source is as rustfmt leaves it", || {
         checked(shell::run(shell::cargo().args(["fmt", "--all", "--check"])))
@@ -32,6 +35,10 @@ const SUITES: &[Suite] = &[
     }),
     ("features", "each combination of features builds", || checked(features::run())),
     ("symbols", "nothing but memory functions is needed", || checked(symbols::run())),
+];
+
+/// These wait for one compiler, linker or program after the other, once `symbols` has built the libraries: two run at a time.
+const PAIRED: &[Suite] = &[
     ("install", "programs find the libraries where they are installed", || counted(install::check())),
     ("python", "the wheel builds, installs and passes its tests", || counted(python::check())),
     ("languages", "the header and programs in C, C++ and Fortran", || counted(languages())),
@@ -41,37 +48,79 @@ const SUITES: &[Suite] = &[
     ("valgrind", "the C programs touch no memory that is not theirs", || counted(examples::all(true))),
 ];
 
+/// A line of the table: name, result, minutes.
+type Row = (&'static str, Count, f64);
+
 /// Runs the suites named, or all.
 pub fn run(names: &[String]) -> Result<()> {
-    if let Some(unknown) = names.iter().find(|n| !SUITES.iter().any(|(name, ..)| name == n)) {
-        let known: Vec<_> = SUITES.iter().map(|(name, ..)| *name).collect();
+    if let Some(unknown) = names.iter().find(|n| !SUITES.iter().chain(PAIRED).any(|(name, ..)| name == n)) {
+        let known: Vec<_> = SUITES.iter().chain(PAIRED).map(|(name, ..)| *name).collect();
         bail!("no suite `{unknown}`; there are {}", known.join(", "));
     }
-    let mut rows = Vec::new();
-    let chosen = |name: &str| names.is_empty() || names.iter().any(|n| n == name);
-    for (name, about, suite) in SUITES.iter().filter(|(name, ..)| chosen(name)) {
-        println!("\n== {name}: {about}");
-        let start = Instant::now();
-        let count = suite().unwrap_or_else(|error| {
-            println!("{name} failed: {error:#}");
-            Count { passed: 0, failed: 1 }
-        });
-        rows.push((name, count, start.elapsed().as_secs_f64() / 60.0));
+    let chosen = |(name, ..): &&Suite| names.is_empty() || names.iter().any(|n| n == name);
+    let mut rows: Vec<Row> = SUITES.iter().filter(chosen).map(|suite| timed(suite, here)).collect();
+    match PAIRED.iter().filter(chosen).collect::<Vec<_>>()[..] {
+        [one] => rows.push(timed(one, here)),
+        ref several => rows.extend(two_at_a_time(several)),
     }
-    println!("\n{:<12} {:>7} {:>7} {:>8}", "suite", "passed", "failed", "minutes");
+    print!("\n{TABLE}");
     let mut sum = Count::default();
-    let mut minutes = 0.0;
-    for (name, count, time) in &rows {
-        println!("{name:<12} {:>7} {:>7} {time:>8.2}", count.passed, count.failed);
+    for (name, count, minutes) in &rows {
+        println!("{name:<12} {:>7} {:>7} {minutes:>8.2}", count.passed, count.failed);
         sum = Count { passed: sum.passed + count.passed, failed: sum.failed + count.failed };
-        minutes += time;
     }
-    println!("{:<12} {:>7} {:>7} {minutes:>8.2}", "all", sum.passed, sum.failed);
     println!("\n{} passed, {} failed", sum.passed, sum.failed);
     if sum.failed > 0 {
         std::process::exit(1);
     }
     Ok(())
+}
+
+const TABLE: &str = "suite         passed  failed  minutes\n";
+
+fn timed(suite: &Suite, run: fn(&Suite) -> Result<Count>) -> Row {
+    let start = Instant::now();
+    let count = run(suite).unwrap_or_else(|error| {
+        println!("{} failed: {error:#}", suite.0);
+        Count { passed: 0, failed: 1 }
+    });
+    (suite.0, count, start.elapsed().as_secs_f64() / 60.0)
+}
+
+fn here(&(name, about, suite): &Suite) -> Result<Count> {
+    println!("\n== {name}: {about}");
+    suite()
+}
+
+fn two_at_a_time(suites: &[&Suite]) -> Vec<Row> {
+    let (next, rows) = (Mutex::new(suites.iter()), Mutex::new(Vec::new()));
+    let take = || next.lock().expect("no thread panics").next();
+    std::thread::scope(|scope| {
+        for _ in 0..2 {
+            scope.spawn(|| {
+                while let Some(suite) = take() {
+                    let row = timed(suite, by_itself);
+                    rows.lock().expect("no thread panics").push(row);
+                }
+            });
+        }
+    });
+    rows.into_inner().expect("no thread panics")
+}
+
+/// Runs a suite by a program of its own, and prints what that wrote when it ends.
+fn by_itself(&(name, ..): &Suite) -> Result<Count> {
+    let log = shell::scratch("suites")?.join(name).with_extension("log");
+    let file = File::create(&log)?;
+    let mut program = shell::program(std::env::current_exe()?);
+    program.args(["test", name]).stdout(file.try_clone()?).stderr(file);
+    program.status()?;
+    let text = shell::read(&log)?;
+    let (output, table) = text.rsplit_once(TABLE).with_context(|| format!("it ended early:\n{text}"))?;
+    print!("{output}");
+    let numbers: Vec<_> = table.lines().last().unwrap_or_default().split(' ').map(str::parse).collect();
+    let [Ok(passed), _, Ok(failed), _] = numbers[..] else { bail!("its last line has changed") };
+    Ok(Count { passed, failed })
 }
 
 fn checked(result: Result<()>) -> Result<Count> {

@@ -103,7 +103,7 @@ pub fn run() -> Result<()> {
 }
 
 /// Builds core as Rust programs link it and returns its archive.
-fn release() -> Result<PathBuf> {
+pub fn release() -> Result<PathBuf> {
     shell::run(shell::cargo().args(["build", "--quiet", "--release", "--package", "mollis-core"]))?;
     Ok(shell::target().join("release/libmollis_core.rlib"))
 }

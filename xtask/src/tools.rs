@@ -30,6 +30,9 @@ pub fn need(pairs: &[(&str, &str)]) -> Result<()> {
     if !(found("apt-get") && is_root()) {
         bail!("{sentence}; install them and run again");
     }
+    // Two suites run at a time.
+    let lock = std::fs::File::create(shell::scratch("tools")?.join("lock"))?;
+    lock.lock()?;
     println!("{sentence}; installing");
     let apt = |arguments: &[&str]| {
         let mut command = Command::new("apt-get");

@@ -17,8 +17,6 @@ mod state;
 mod step;
 #[cfg(test)]
 mod testing;
-#[cfg(test)]
-mod tests;
 pub mod theory;
 
 pub use collision::{CollisionLaw, Merging};

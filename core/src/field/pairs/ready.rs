@@ -20,7 +20,7 @@ pub(super) struct Ready<'a, T: Real, const D: usize, K: PairKernel<T, D>> {
     pub closer: &'a [Option<K::Prepared>; close::RESCALINGS],
 }
 
-/// Whether passes are compiled for each level. In the crate's unit tests only for one, as `core/tests/levels` and the package `tests` run all.
+/// Whether passes are compiled for each level. In the crate's unit tests only for one, as the package `tests` runs all.
 const ALL_LEVELS: bool = cfg!(not(test));
 
 impl<T: Real, const D: usize, K: PairKernel<T, D>> ErasedKernel<T, D> for Ready<'_, T, D, K> {

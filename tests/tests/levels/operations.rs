@@ -3,7 +3,7 @@
 use mollis_core::Real;
 use mollis_core::simd::{Isa, Job, MAX_LANES, PANEL_BITS, ROW, ROWS, Rows};
 
-use crate::{Random, levels};
+use super::{Random, levels};
 
 impl Random {
     /// Of either sign, with an exponent up to `range` in magnitude: every fifth a power of two, every fifth next to one.

@@ -1,16 +1,16 @@
 //! A step does not depend on the units of length, mass and time.
 
-use super::*;
-use crate::error::{Error, Result};
-use crate::exec::{Run, Serial};
-use crate::field;
-use crate::grid::{Equation, Grid, Mesh};
-use crate::memory::ALIGN;
-use crate::mollifier::{Blob, Mollifier};
-use crate::pks::testing::Uniform;
-use crate::random::Philox;
-use crate::real::{Real, Scalar};
-use std::vec::Vec;
+use mollis_core::exec::{Run, Serial};
+use mollis_core::field;
+use mollis_core::grid::{Equation, Grid, Mesh};
+use mollis_core::mollifier::{Blob, Mollifier};
+use mollis_core::pks::{
+    Attraction, CollisionLaw, Counters, Event, Events, Heavy, Merging, Options, Report, Scheme, Setting, State, Summed,
+    step, workspace_bytes,
+};
+use mollis_core::random::Philox;
+use mollis_core::{Error, Real, Result, Scalar};
+use mollis_tests::Aligned;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Force {
@@ -40,19 +40,22 @@ struct End<T> {
     report: Report,
 }
 
-fn aligned(memory: &mut [u8]) -> &mut [u8] {
-    let start = memory.as_ptr().align_offset(ALIGN);
-    &mut memory[start..]
+/// Uniform numbers in [0, 1): Knuth's MMIX congruence.
+fn numbers() -> impl FnMut() -> f64 {
+    let mut state = 3_u64;
+    move || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / (1_u64 << 53) as f64
+    }
 }
 
 /// Some steps in units of length, mass and time that are these powers of two, even ones for mass and time, as their square roots are taken.
 fn run<T: Real>(case: Case, [length, mass, time]: [i32; 3]) -> Result<End<T>> {
     let c = T::from_f64;
     let Case { force, law, merging, noise, scheme, n } = case;
-    let mut numbers = Uniform(3);
-    let mut positions: Vec<[T; 2]> =
-        (0..n).map(|_| [0, 1].map(|_| c(1.8 * numbers.next() - 0.9).ldexp(length))).collect();
-    let mut masses: Vec<T> = (0..n).map(|_| c(0.2 + numbers.next()).ldexp(mass)).collect();
+    let mut number = numbers();
+    let mut positions: Vec<[T; 2]> = (0..n).map(|_| [0, 1].map(|_| c(1.8 * number() - 0.9).ldexp(length))).collect();
+    let mut masses: Vec<T> = (0..n).map(|_| c(0.2 + number()).ldexp(mass)).collect();
     if force == Force::Heavy {
         masses.iter_mut().take(3).for_each(|m| *m = c(12.0).ldexp(mass));
     }
@@ -66,13 +69,13 @@ fn run<T: Real>(case: Case, [length, mass, time]: [i32; 3]) -> Result<End<T>> {
     let exactly = field::Options::default();
     let mesh = Mesh::new([c(-1.0).ldexp(length); 2], [T::ONE.ldexp(length); 2], [16; 2]).unwrap();
     let summed: Summed<'_, T> = if force == Force::Sum { Some((&blob, &exactly)) } else { None };
-    let mut memory = std::vec![0; workspace_bytes(n, summed, &options, 1).unwrap() + ALIGN];
-    let mut space = std::vec![0; Grid::workspace_bytes(&mesh, &Equation::POISSON, 1).unwrap() + ALIGN];
-    let mut grid = Grid::prepare(aligned(&mut space), mesh, Equation::POISSON, 1).unwrap();
+    let mut memory = Aligned::new(workspace_bytes(n, summed, &options, 1).unwrap());
+    let mut space = Aligned::new(Grid::workspace_bytes(&mesh, &Equation::POISSON, 1).unwrap());
+    let mut grid = Grid::prepare(space.bytes(), mesh, Equation::POISSON, 1).unwrap();
     let softened = Heavy::softening(&mesh).unwrap();
     let heavy = Heavy { kernel: &softened, mass: c(10.0).ldexp(mass), core: softened.delta() };
     let mut counters = Counters { count: n as u64, ..Counters::default() };
-    let (mut log, mut absorbed) = (std::vec![Event::default(); n], std::vec![0; n]);
+    let (mut log, mut absorbed) = (vec![Event::default(); n], vec![0; n]);
     let (mut written, mut labels_written, mut report) = (0, 0, Report::default());
     for _ in 0..4 {
         let attraction = match force {
@@ -90,7 +93,7 @@ fn run<T: Real>(case: Case, [length, mass, time]: [i32; 3]) -> Result<End<T>> {
         let run = &mut Run { executor: &Serial, ..Run::default() };
         let setting = Setting { options: &options, attraction, run, report: Some(&mut report) };
         let dt = c(0.002).ldexp(time);
-        step(state, &mut counters, &mut Philox::new(7), dt, events, aligned(&mut memory), setting)?;
+        step(state, &mut counters, &mut Philox::new(7), dt, events, memory.bytes(), setting)?;
     }
     let left = counters.count as usize;
     counters.time = counters.time.ldexp(-time);
@@ -166,7 +169,7 @@ fn plain<T: Real>(positions: &mut [[T; 2]], masses: &mut [T], options: &Options<
     let blob = Blob::<T, 2>::new(Mollifier::None, T::ZERO).unwrap();
     let exactly = field::Options::default();
     let attraction = || if n > 1 { Attraction::Sum(&blob, &exactly) } else { Attraction::None };
-    let mut memory = std::vec![0; workspace_bytes(n, attraction().summed(), options, 1).unwrap() + ALIGN];
+    let mut memory = Aligned::new(workspace_bytes(n, attraction().summed(), options, 1).unwrap());
     let mut counters = Counters { count: n as u64, ..Counters::default() };
     let (mut log, mut absorbed, mut written, mut labels_written) = ([Event::default()], [0], 0, 0);
     let state = State { positions, masses, labels: &mut labels, species: None };
@@ -174,7 +177,7 @@ fn plain<T: Real>(positions: &mut [[T; 2]], masses: &mut [T], options: &Options<
         Events { events: &mut log, labels: &mut absorbed, written: &mut written, labels_written: &mut labels_written };
     let run = &mut Run { executor: &Serial, ..Run::default() };
     let setting = Setting { options, attraction: attraction(), run, report: None };
-    step(state, &mut counters, &mut Philox::new(1), dt, events, aligned(&mut memory), setting)?;
+    step(state, &mut counters, &mut Philox::new(1), dt, events, memory.bytes(), setting)?;
     Ok(counters)
 }
 

@@ -8,7 +8,7 @@ use mollis_core::memory::ALIGN;
 use mollis_core::mollifier::Mollifier;
 use mollis_core::simd::Level;
 
-use crate::{Random, levels};
+use super::{Random, levels};
 
 /// Memory at an aligned place.
 fn aligned<R>(bytes: usize, body: impl FnOnce(&mut [u8]) -> R) -> R {

@@ -11,7 +11,7 @@ use mollis_core::simd::Level;
 use mollis_core::{Error, Real, Result};
 use mollis_reference::field::{Soft, newtonian};
 
-use crate::{Random, cases, levels};
+use super::{Random, cases, levels};
 
 const ALL: Wanted = Wanted { potential: true, gradient: true, laplacian: true, hessian: false };
 

@@ -2,7 +2,6 @@
 //!
 //! With `MOLLIS_LEVEL` set to a level's name only that one runs, and a machine without it fails; with `MOLLIS_THIN` set there are fewer cases, for
 //! emulators. (`cargo xtask avx512` runs these tests so.)
-#![allow(clippy::disallowed_methods, reason = "a program with std")]
 
 mod direct;
 mod kernels;
