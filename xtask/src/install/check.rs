@@ -63,6 +63,12 @@ fn staged(stage: &Path, prefix: &Path) -> Result<usize> {
     for header in ["mollis.h", "mollis.hpp", "mollis_mt.h", "mollis.f90"] {
         ensure!(installed.contains(&format!("include/{header}")), "{} holds no {header}", inside.display());
     }
+    let parts = shell::read(&inside.join("share/mollis/sbom.cdx.json"))?;
+    for (name, is_there) in
+        [("mollis-core", true), ("libm", true), ("rayon-core", true), ("cbindgen", false), ("nalgebra", false)]
+    {
+        ensure!(parts.contains(&format!("\"name\": \"{name}\"")) == is_there, "the list of parts, {name}:\n{parts}");
+    }
     xtask("uninstall", prefix, Some(stage))?;
     ensure!(fs::read_dir(&inside)?.next().is_none(), "{} is not empty after uninstall", inside.display());
     xtask("install", prefix, Some(stage))?;
@@ -83,7 +89,7 @@ fn staged(stage: &Path, prefix: &Path) -> Result<usize> {
         }
     }
     ensure!(texts == LIBRARIES.len() + 2, "{texts} files for pkg-config and CMake");
-    Ok(3)
+    Ok(4)
 }
 
 /// Every file below a folder, relative to it.

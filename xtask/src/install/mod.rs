@@ -1,10 +1,11 @@
 //! Installs the libraries below a prefix, with what build systems need to find them, and removes them again.
 //!
-//! `archive` makes the static libraries that are installed, `files` writes and removes what is listed here, `check` is the suite.
+//! `archive` makes the static libraries that are installed, `sbom` lists what they are made of, `files` writes and removes what is listed here, `check` is the suite.
 
 mod archive;
 mod check;
 mod files;
+mod sbom;
 
 use std::path::Path;
 
@@ -75,6 +76,8 @@ fn entries(prefix: &str) -> Result<Vec<Entry>> {
     for file in ["LICENSE", "LICENSE-APACHE", "LICENSE-MIT"] {
         all.push(Entry::copy("share/licenses/mollis", shell::root().join(file))?);
     }
+    let parts = sbom::text(&LIBRARIES.map(|library| library.package))?;
+    all.push(Entry::new("share/mollis/sbom.cdx.json".into(), Content::Text(parts)));
     for library in &LIBRARIES {
         let name = library.name;
         let built = symbols::packages(&[library.package])?;
