@@ -9,6 +9,7 @@ mod counts;
 mod coverage;
 mod evidence;
 mod examples;
+mod faults;
 mod features;
 mod figures;
 mod firmware;
@@ -107,6 +108,12 @@ enum Command {
         #[arg(default_value = "")]
         filter: String,
     },
+    /// Puts faults into a copy of the sources, one at a time, and runs the tests that have to notice it.
+    Faults {
+        /// Part of a path: faults of these files; all if none is named.
+        #[arg(default_value = "")]
+        filter: String,
+    },
     /// Runs the checks of `fuzz/` with inputs that libFuzzer finds; `cargo test` replays those that are kept.
     Fuzz {
         /// A check; all if none is named.
@@ -166,6 +173,7 @@ fn run(command: Command) -> Result<()> {
         Command::Coverage => coverage::run(),
         Command::Evidence { arguments } => evidence::run(&arguments),
         Command::Stress { filter } => stress::run(&filter),
+        Command::Faults { filter } => faults::run(&filter),
         Command::Fuzz { target, seconds, input } => fuzz::run(target.as_deref(), seconds, input.as_deref()),
         Command::Sanitize => sanitize::run(),
         Command::Figures { quick, threads, scenes } => figures::run(quick, threads, &scenes),
