@@ -258,7 +258,8 @@ fn diffusion(node: &Node, has_h: bool, mistakes: &mut Vec<Mistake>) -> Diffusion
         mistakes.push(Mistake { line: blobs.line_of("order"), text });
     }
     if let Mollifier::Richardson { .. } = softening.mollifier {
-        let text = "diffusion.mollifier.kind = \"richardson\": not of diffusion; must be \"compact\" or \"gaussian\"".to_owned();
+        let text = "diffusion.mollifier.kind = \"richardson\": not of diffusion; must be \"compact\" or \"gaussian\""
+            .to_owned();
         mistakes.push(Mistake { line: blobs.line_of("kind"), text });
     }
     if matches!(softening.mollifier, Mollifier::Compact { exponent: ..2, .. }) {
@@ -317,7 +318,9 @@ fn softening(node: &Node, has_h: bool, mistakes: &mut Vec<Mistake>) -> Softening
     };
     match mollifier {
         Mollifier::Compact { order, .. } if order % 2 == 1 => wrong("must be 2, 4, 6 or 8"),
-        Mollifier::Richardson { order, .. } if !matches!(order, 4 | 6 | 8) => wrong("a combination has order 4, 6 or 8"),
+        Mollifier::Richardson { order, .. } if !matches!(order, 4 | 6 | 8) => {
+            wrong("a combination has order 4, 6 or 8")
+        }
         Mollifier::Gaussian { order } if !matches!(order, 2 | 4 | 6) => wrong("a gaussian has order 2, 4 or 6"),
         _ => {}
     }

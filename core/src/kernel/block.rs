@@ -189,7 +189,7 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
         let term = Term { law: Law::Newtonian, coefficient: 0.0 };
         Self {
             #[cfg(feature = "kernels")]
-            polynomials: blob.polynomials(),
+            polynomials: blob.polynomials_of_part(),
             blob,
             newtonian: T::ZERO,
             terms: [term; KEPT],

@@ -29,6 +29,10 @@
 //! Where a compact mollifier is so rough that its edge is seen beside it (t^a with a small a, not whole), the panels that miss their goal are
 //! measured and left out: [`Head::gap`], [`Head::rough`]. Where a host's three functions do not belong together, g is interpolated alone.
 //!
+//! # Several radii
+//! Under a Richardson combination of K radii the unit is 2 delta / K: the radii are its halves, at u = (j / 2)^2 + 1/16, borders of panels. The panels inside that miss their
+//! goal, of rough edges, are marked as those of a host's kernel are. A Newtonian field is a polynomial between the radii, and has none.
+//!
 //! # A host's kernel
 //! Its first knot, or its reach, is a power of two in u, so that it is a panel's border, as are knots at 2^(n/2) times its radius. Every panel is compared with the kernel
 //! ([`compare`]). One that holds another knot, or that misses the goal, is marked, and sums leave its pairs out: they are computed one by one. That is a few panels of some
@@ -318,14 +322,13 @@ fn fill<T: Real, const D: usize, const N: usize, const M: usize>(
         let per_square = |value: Extended| value.scale(unit).scale(unit);
         [value, per_square(factor), per_square(laplacian)].map(|value| value.in_units(exponent))
     };
-    let marks = reach.is_some() || edges > 1;
-    let limit = 1.0_f64.ldexp(if marks { mark_exponent::<T>() - 2 } else { T::MAX_EXPONENT - 24 });
+    let may_mark = reach.is_some() || edges > 1;
+    let limit = 1.0_f64.ldexp(if may_mark { mark_exponent::<T>() - 2 } else { T::MAX_EXPONENT - 24 });
     // A panel's constant is taken beyond a knot at its border.
     let beyond = if reach.is_some() && shift == 0.0 { 1.0 + 8.0 * f64::EPSILON } else { 1.0 };
     let (goal, goal_of_slope) = if T::DIGITS > 24 { (1e-14, 1e-13) } else { (2e-7, 4e-6) };
-    // Where the fits of several radii partly cancel, their errors are not what marks a panel.
+    // The fits of several radii cancel in part; their errors are not to mark a panel.
     let slack = if edges > 1 && T::DIGITS > 24 { 10.0 } else { 1.0 };
-    let half = 0.5 * f64::from(edges);
     let mut head = Head {
         unit,
         shift,
@@ -362,7 +365,7 @@ fn fill<T: Real, const D: usize, const N: usize, const M: usize>(
             }
             numbers.get_mut(N).into_iter().for_each(|slot| *slot = constant);
             if !numbers.iter().all(|number| number.abs() < limit) {
-                if marks {
+                if reach.is_some() {
                     head.marked = true;
                     rows.get_mut(row::<T>(least)).into_iter().for_each(|slot| *slot = marked());
                     continue;
@@ -376,7 +379,7 @@ fn fill<T: Real, const D: usize, const N: usize, const M: usize>(
             let close = match edges {
                 0 => false,
                 1 => (least - (1.0 + shift)).abs() < 0.5,
-                _ => least < half * half + shift + 0.5,
+                n => least < 0.25 * f64::from(n * n) + shift + 0.5,
             };
             let mut is_marked = false;
             if close || panel % 16 == 8 {

@@ -106,6 +106,14 @@ impl<T: Real, const D: usize> Blob<T, D> {
         }
     }
 
+    /// Those of what a combination combines, of the radius delta; else its own.
+    pub(crate) fn polynomials_of_part(&self) -> Option<Polynomials<T>> {
+        match &self.shape {
+            Shape::Combined(shape) if RICHARDSON => Some(Polynomials::new(shape.series(), self.delta)),
+            _ => self.polynomials(),
+        }
+    }
+
     /// The number of coefficients of a polynomial in t; `None` unless the mollifier is compact.
     pub(crate) fn terms(&self, of: Polynomial) -> Option<usize> {
         match &self.shape {

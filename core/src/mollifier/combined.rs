@@ -10,13 +10,12 @@
 //! | 2 | 4 | 4/3, -1/3: (9) |
 //! | 3 | 6 | 3/2, -3/5, 1/10: (10) |
 //! | 4 | 8 | 8/5, -4/5, 8/35, -1/35 |
-//!
-//! (As printed, with B(r/2) in place of B_(1/2)(r), neither (9) nor (10) has unit mass.)
 
 use super::compact::Compact;
 use super::distance::Distance;
 use super::newtonian::Newtonian;
 use super::scaled::Scaled;
+use super::series::Exact;
 use super::{Mollifier, Quantity};
 use crate::real::{DoubleWord, Real};
 
@@ -69,6 +68,11 @@ pub(super) struct Parts<'a, T, const D: usize> {
 impl<T: Real, const D: usize> Combined<T, D> {
     pub fn new(order: u32, exponent: u32) -> Self {
         Self { part: Compact::new(2, exponent), count: order / 2 }
+    }
+
+    /// The coefficients of a part.
+    pub fn series(&self) -> &Exact<T, D> {
+        &self.part.series
     }
 
     /// The point at distance `r` <= `delta`.
