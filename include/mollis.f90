@@ -92,6 +92,7 @@ module mollis
   integer(c_int32_t), parameter :: MOLLIS_MOLLIFIER_PLUMMER = 3
   integer(c_int32_t), parameter :: MOLLIS_MOLLIFIER_ALGEBRAIC = 4
   integer(c_int32_t), parameter :: MOLLIS_MOLLIFIER_VATISTAS = 5
+  integer(c_int32_t), parameter :: MOLLIS_MOLLIFIER_RICHARDSON = 6
   integer(c_int32_t), parameter :: MOLLIS_PKS_LAW_EXACT = 0
   integer(c_int32_t), parameter :: MOLLIS_PKS_LAW_PRINTED = 1
   integer(c_int32_t), parameter :: MOLLIS_PKS_MERGE_ALL = 0

@@ -231,6 +231,12 @@
 #define MOLLIS_MOLLIFIER_ALGEBRAIC 4
 /** Vatistas' vortex with n = 2, in the plane: K'/r is 1 / (2 pi (r^4 + delta^4)^(1/2)). */
 #define MOLLIS_MOLLIFIER_VATISTAS 5
+
+/**
+ * Richardson combination of order / 2 compact polynomials of order 2 (Anderson (8)): order 4 (9), of the radii delta and delta / 2 with the weights -1/3 and 4/3; order 6
+ * (10), of delta, 2/3 delta and delta / 3 with 1/10, -3/5 and 3/2; order 8, of delta times 1, 3/4, 1/2 and 1/4. Exponent 1 to 9; beyond delta the field is exactly Newtonian.
+ */
+#define MOLLIS_MOLLIFIER_RICHARDSON 6
 /** Collisions by the law of the hitting time of zero. */
 #define MOLLIS_PKS_LAW_EXACT 0
 /** Collisions by one Gaussian increment of the second moment, as Zhelezov & Fatkullin print it, (3.11). */
@@ -1382,6 +1388,8 @@ mollis_status mollis_grid2_eval_f32(const struct mollis_mesh2 *mesh, const struc
 /**
  * Writes the exact size in bytes of a prepared kernel in two dimensions: the sum of n_terms terms (at most
  * MOLLIS_KERNEL_MAX_TERMS) and, if not null, a host's own kernel, under a mollifier. It does not depend on delta.
+ *
+ * Under MOLLIS_MOLLIFIER_RICHARDSON a term that is not Newtonian counts for as many as there are radii, and a host's own kernel is refused (MOLLIS_ERR_UNSUPPORTED).
  *
  * Refused: MOLLIS_ERR_KERNEL_TERMS (none or too many), MOLLIS_ERR_KERNEL_PARAMETER, MOLLIS_ERR_NOT_FINITE,
  * MOLLIS_ERR_UNKNOWN_VALUE, MOLLIS_ERR_ORDER, MOLLIS_ERR_EXPONENT, MOLLIS_ERR_DIMENSION (Vatistas' mollifier but in the plane),

@@ -708,6 +708,10 @@ constexpr mollifier plummer() noexcept { return {MOLLIS_MOLLIFIER_PLUMMER, 0, 0}
 constexpr mollifier algebraic() noexcept { return {MOLLIS_MOLLIFIER_ALGEBRAIC, 0, 0}; }
 /** Vatistas' vortex with n = 2, in the plane. */
 constexpr mollifier vatistas() noexcept { return {MOLLIS_MOLLIFIER_VATISTAS, 0, 0}; }
+/** Richardson combination of order 4, 6 or 8 of compact polynomials of order 2 and exponent 1 to 9; delta is the radius of the support. */
+constexpr mollifier richardson(std::int32_t order, std::int32_t exponent) noexcept {
+  return {MOLLIS_MOLLIFIER_RICHARDSON, order, exponent};
+}
 
 /** One term of a kernel sum: a coefficient (+1 attracts where K grows, -1 repels) times K. */
 using term = mollis_kernel_term;

@@ -35,6 +35,7 @@ enum MollifierName {
     Plummer,
     Algebraic,
     Vatistas,
+    Richardson,
 }
 
 /// A kernel's name and parameter.
@@ -264,6 +265,7 @@ impl Field {
                 MollifierName::Plummer => Mollifier::Plummer,
                 MollifierName::Algebraic => Mollifier::Algebraic,
                 MollifierName::Vatistas => Mollifier::Vatistas,
+                MollifierName::Richardson => Mollifier::Richardson { order: self.order, exponent: self.exponent },
             },
             None => Mollifier::None,
         };

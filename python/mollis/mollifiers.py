@@ -210,3 +210,11 @@ def algebraic() -> Mollifier:
 def vatistas() -> Mollifier:
     """Vatistas' vortex with n = 2, of Newtonian kernels in the plane: K'/r = 1 / (2 pi (r^4 + delta^4)^(1/2))."""
     return Mollifier("vatistas")
+
+
+def richardson(order: int = 4, exponent: int = 4) -> Mollifier:
+    """A Richardson combination of order / 2 compact mollifiers of order 2 (Anderson (8) to (10)): order 4 of the radii
+    delta and delta / 2, order 6 of delta, 2/3 delta and delta / 3, order 8 of delta times 1, 3/4, 1/2 and 1/4. Outside
+    the field is exactly Newtonian. `Mollifier.richardson` has other radii, for functions of the distance.
+    """
+    return Mollifier("richardson", order, exponent)

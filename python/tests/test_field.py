@@ -146,6 +146,17 @@ def test_vortices_in_the_plane(rng):
     close(v, np.c_[-g[:, 1], g[:, 0]])
 
 
+def test_richardson_combinations(rng):
+    x, m, d = rng.random((50, 2)), rng.random(50), 0.3
+
+    def gradient(mollifier, delta):
+        return mollis.field(mollis.Kernel(kernels.newtonian(), mollifier, delta), x, m, gradient=True).gradient
+
+    for order, parts in [(4, [(4 / 3, 1 / 2), (-1 / 3, 1)]), (6, [(3 / 2, 1 / 3), (-3 / 5, 2 / 3), (1 / 10, 1)])]:
+        want = sum(weight * gradient(mollifiers.compact(2, 4), d * radius) for weight, radius in parts)
+        close(gradient(mollifiers.richardson(order, 4), d), want)
+
+
 def test_vatistas_and_algebraic(rng):
     x, m, d = rng.random((50, 2)), rng.standard_normal(50), 0.2
     for mollifier, factor in [

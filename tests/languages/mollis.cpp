@@ -536,7 +536,8 @@ static void kernels() {
   EXPECT(a == b);
   mollis::evaluate(kernel, r, {b});
   EXPECT(a != b);
-  for (const mollis::mollifier softening : {mollis::none(), mollis::vatistas(), mollis::gaussian(6), mollis::compact(8, 9)})
+  for (const mollis::mollifier softening :
+       {mollis::none(), mollis::vatistas(), mollis::gaussian(6), mollis::compact(8, 9), mollis::richardson(6, 4)})
     mollis::evaluate(mollis::kernel<double, 2>(mollis::newtonian(), softening, 0.1), r, {b});
   refused(MOLLIS_ERR_DIMENSION,
           [](mollis::errors e) { mollis::kernel<double, 3>(mollis::newtonian(), mollis::vatistas(), 0.1, e); });

@@ -310,6 +310,7 @@ fn every_mollifier() {
         COMPACT,
         Mollifier::Compact { order: 2, exponent: 1 },
         Mollifier::Compact { order: 8, exponent: 6 },
+        Mollifier::Richardson { order: 6, exponent: 4 },
         Mollifier::Gaussian { order: 2 },
         Mollifier::Gaussian { order: 6 },
     ] {

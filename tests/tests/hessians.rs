@@ -112,6 +112,7 @@ fn newtonian<T: Real, const D: usize>() {
         Mollifier::None,
         COMPACT,
         Mollifier::Compact { order: 4, exponent: 2 },
+        Mollifier::Richardson { order: 4, exponent: 4 },
         Mollifier::Gaussian { order: 2 },
         Mollifier::Gaussian { order: 4 },
         Mollifier::Plummer,
@@ -142,7 +143,8 @@ fn newtonian<T: Real, const D: usize>() {
                 with_kernel::<T, D, _>(&[term(Law::Newtonian, -1.5)], (mollifier, delta), |kernel| {
                     let sources = Sources::new(&x, &masses);
                     let sources = if radii < 3 { sources } else { sources.with_radii(&radius) };
-                    let table = matches!(mollifier, Mollifier::Gaussian { .. }) && T::DIGITS > 24;
+                    let table = matches!(mollifier, Mollifier::Gaussian { .. } | Mollifier::Richardson { .. })
+                        && T::DIGITS > 24;
                     let blobs: Vec<_> =
                         radius.iter().map(|r| Blob::<f64, D>::new(mollifier, r.to_f64()).unwrap()).collect();
                     let pair = |d: &[f64; D], j: usize| {

@@ -39,6 +39,7 @@ mod portable_bits;
 mod properties;
 mod random;
 mod ranges;
+mod richardson;
 mod softenings;
 mod stable_steps;
 mod step_layouts;

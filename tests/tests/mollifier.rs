@@ -14,6 +14,7 @@ fn all<const D: usize>() -> Vec<Mollifier> {
     let mut list = vec![Mollifier::None];
     for order in [2, 4, 6, 8] {
         list.extend((1..=9).map(|exponent| compact(order, exponent)));
+        list.extend([1, 4, 9].map(|exponent| Mollifier::Richardson { order, exponent }));
         list.push(Mollifier::Gaussian { order });
     }
     list.retain(|m| m.check(D).is_ok());

@@ -77,7 +77,8 @@ fn refusals_leave_outputs_as_they_were() {
     let good = RADII.as_ptr();
     let misaligned = good.cast::<u8>().wrapping_add(1).cast::<f64>();
     let compact = |order, exponent| with(MOLLIS_MOLLIFIER_COMPACT, order, exponent);
-    let cases: [Case; 19] = [
+    let richardson = |order, exponent| with(MOLLIS_MOLLIFIER_RICHARDSON, order, exponent);
+    let cases: [Case; 23] = [
         ("null r", GOOD, 1.0, N, null(), Error::NullPointer),
         ("misaligned r", GOOD, 1.0, N, misaligned, Error::Misaligned),
         ("n overflows", GOOD, 1.0, usize::MAX / 2, good, Error::TooLarge),
@@ -88,7 +89,7 @@ fn refusals_leave_outputs_as_they_were() {
         ("negative delta", GOOD, -1.0, N, good, Error::Delta),
         ("NaN delta", GOOD, f64::NAN, N, good, Error::Delta),
         ("infinite delta", GOOD, f64::INFINITY, N, good, Error::Delta),
-        ("kind", with(6, 4, 3), 1.0, N, good, Error::UnknownValue),
+        ("kind", with(7, 4, 3), 1.0, N, good, Error::UnknownValue),
         ("negative kind", with(-1, 4, 3), 1.0, N, good, Error::UnknownValue),
         ("odd order", compact(3, 3), 1.0, N, good, Error::Order),
         ("negative order", compact(-2, 3), 1.0, N, good, Error::Order),
@@ -97,6 +98,10 @@ fn refusals_leave_outputs_as_they_were() {
         ("exponent 10", compact(2, 10), 1.0, N, good, Error::Exponent),
         ("negative exponent", compact(2, -3), 1.0, N, good, Error::Exponent),
         ("Gaussian of order 8", with(MOLLIS_MOLLIFIER_GAUSSIAN, 8, 0), 1.0, N, good, Error::Order),
+        ("combination of order 2", richardson(2, 4), 1.0, N, good, Error::Order),
+        ("combination of order 10", richardson(10, 4), 1.0, N, good, Error::Order),
+        ("combination of exponent 0", richardson(4, 0), 1.0, N, good, Error::Exponent),
+        ("combination of exponent 10", richardson(4, 10), 1.0, N, good, Error::Exponent),
     ];
     for (what, mollifier, delta, n, r, error) in cases {
         let mut out = [[7.5_f64; N]; 6];

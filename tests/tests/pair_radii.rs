@@ -71,7 +71,7 @@ fn against_pairs<T: Real, const D: usize>() {
                 targets.extend(x.iter().take(5).map(|x| x.map(|c| c + T::from_f64(1e-9) * c)));
                 let of_targets: Vec<T> = targets.iter().map(|_| radius(wild, next())).collect();
                 let sources = Sources::new(&x, &masses).with_radii(&radii).with_target_radii(&of_targets);
-                let table = matches!(mollifier, Mollifier::Gaussian { .. });
+                let table = matches!(mollifier, Mollifier::Gaussian { .. } | Mollifier::Richardson { .. });
                 let c = if table && u < 1e-10 { 1000.0 } else { 96.0 };
                 with_kernel::<T, D, _>(
                     &[Term { law: Law::Newtonian, coefficient: -1.5 }],

@@ -184,6 +184,7 @@ pub(crate) fn mollifiers(dimension: usize) -> Vec<Mollifier> {
     let mut all = vec![
         Mollifier::Compact { order: 2, exponent: 4 },
         Mollifier::Compact { order: 4, exponent: 2 },
+        Mollifier::Richardson { order: 6, exponent: 4 },
         Mollifier::Gaussian { order: 2 },
         Mollifier::Gaussian { order: 4 },
         Mollifier::Plummer,
@@ -236,7 +237,7 @@ fn sums_agree<T: Real, const D: usize>() {
                 let wide: Vec<([f64; D], f64, f64)> =
                     (0..n).map(|j| (x[j].map(T::to_f64), -1.5 * mass[j].to_f64(), radius[j].to_f64())).collect();
                 // c of the header: tables 128, in double, and of Laplacians 1000.
-                let is_table = matches!(mollifier, Mollifier::Gaussian { .. });
+                let is_table = matches!(mollifier, Mollifier::Gaussian { .. } | Mollifier::Richardson { .. });
                 let c = if is_table && u < 1e-10 { 1000.0 } else { 64.0 };
                 let wants: Vec<Twin> =
                     targets.iter().map(|target| twin(mollifier, &target.map(T::to_f64), &wide)).collect();

@@ -12,11 +12,7 @@ use crate::scene::{Law, Scene, Softening};
 
 /// The mollifier of a scene.
 pub fn mollifier(softening: Option<&Softening>) -> Mollifier {
-    match softening {
-        None => Mollifier::None,
-        Some(s) if s.compact => Mollifier::Compact { order: s.order, exponent: s.exponent },
-        Some(s) => Mollifier::Gaussian { order: s.order },
-    }
+    softening.map_or(Mollifier::None, |softening| softening.mollifier)
 }
 
 /// The diffusion of a scene on a grid of spacing `h`.

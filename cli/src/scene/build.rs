@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use mollis_core::mollifier::Mollifier;
+
 use super::mistake::Mistake;
 use super::records::multiple;
 use super::tree::{Node, Value};
@@ -242,25 +244,30 @@ fn diffusion(node: &Node, has_h: bool, mistakes: &mut Vec<Mistake>) -> Diffusion
     let exponent = number(node, "exponent").unwrap_or(1.0);
     let empty = Node::empty();
     let blobs = node.get("mollifier").unwrap_or(&empty);
-    let mollifier = softening(blobs, has_h, mistakes);
+    let softening = softening(blobs, has_h, mistakes);
+    let order = softening.mollifier.order();
     if exponent < 1.0 {
         let text = format!("diffusion.exponent = {exponent}: must be 1 or more");
         mistakes.push(Mistake { line: node.line_of("exponent"), text });
     }
     let whole = exponent > 1.0 && exponent <= 64.0 && exponent.fract() == 0.0;
-    if mollifier.order > 2 && !whole {
+    if order > 2 && !whole {
         let text = format!(
-            "diffusion.mollifier.order = {}: changes sign; must be 2, as diffusion.exponent = {exponent} is no whole number from 2 to 64",
-            mollifier.order
+            "diffusion.mollifier.order = {order}: changes sign; must be 2, as diffusion.exponent = {exponent} is no whole number from 2 to 64"
         );
         mistakes.push(Mistake { line: blobs.line_of("order"), text });
     }
-    if mollifier.compact && mollifier.exponent < 2 {
+    if let Mollifier::Richardson { .. } = softening.mollifier {
+        let text = "diffusion.mollifier.kind = \"richardson\": not of diffusion; must be \"compact\" or \"gaussian\""
+            .to_owned();
+        mistakes.push(Mistake { line: blobs.line_of("kind"), text });
+    }
+    if matches!(softening.mollifier, Mollifier::Compact { exponent: ..2, .. }) {
         let text =
             "diffusion.mollifier.exponent = 1: must be 2 or more, for blobs with a slope at their edge".to_owned();
         mistakes.push(Mistake { line: blobs.line_of("exponent"), text });
     }
-    Diffusion { coefficient: number(node, "coefficient").unwrap_or(1.0), exponent, mollifier }
+    Diffusion { coefficient: number(node, "coefficient").unwrap_or(1.0), exponent, mollifier: softening }
 }
 
 fn kernel(list: &Node, dimension: usize, mistakes: &mut Vec<Mistake>) -> Vec<Term> {
@@ -299,16 +306,23 @@ fn kernel(list: &Node, dimension: usize, mistakes: &mut Vec<Mistake>) -> Vec<Ter
 }
 
 fn softening(node: &Node, has_h: bool, mistakes: &mut Vec<Mistake>) -> Softening {
-    let compact = text(node, "kind").as_deref() == Some("compact");
     let order = number(node, "order").unwrap_or(4.0) as u32;
+    let exponent = number(node, "exponent").unwrap_or(4.0) as u32;
+    let mollifier = match text(node, "kind").as_deref() {
+        Some("compact") => Mollifier::Compact { order, exponent },
+        Some("richardson") => Mollifier::Richardson { order, exponent },
+        _ => Mollifier::Gaussian { order },
+    };
     let mut wrong = |text: &str| {
         mistakes.push(Mistake { line: node.line_of("order"), text: format!("mollifier.order = {order}: {text}") })
     };
-    if compact && order % 2 == 1 {
-        wrong("must be 2, 4, 6 or 8");
-    }
-    if !compact && !matches!(order, 2 | 4 | 6) {
-        wrong("a gaussian has order 2, 4 or 6");
+    match mollifier {
+        Mollifier::Compact { order, .. } if order % 2 == 1 => wrong("must be 2, 4, 6 or 8"),
+        Mollifier::Richardson { order, .. } if !matches!(order, 4 | 6 | 8) => {
+            wrong("a combination has order 4, 6 or 8")
+        }
+        Mollifier::Gaussian { order } if !matches!(order, 2 | 4 | 6) => wrong("a gaussian has order 2, 4 or 6"),
+        _ => {}
     }
     let delta = number(node, "delta");
     if delta.is_none() && !has_h {
@@ -324,9 +338,7 @@ fn softening(node: &Node, has_h: bool, mistakes: &mut Vec<Mistake>) -> Softening
         });
     }
     Softening {
-        compact,
-        order,
-        exponent: number(node, "exponent").unwrap_or(4.0) as u32,
+        mollifier,
         delta,
         scale: number(node, "scale").unwrap_or(1.0),
         power: number(node, "power").unwrap_or(0.9),

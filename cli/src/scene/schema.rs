@@ -258,13 +258,13 @@ const DIFFUSION: &[Field] = &[
 const MOLLIFIER: &[Field] = &[
     field(
         "kind",
-        Choice(&["compact", "gaussian"]),
+        Choice(&["compact", "gaussian", "richardson"]),
         "",
         Required,
-        "compact: polynomial (1 - r^2)^M ... in the ball of radius delta; gaussian: sums of Gaussians of width delta",
+        "compact: polynomial (1 - r^2)^M ... in the ball of radius delta; gaussian: sums of Gaussians of width delta; richardson: order / 2 compact ones of order 2, of the radii delta j / (order / 2)",
     ),
-    field("order", Count(2, 8), "", Required, "2, 4, 6 or 8 (gaussian: 2, 4 or 6)"),
-    only(("kind", &["compact"]), field("exponent", Count(1, 9), "", Otherwise("4"), "M")),
+    field("order", Count(2, 8), "", Required, "2, 4, 6 or 8 (gaussian: 2, 4 or 6; richardson: 4, 6 or 8)"),
+    only(("kind", &["compact", "richardson"]), field("exponent", Count(1, 9), "", Otherwise("4"), "M")),
     field(
         "delta",
         Number(Positive),

@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use mollis_core::mollifier::Mollifier;
+
 /// A scene file: one run or several that are compared.
 #[derive(Clone, Debug)]
 pub struct SceneFile {
@@ -104,12 +106,8 @@ pub enum Law {
 /// A mollifier and how its length follows from the grid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Softening {
-    /// Compact polynomial; otherwise Gaussian.
-    pub compact: bool,
-    /// Order.
-    pub order: u32,
-    /// M of a compact one.
-    pub exponent: u32,
+    /// The mollifier.
+    pub mollifier: Mollifier,
     /// Its length, if stated.
     pub delta: Option<f64>,
     /// delta = scale h^power otherwise.

@@ -62,8 +62,8 @@ impl<T: Real, const D: usize> Density<T, D> {
     /// Prepares the kernel.
     ///
     /// # Errors
-    /// Those of [`Blob::new`]; [`Error::Exponent`]: a compact mollifier with M = 1, whose gradient jumps at its edge; [`Error::Unsupported`]: no mollifier, or an algebraic
-    /// one; [`Error::Delta`]: psi_delta(0) or its quotient by delta^2 is out of the range of double precision.
+    /// Those of [`Blob::new`]; [`Error::Exponent`]: a compact mollifier with M = 1, whose gradient jumps at its edge; [`Error::Unsupported`]: no mollifier, an algebraic
+    /// one or a combination; [`Error::Delta`]: psi_delta(0) or its quotient by delta^2 is out of the range of double precision.
     pub fn new(mollifier: Mollifier, delta: T) -> Result<Self> {
         let blob = Blob::new(mollifier, delta)?;
         let length = delta.to_f64();

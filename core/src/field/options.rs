@@ -81,7 +81,7 @@ pub enum Method {
     Neighbours,
     /// Even powers from moments; the other terms over all pairs.
     Split,
-    /// Newtonian kernels in the plane and in space, without a mollifier or with a compact or Gaussian one: the fast multipole method, to [`Options::tolerance`] (forced with less than
+    /// Newtonian kernels in the plane and in space, without a mollifier or with a compact or Gaussian one or a combination: the fast multipole method, to [`Options::tolerance`] (forced with less than
     /// its least one: to that). Second derivatives and core radii of pairs in the plane alone. Masses below 2^-1022 of the largest (f32: 2^-126) count as zero in the end.
     Fmm,
     /// Any kernel that is smooth away from zero, in one, two and three dimensions: cells, and interpolation of the kernel between those that are not adjacent, to

@@ -45,8 +45,8 @@ fn skip<T: Real, const D: usize>(kernel: &Kernel<'_, T, D>, wanted: Wanted) -> O
     }
     let Some(far) = kernel.far() else {
         // Beside another table the even powers cost nothing.
-        let compact = kernel.mollifier().is_compact();
-        let (even, _) = kernel.without_even_powers().filter(|(_, rest)| rest.is_newtonian() && compact)?;
+        let without_table = kernel.mollifier().is_compact() && kernel.mollifier().radii() == 1;
+        let (even, _) = kernel.without_even_powers().filter(|(_, rest)| rest.is_newtonian() && without_table)?;
         return even_powers(&even, wanted).map(|_| FastMethod::Split);
     };
     if let Some(far) = even_powers(kernel, wanted) {

@@ -82,6 +82,12 @@ fn check<const D: usize>(terms: &[Term], supplied: bool, mollifier: Mollifier) -
         };
     }
     let profile = if cfg!(feature = "kernels") { Profile::new(mollifier, D) } else { None };
+    // A term is prepared for each radius of a combination.
+    let radii = mollifier.radii() as usize;
+    let others = terms.iter().filter(|term| !term.law.is_newtonian(D)).count();
+    if radii > 1 && others * radii > MAX_TERMS {
+        return Err(Error::KernelTerms);
+    }
     let mut series = 0;
     for term in terms {
         term.law.check(D)?;
@@ -93,10 +99,10 @@ fn check<const D: usize>(terms: &[Term], supplied: bool, mollifier: Mollifier) -
             return Err(Error::Unsupported);
         }
         if cfg!(feature = "kernels") && law != Law::Newtonian {
-            series += capacity(Some(law), profile.as_ref(), D);
+            series += radii * capacity(Some(law), profile.as_ref(), D);
         }
     }
-    if supplied && mollifier.is_algebraic() {
+    if supplied && (mollifier.is_algebraic() || radii > 1) {
         return Err(Error::Unsupported);
     }
     if cfg!(feature = "kernels") && supplied {
@@ -127,7 +133,7 @@ fn reach(law: Law) -> Option<f64> {
 fn has_table(terms: &[Term], supplied: bool, mollifier: Mollifier, dimension: usize) -> bool {
     let mut others = terms.iter().filter(|term| !term.law.is_newtonian(dimension));
     match mollifier {
-        Mollifier::Gaussian { .. } => true,
+        Mollifier::Gaussian { .. } | Mollifier::Richardson { .. } => true,
         // Newtonian alone.
         Mollifier::Plummer | Mollifier::Algebraic | Mollifier::Vatistas => false,
         Mollifier::Compact { .. } => supplied || others.next().is_some(),
@@ -136,7 +142,12 @@ fn has_table(terms: &[Term], supplied: bool, mollifier: Mollifier, dimension: us
 }
 
 /// The domain of the table of these terms.
-fn domain(terms: &[Term], supplied: Option<Supplied<'_>>, mollifier: Mollifier, delta: f64) -> Domain {
+fn domain(
+    terms: &[Term],
+    supplied: Option<Supplied<'_>>,
+    (mollifier, dimension): (Mollifier, usize),
+    delta: f64,
+) -> Domain {
     let longest = terms.iter().filter_map(|term| reach(term.law)).fold(0.0, f64::max);
     let all_end = terms.iter().all(|term| reach(term.law).is_some());
     let reach = supplied.map(|own| own.reach);
@@ -146,7 +157,12 @@ fn domain(terms: &[Term], supplied: Option<Supplied<'_>>, mollifier: Mollifier, 
         // Where there is a host's kernel, its reach is a knot of the sum, which goes on.
         _ => (f64::INFINITY, false),
     };
-    let edge = matches!(mollifier, Mollifier::Compact { .. });
+    let edges = match mollifier {
+        Mollifier::Compact { .. } => 1,
+        // A Newtonian field is a polynomial between the radii.
+        Mollifier::Richardson { .. } if !terms.iter().all(|term| term.law.is_newtonian(dimension)) => mollifier.radii(),
+        _ => 0,
+    };
     let (unit, shift) = match (mollifier, supplied) {
         (Mollifier::None, Some(own)) => {
             // The first knot, or the reach, is at a power of two; the reach at a u of 2^14 to 2^16, where the table ends, or of 1/4 to 1, if the sum goes on.
@@ -157,10 +173,12 @@ fn domain(terms: &[Term], supplied: Option<Supplied<'_>>, mollifier: Mollifier, 
         }
         // u is 1 at the 2^8-th part of the reach, so that powers of u stay in the range of f32.
         (Mollifier::None, None) => (if until.is_finite() { until } else { longest } / 256.0, 0.0),
+        // The radii of a combination are halves of the unit: their u are borders of panels.
+        (Mollifier::Richardson { .. }, _) => (2.0 * delta / f64::from(mollifier.radii()), table::SHIFT),
         _ => (delta, table::SHIFT),
     };
     let ratio = quotient(until, unit);
-    Domain { unit, shift, until: ratio * ratio + shift, ends, edge, reach }
+    Domain { unit, shift, until: ratio * ratio + shift, ends, edges, reach }
 }
 
 impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
@@ -171,7 +189,7 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
         let term = Term { law: Law::Newtonian, coefficient: 0.0 };
         Self {
             #[cfg(feature = "kernels")]
-            polynomials: blob.polynomials(),
+            polynomials: blob.polynomials_of_part(),
             blob,
             newtonian: T::ZERO,
             terms: [term; KEPT],
@@ -210,7 +228,7 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
     /// Cost: microseconds for closed forms, some milliseconds for fits (tens of them for 2D exponentials and general powers).
     ///
     /// # Errors
-    /// [`Error::KernelTerms`]: no term, or more than [`MAX_TERMS`]. [`Error::KernelParameter`], [`Error::NotFinite`]: a
+    /// [`Error::KernelTerms`]: no term, or more than [`MAX_TERMS`], where under a Richardson combination each one that is not Newtonian counts for as many as it has radii. [`Error::KernelParameter`], [`Error::NotFinite`]: a
     /// parameter. [`Error::Delta`], [`Error::Dimension`], [`Error::Order`], [`Error::Exponent`]: the mollifier.
     /// [`Error::WorkspaceTooSmall`], [`Error::Misaligned`]: the memory. [`Error::Unsupported`]: k delta (delta/l) is too
     /// large (about 600 for compact mollifiers, 13 to 26 for Gaussians), so that the exterior factor overflows; the mollifier is too rough
@@ -224,7 +242,7 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
     /// As [`Kernel::prepare`], with a user's kernel added to the sum.
     ///
     /// # Errors
-    /// As [`Kernel::prepare`]; [`Error::NotFinite`]: the user's kernel returned a value that is not finite; [`Error::KernelFit`]: it is not met within
+    /// As [`Kernel::prepare`]; [`Error::Unsupported`]: the mollifier is a Richardson combination; [`Error::NotFinite`]: the user's kernel returned a value that is not finite; [`Error::KernelFit`]: it is not met within
     /// its tolerance; [`Error::KernelReach`], [`Error::KernelKnots`], [`Error::OutOfDomain`]: see [`Supplied::check`]; [`Error::Unsupported`]: its reach is
     /// beyond 2^40 delta.
     pub fn prepare_with(
@@ -293,10 +311,19 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
                 }
                 if law == Law::Newtonian {
                     newtonian += coefficient;
-                } else {
-                    let task = Task { dimension: D, profile: profile.as_ref(), delta, coefficient };
-                    store(task.prepare::<D>(law, &mut builder)?)?;
                 }
+            }
+            for (weight, radius) in mollifier.parts() {
+                let delta = radius * delta;
+                for term in terms {
+                    let (law, factor) = term.law.canonical(D);
+                    let coefficient = weight * (factor * term.coefficient);
+                    if law != Law::Newtonian {
+                        let task = Task { dimension: D, profile: profile.as_ref(), delta, coefficient };
+                        store(task.prepare::<D>(law, &mut builder)?)?;
+                    }
+                }
+                builder.finish(D, delta)?;
             }
             let tolerance = match supplied {
                 Some(own) if own.tolerance > 0.0 => own.tolerance,
@@ -307,7 +334,6 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
                 let host = Host { own, profile: profile.as_ref(), unit, tolerance };
                 store(host.prepare::<D>(&mut builder)?)?;
             }
-            builder.finish(D, delta)?;
             error = builder.error;
             errors = builder.errors;
             if let Ok(rows) = <&mut crate::simd::Rows<T>>::try_from(rows) {
@@ -318,7 +344,7 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
                     others.read(part_records, used)?;
                     others.series = series;
                 }
-                let domain = domain(terms, supplied, mollifier, delta);
+                let domain = domain(terms, supplied, (mollifier, D), delta);
                 let sample = |r: f64| kernel.pair_scaled(r, [true; 3]);
                 let exponent = table::exponent(&domain, &sample);
                 // Newtonian kernels have exponents of their own. What others give are plain numbers: K'/r has to be one, and zero only if the kernel is, or
@@ -380,6 +406,7 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
             Mollifier::Plummer => (3, 0, 0),
             Mollifier::Algebraic => (4, 0, 0),
             Mollifier::Vatistas => (5, 0, 0),
+            Mollifier::Richardson { order, exponent } => (6, order, exponent),
         };
         let head = head.first_chunk_mut::<HEAD>().ok_or(Error::WorkspaceTooSmall)?;
         *head = [
@@ -432,6 +459,7 @@ impl<'k, T: Real, const D: usize> Kernel<'k, T, D> {
             3 => Mollifier::Plummer,
             4 => Mollifier::Algebraic,
             5 => Mollifier::Vatistas,
+            6 => Mollifier::Richardson { order, exponent },
             _ => return Err(Error::NotPrepared),
         };
         let blob = Blob::new(mollifier, T::from_bits(delta.to_bits())).map_err(|_| Error::NotPrepared)?;

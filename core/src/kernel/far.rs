@@ -70,7 +70,6 @@ impl<T: Real, const D: usize> Kernel<'_, T, D> {
                 parts.iter().fold(0.0, |most: f64, &(w, c)| if w == 0.0 { most } else { most.max(c) }) * REACH * delta
             }
         };
-        let square = Extended::new(delta, 0).times(Extended::new(delta, 0));
         let mut far = Far { coefficients: [Extended::ZERO; POWERS], reach: 0.0 };
         for term in self.terms() {
             let (law, factor) = term.law.canonical(D);
@@ -99,10 +98,13 @@ impl<T: Real, const D: usize> Kernel<'_, T, D> {
                 None => add(p as usize, scale),
                 Some(None) => return None,
                 Some(Some((c, count))) => {
-                    let mut scale = scale;
-                    for (n, c) in c.iter().take(count).enumerate() {
-                        add((p as usize).saturating_sub(2 * n), scale.scale(c.hi));
-                        scale = scale.times(square);
+                    for (weight, radius) in self.mollifier().parts() {
+                        let length = Extended::new(radius * delta, 0);
+                        let mut scale = scale.scale(weight);
+                        for (n, c) in c.iter().take(count).enumerate() {
+                            add((p as usize).saturating_sub(2 * n), scale.scale(c.hi));
+                            scale = scale.times(length.times(length));
+                        }
                     }
                 }
             }

@@ -15,7 +15,7 @@
 //! | a user's [`RadialKernel`] | fit | fits on octaves up to its reach, and between its knots |
 //!
 //! with s = (r/delta)^2 and t = 1 - s. Under a Gaussian mollifier "inside" is a few octaves of fits. Fits sample the convolution
-//! integrals directly.
+//! integrals directly. Under a Richardson combination ([`Mollifier::Richardson`]) a kernel is the sum of the weights times that of each radius.
 //!
 //! # Accuracy
 //! [`Kernel::at`] and its parts evaluate in double precision for both scalars and round once. For one term of coefficient c let S be c times
@@ -28,10 +28,10 @@
 //! * closed forms and Newtonian kernels are within 8 ulp of |value|;
 //! * single precision adds 1/2 ulp of |value| for the rounding, 1 ulp if a Newtonian term is added to others.
 //!
-//! The error of a sum is at most the sum of the errors of its terms. Results overflow and underflow where the true ones do. The error of a
+//! The error of a sum is at most the sum of the errors of its terms, and under a combination of those of its radii, times their weights (4/3 and 1/3, ...). Results overflow and underflow where the true ones do. The error of a
 //! user's kernel is [`Kernel::fit_errors`]. [`Kernel::pair`] evaluates the same series in the arithmetic of the scalar.
 //!
-//! Sums over particles do not search for panels. A kernel with non-Newtonian terms, or a Newtonian one under a Gaussian mollifier, also has a
+//! Sums over particles do not search for panels. A kernel with non-Newtonian terms, or a Newtonian one under a Gaussian mollifier or a combination, also has a
 //! table in r^2 (`table`; 256 KiB in f64, 128 KiB in f32), from which sums read at any distance in the same few operations for any terms.
 
 mod block;
@@ -54,9 +54,7 @@ pub(crate) use table::{Head as TableHead, Table, mark as table_mark, terms as ta
 
 use crate::checked::Present;
 use crate::error::Result;
-#[cfg(feature = "kernels")]
-use crate::mollifier::Polynomials;
-use crate::mollifier::{Blob, Mollifier};
+use crate::mollifier::{Blob, Mollifier, Polynomials, Series};
 use crate::real::{Extended, Real, Scalar};
 use fitted_term::{FittedTerm, Outer};
 
@@ -68,12 +66,18 @@ const OTHERS: usize = if cfg!(feature = "kernels") { 1 } else { 0 };
 #[derive(Clone, Copy, Debug)]
 pub struct Kernel<'k, T: Real, const D: usize> {
     blob: Blob<T, D>,
+    /// Inside a compact mollifier, or what a combination combines.
     #[cfg(feature = "kernels")]
     polynomials: Option<Polynomials<T>>,
     newtonian: T,
     terms: [Term; KEPT],
     count: usize,
     others: [Others<'k, T>; OTHERS],
+}
+
+/// A polynomial in double precision, by Horner's rule.
+fn wide_at<T: Real>(series: &Series<T>, t: f64) -> f64 {
+    series.coefficients().iter().rev().fold(0.0, |sum, &c| sum * t + c.to_f64())
 }
 
 /// The non-Newtonian terms of a kernel, in double precision.
@@ -96,7 +100,7 @@ impl<T> Others<'_, T> {
 impl<T: Real, const D: usize> Kernel<'_, T, D> {
     /// The Newtonian kernel times `coefficient` (+1 attracts, -1 repels). Needs no memory.
     ///
-    /// Under a Gaussian mollifier near pairs are then evaluated one by one, a thousand times as slowly as others: for sums take [`Kernel::prepare`], which tabulates its field.
+    /// Under a Gaussian mollifier or a combination near pairs are then evaluated one by one, a thousand times as slowly as others: for sums take [`Kernel::prepare`], which tabulates its field.
     ///
     /// # Errors
     /// Those of [`Blob::new`]; [`crate::Error::NotFinite`]: the coefficient.
@@ -352,15 +356,20 @@ impl<T: Real, const D: usize> Kernel<'_, T, D> {
         let polynomials = &self.blob.polynomials();
         match polynomials {
             Some(p) if near < delta => {
-                let t = (delta - near) / delta * (1.0 + near / delta);
-                let at = |series: &[T]| series.iter().rev().fold(0.0, |sum: f64, &c| sum * t + c.to_f64());
+                let [value, factor, density] = if self.is_combination() {
+                    self.combination(p, near / delta)
+                } else {
+                    let t = (delta - near) / delta * (1.0 + near / delta);
+                    let at = |wanted: bool, series: &Series<T>| if wanted { wide_at(series, t) } else { 0.0 };
+                    [at(wanted[0], &p.potential), at(wanted[1], &p.gradient), at(wanted[2], &p.density)]
+                };
                 let square = delta * delta;
                 let per = 1.0 / (sphere(D) * if D == 1 { delta } else { square * if D == 2 { 1.0 } else { delta } });
                 let offset = if D == 2 { Scalar::log(delta) / sphere(2) } else { 0.0 };
                 true_units([
-                    if wanted[0] { per * square * at(p.potential.coefficients()) + offset } else { 0.0 },
-                    if wanted[1] { per * at(p.gradient.coefficients()) } else { 0.0 },
-                    if wanted[2] { per * at(p.density.coefficients()) } else { 0.0 },
+                    if wanted[0] { per * square * value + offset } else { 0.0 },
+                    if wanted[1] { per * factor } else { 0.0 },
+                    if wanted[2] { per * density } else { 0.0 },
                 ])
             }
             None if !self.is_singular() => {
@@ -401,6 +410,12 @@ impl<T: Real, const D: usize> Kernel<'_, T, D> {
         #[cfg(not(feature = "kernels"))]
         let polynomials = &self.blob.polynomials();
         match polynomials {
+            Some(p) if r < p.delta && self.is_combination() => {
+                let [value, factor, density] = self.combination(p, (r / p.delta).to_f64()).map(T::from_f64);
+                u = c * (p.potential_scale * value + p.potential_offset);
+                g = c * (p.scale * factor);
+                l = c * (p.scale * density);
+            }
             Some(p) if r < p.delta => {
                 let t = (p.delta - r) / p.delta * (T::ONE + r / p.delta);
                 if wanted[0] {
@@ -436,6 +451,36 @@ impl<T: Real, const D: usize> Kernel<'_, T, D> {
             }
         }
         [u, g, l]
+    }
+
+    /// Whether the mollifier is a Richardson combination.
+    fn is_combination(&self) -> bool {
+        cfg!(feature = "kernels") && self.blob.mollifier().radii() > 1
+    }
+
+    /// P, G and b of a combination at r = q delta, q < 1, from those of what it combines: with x = q / gamma those of t = 1 - x^2 where x < 1, and else of the bare kernel,
+    /// times powers of the radius gamma.
+    fn combination(&self, p: &Polynomials<T>, q: f64) -> [f64; 3] {
+        let mut sum = [0.0; 3];
+        for (weight, radius) in self.blob.mollifier().parts() {
+            let x = q / radius;
+            let [value, factor, density] = if x < 1.0 {
+                let t = (1.0 - x) * (1.0 + x);
+                [wide_at(&p.potential, t), wide_at(&p.gradient, t), wide_at(&p.density, t)]
+            } else {
+                let value = match D {
+                    1 => x,
+                    2 => Scalar::log(x),
+                    _ => -1.0 / x,
+                };
+                [value, 1.0 / Scalar::powi(x, D as u32), 0.0]
+            };
+            let per = 1.0 / Scalar::powi(radius, D as u32);
+            let value = if D == 2 { value + Scalar::log(radius) } else { per * radius * radius * value };
+            let values = [value, per * factor, per * density];
+            sum.iter_mut().zip(values).for_each(|(sum, value)| *sum += weight * value);
+        }
+        sum
     }
 
     /// Splits off the even powers, whose sums need no pairs. `None` unless both parts are nonempty.

@@ -53,11 +53,11 @@ fn compact<const D: usize>(mollifier: Mollifier) -> Option<[f64; TERMS]> {
 }
 
 impl Profile {
-    /// `None` without a mollifier, and for algebraic ones, which have no fits.
+    /// Of what a combination combines. `None` without a mollifier, and for algebraic ones, which have no fits.
     pub(crate) fn new(mollifier: Mollifier, dimension: usize) -> Option<Self> {
-        match mollifier {
+        match mollifier.part() {
             Mollifier::None | Mollifier::Plummer | Mollifier::Algebraic | Mollifier::Vatistas => None,
-            Mollifier::Compact { order, exponent } => {
+            mollifier @ (Mollifier::Compact { order, exponent } | Mollifier::Richardson { order, exponent }) => {
                 let mut b = [0.0; TERMS];
                 let coefficients = match dimension {
                     1 => compact::<1>(mollifier)?,

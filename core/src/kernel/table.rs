@@ -29,6 +29,10 @@
 //! Where a compact mollifier is so rough that its edge is seen beside it (t^a with a small a, not whole), the panels that miss their goal are
 //! measured and left out: [`Head::gap`], [`Head::rough`]. Where a host's three functions do not belong together, g is interpolated alone.
 //!
+//! # Several radii
+//! Under a Richardson combination of K radii the unit is 2 delta / K: the radii are its halves, at u = (j / 2)^2 + 1/16, borders of panels. The panels inside that miss their
+//! goal, of rough edges, are marked as those of a host's kernel are. A Newtonian field is a polynomial between the radii, and has none.
+//!
 //! # A host's kernel
 //! Its first knot, or its reach, is a power of two in u, so that it is a panel's border, as are knots at 2^(n/2) times its radius. Every panel is compared with the kernel
 //! ([`compare`]). One that holds another knot, or that misses the goal, is marked, and sums leave its pairs out: they are computed one by one. That is a few panels of some
@@ -82,8 +86,8 @@ pub(crate) struct Domain {
     pub(crate) until: f64,
     /// Whether the kernel is zero from there on.
     pub(crate) ends: bool,
-    /// Whether the kernel is rough at r = unit.
-    pub(crate) edge: bool,
+    /// The number of distances at which the kernel is rough. One is the unit; more are halves of it, and the panels beside them that miss their goal are marked.
+    pub(crate) edges: u32,
     /// The reach of a host's kernel in the sum.
     pub(crate) reach: Option<f64>,
 }
@@ -309,7 +313,7 @@ fn fill<T: Real, const D: usize, const N: usize, const M: usize>(
     exponent: i32,
     sample: &dyn Fn(f64) -> [Extended; 3],
 ) -> Result<Head> {
-    let &Domain { unit, shift, until, ends, edge, reach } = domain;
+    let &Domain { unit, shift, until, ends, edges, reach } = domain;
     let interpolations = (&Interpolation::<N>::new(), &Interpolation::<M>::new());
     let first_octave = if shift > 0.0 { Scalar::frexp(shift).1 - 1 } else { SINGULAR_END - octaves::<T>(shift) };
     let octaves = octaves::<T>(shift);
@@ -318,10 +322,13 @@ fn fill<T: Real, const D: usize, const N: usize, const M: usize>(
         let per_square = |value: Extended| value.scale(unit).scale(unit);
         [value, per_square(factor), per_square(laplacian)].map(|value| value.in_units(exponent))
     };
-    let limit = 1.0_f64.ldexp(if reach.is_some() { mark_exponent::<T>() - 2 } else { T::MAX_EXPONENT - 24 });
+    let may_mark = reach.is_some() || edges > 1;
+    let limit = 1.0_f64.ldexp(if may_mark { mark_exponent::<T>() - 2 } else { T::MAX_EXPONENT - 24 });
     // A panel's constant is taken beyond a knot at its border.
     let beyond = if reach.is_some() && shift == 0.0 { 1.0 + 8.0 * f64::EPSILON } else { 1.0 };
     let (goal, goal_of_slope) = if T::DIGITS > 24 { (1e-14, 1e-13) } else { (2e-7, 4e-6) };
+    // The fits of several radii cancel in part; their errors are not to mark a panel.
+    let slack = if edges > 1 && T::DIGITS > 24 { 10.0 } else { 1.0 };
     let mut head = Head {
         unit,
         shift,
@@ -369,22 +376,31 @@ fn fill<T: Real, const D: usize, const N: usize, const M: usize>(
                 (head.last, head.ends) = (least, false);
                 return Ok(head);
             }
-            let close = edge && (least - (1.0 + shift)).abs() < 0.5;
+            let close = match edges {
+                0 => false,
+                1 => (least - (1.0 + shift)).abs() < 0.5,
+                n => least < 0.25 * f64::from(n * n) + shift + 0.5,
+            };
+            let mut is_marked = false;
             if close || panel % 16 == 8 {
                 let [error, of_slope] = errors::<D, N>(&coefficients, width, within);
+                let (misses, slope_misses) = (error > slack * goal, of_slope > slack * goal_of_slope);
+                is_marked = edges > 1 && close && (misses || slope_misses);
                 let widen = |gap: &mut [f64; 2]| {
                     *gap = if gap[0] == 0.0 { [least, least + width] } else { [gap[0], least + width] };
                 };
-                if close && error > goal {
+                if edges == 1 && close && misses {
                     widen(&mut head.gap);
-                } else {
+                } else if !is_marked {
                     head.error = head.error.max(error);
                 }
-                if close && of_slope > goal_of_slope {
+                if edges == 1 && close && slope_misses {
                     widen(&mut head.rough);
                 }
             }
-            rows.get_mut(row::<T>(least)).into_iter().for_each(|slot| *slot = numbers.map(T::from_f64));
+            head.marked |= is_marked;
+            let numbers = if is_marked { marked() } else { numbers.map(T::from_f64) };
+            rows.get_mut(row::<T>(least)).into_iter().for_each(|slot| *slot = numbers);
         }
     }
     Ok(head)
@@ -557,7 +573,7 @@ mod tests {
 
     #[test]
     fn a_smooth_kernel_is_met_to_rounding() {
-        let domain = Domain { unit: 0.7, shift: 1.0, until: f64::INFINITY, ends: false, edge: true, reach: None };
+        let domain = Domain { unit: 0.7, shift: 1.0, until: f64::INFINITY, ends: false, edges: 1, reach: None };
         let mut table = rows::<f64>();
         let head = build::<f64, 3>(&mut table, &domain, 0, &in_range(plummer)).unwrap();
         assert_eq!((head.gap, head.last, head.ends), ([0.0; 2], 2.0_f64.powi(64), false));
@@ -584,7 +600,7 @@ mod tests {
             let s = (r * r - 1.0).max(0.0);
             [0.5 * r * r + s.powf(3.5) / 7.0, 1.0 + s.powf(2.5), 2.0 + 2.0 * s.powf(2.5) + 5.0 * r * r * s.powf(1.5)]
         };
-        let domain = Domain { unit: 1.0, shift: 1.0, until: f64::INFINITY, ends: false, edge: true, reach: None };
+        let domain = Domain { unit: 1.0, shift: 1.0, until: f64::INFINITY, ends: false, edges: 1, reach: None };
         let mut table = rows::<f64>();
         let head = build::<f64, 2>(&mut table, &domain, 0, &in_range(rough)).unwrap();
         assert!(head.gap[0] == 2.0 && head.gap[1] > 2.0 && head.gap[1] <= 2.5, "{:?}", head.gap);
@@ -592,7 +608,7 @@ mod tests {
 
     #[test]
     fn a_table_may_end_within_a_panel() {
-        let domain = Domain { unit: 1.0, shift: 1.0, until: 5.01, ends: true, edge: false, reach: None };
+        let domain = Domain { unit: 1.0, shift: 1.0, until: 5.01, ends: true, edges: 0, reach: None };
         let mut table = rows::<f32>();
         let jump = |r: f64| if r * r + 1.0 < 5.01 { plummer(r) } else { [0.0; 3] };
         let head = build::<f32, 3>(&mut table, &domain, 0, &in_range(jump)).unwrap();

@@ -1,6 +1,7 @@
 //! A mollifier prepared with its length: scalar functions of the distance, accurate to about one ulp.
 
 use super::algebraic::{Kind, Soft};
+use super::combined::{Combined, Parts, RICHARDSON};
 use super::compact::{Compact, Inside};
 use super::distance::Distance;
 use super::gaussian::{Around, Gaussian};
@@ -32,6 +33,7 @@ pub(super) enum Shape<T, const D: usize> {
     Compact(Compact<T, D>),
     Gaussian(Gaussian),
     Algebraic(Kind),
+    Combined(Combined<T, D>),
 }
 
 /// The region of a distance, which determines the formula.
@@ -43,6 +45,7 @@ pub(super) enum Place<'a, T, const D: usize> {
     Compact(Inside<'a, T, D>),
     Gaussian(Around<T, D>),
     Algebraic(Soft<T, D>),
+    Combined(Parts<'a, T, D>),
 }
 
 impl<T: Real, const D: usize> Blob<T, D> {
@@ -72,6 +75,7 @@ impl<T: Real, const D: usize> Blob<T, D> {
             Mollifier::Plummer => Shape::Algebraic(Kind::Plummer),
             Mollifier::Algebraic => Shape::Algebraic(Kind::Algebraic),
             Mollifier::Vatistas => Shape::Algebraic(Kind::Vatistas),
+            Mollifier::Richardson { order, exponent } => Shape::Combined(Combined::new(order, exponent)),
         };
         Ok(Self { mollifier, delta, length: Distance::new(delta), shape })
     }
@@ -99,6 +103,14 @@ impl<T: Real, const D: usize> Blob<T, D> {
         match &self.shape {
             Shape::Compact(shape) => Some(Polynomials::new(&shape.series, self.delta)),
             _ => None,
+        }
+    }
+
+    /// Those of what a combination combines, of the radius delta; else its own.
+    pub(crate) fn polynomials_of_part(&self) -> Option<Polynomials<T>> {
+        match &self.shape {
+            Shape::Combined(shape) if RICHARDSON => Some(Polynomials::new(shape.series(), self.delta)),
+            _ => self.polynomials(),
         }
     }
 
@@ -174,6 +186,9 @@ impl<T: Real, const D: usize> Blob<T, D> {
             Shape::Gaussian(shape) if cfg!(feature = "gaussian") => Place::Gaussian(shape.place(self.length, r)),
             Shape::Algebraic(shape) if ALGEBRAIC => Place::Algebraic(shape.place(self.length, r)),
             Shape::Compact(shape) if !r.exceeds(&self.length) => Place::Compact(shape.inside(self.length, r)),
+            Shape::Combined(shape) if RICHARDSON && !r.exceeds(&self.length) => {
+                Place::Combined(shape.inside(self.length, r))
+            }
             _ => Place::Outside(Newtonian { r }),
         }
     }
@@ -186,7 +201,8 @@ impl<T: Real, const D: usize> Place<'_, T, D> {
             Self::Compact(inside) => inside.value(quantity),
             Self::Gaussian(around) if cfg!(feature = "gaussian") => around.value(quantity),
             Self::Algebraic(soft) if ALGEBRAIC => soft.value(quantity),
-            Self::Coincident | Self::Gaussian(_) | Self::Algebraic(_) => Scaled::ZERO,
+            Self::Combined(parts) if RICHARDSON => parts.value(quantity),
+            Self::Coincident | Self::Gaussian(_) | Self::Algebraic(_) | Self::Combined(_) => Scaled::ZERO,
         }
     }
 }

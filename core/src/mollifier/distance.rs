@@ -27,6 +27,15 @@ impl<T: Real> Distance<T> {
         Self { square, exponent }
     }
 
+    /// The length times j / n, for 0 < j <= n, to a few u^2.
+    pub fn fraction(&self, j: u32, n: u32) -> Self {
+        let [above, below] = [j, n].map(|n| T::from_usize((n * n) as usize));
+        let square = self.square * above / below;
+        // Back into [1/4, 1), where it fell below that.
+        let steps = (-square.hi.frexp().1).max(0) >> 1;
+        Self { square: square.ldexp(2 * steps), exponent: self.exponent.saturating_sub(steps) }
+    }
+
     pub fn is_zero(&self) -> bool {
         self.square.hi == T::ZERO
     }

@@ -16,8 +16,8 @@
 //! | [`Blob::hessian_factor`] | h = g'(r)/r, Hess phi = g I + h x x^T | length^-(N+2) |
 //! | [`Blob::enclosed_mass`] | the integral of psi_delta over a ball of radius r | 1 |
 //!
-//! and the fields at points, [moments](Blob::moment), the smooth [Heaviside](Blob::heaviside) function and [`Richardson`]
-//! combinations. Outside the support of a compact mollifier the field is exactly Newtonian.
+//! and the fields at points, [moments](Blob::moment) and the smooth [Heaviside](Blob::heaviside) function. Outside the support of a compact mollifier, or a
+//! combination of such, the field is exactly Newtonian. [`Mollifier::Richardson`] is the combination of compact mollifiers for kernels and sums, [`Richardson`] that of any radii.
 //!
 //! These functions favour accuracy. They represent all numbers as sums of two ([`DoubleWord`](crate::real::DoubleWord))
 //! with a separate exponent, use +, -, *, / and sqrt alone (and one libm logarithm for the potential in 2D), and
@@ -26,6 +26,7 @@
 
 mod algebraic;
 mod blob;
+mod combined;
 mod compact;
 mod distance;
 mod gaussian;
@@ -80,6 +81,15 @@ pub enum Mollifier {
     Algebraic,
     /// Vatistas' vortex, n = 2, in 2D: g ~ `1 / (r^4 + delta^4)^(1/2)`.
     Vatistas,
+    /// The Richardson combination of K = order / 2 compact mollifiers of order 2 with the radii delta j / K (Anderson (8)): support radius delta, M - 1 times
+    /// continuously differentiable. (9) is order 4, -1/3 and 4/3 times the radii delta and delta / 2; (10) is order 6, 1/10, -3/5 and 3/2 times delta, 2 delta / 3 and
+    /// delta / 3. [`Richardson`] has other radii, for functions of the distance.
+    Richardson {
+        /// 4, 6 or 8: moments 1 to order - 1 vanish.
+        order: u32,
+        /// M = 1..9, of each part.
+        exponent: u32,
+    },
 }
 
 /// Weights and squared widths, in units of delta^2, of the Gaussians of a mollifier; unused ones have the weight 0.
@@ -97,15 +107,17 @@ impl Mollifier {
             return Err(Error::Dimension);
         }
         match self {
-            Self::Compact { order: 2 | 4 | 6 | 8, exponent } if (1..=MAX_EXPONENT).contains(&exponent) => Ok(()),
-            Self::Compact { order: 2 | 4 | 6 | 8, .. } => Err(Error::Exponent),
+            Self::Richardson { .. } if !combined::RICHARDSON => Err(Error::Unsupported),
+            Self::Compact { order: 2 | 4 | 6 | 8, exponent } | Self::Richardson { order: 4 | 6 | 8, exponent } => {
+                if (1..=MAX_EXPONENT).contains(&exponent) { Ok(()) } else { Err(Error::Exponent) }
+            }
             Self::Gaussian { .. } if !cfg!(feature = "gaussian") => Err(Error::Unsupported),
             Self::Plummer | Self::Algebraic | Self::Vatistas if !blob::ALGEBRAIC => Err(Error::Unsupported),
             Self::Vatistas if dimension != 2 => Err(Error::Dimension),
             Self::None | Self::Gaussian { order: 2 | 4 | 6 } | Self::Plummer | Self::Algebraic | Self::Vatistas => {
                 Ok(())
             }
-            Self::Compact { .. } | Self::Gaussian { .. } => Err(Error::Order),
+            Self::Compact { .. } | Self::Gaussian { .. } | Self::Richardson { .. } => Err(Error::Order),
         }
     }
 
@@ -114,16 +126,16 @@ impl Mollifier {
     pub fn order(self) -> u32 {
         match self {
             Self::None => 0,
-            Self::Compact { order, .. } | Self::Gaussian { order } => order,
+            Self::Compact { order, .. } | Self::Gaussian { order } | Self::Richardson { order, .. } => order,
             Self::Plummer => 1,
             Self::Algebraic | Self::Vatistas => 2,
         }
     }
 
-    /// Whether the field is exactly Newtonian beyond delta: without a mollifier, or of a compact one.
+    /// Whether the field is exactly Newtonian beyond delta: without a mollifier, or of a compact one or a combination of such.
     #[must_use]
     pub fn is_compact(self) -> bool {
-        matches!(self, Self::None | Self::Compact { .. })
+        matches!(self, Self::None | Self::Compact { .. } | Self::Richardson { .. })
     }
 
     /// Whether the field approaches the Newtonian one like a power of the distance.

@@ -1,6 +1,7 @@
 //! Integrals of a mollifier: its moments, and the smooth Heaviside function in 1D.
 
 use super::blob::{ALGEBRAIC, Blob, Shape};
+use super::combined::RICHARDSON;
 use super::distance::Distance;
 use super::scaled::Scaled;
 use super::{MAX_MOMENT, Mollifier, Quantity};
@@ -27,6 +28,9 @@ impl<T: Real, const D: usize> Blob<T, D> {
             (Shape::Compact(_), Mollifier::Compact { order, exponent }) => compact_moment(D, order / 2, exponent, k),
             (Shape::Gaussian(gaussian), _) => gaussian.moment(D, k),
             (Shape::Algebraic(shape), _) if ALGEBRAIC => shape.moment(D, k),
+            (Shape::Combined(shape), Mollifier::Richardson { exponent, .. }) if RICHARDSON => {
+                shape.moment(k) * compact_moment(D, 1, exponent, k)
+            }
             _ if k == 0 => DoubleWord::ONE,
             _ => DoubleWord::ZERO,
         };

@@ -253,6 +253,7 @@ fn mollifier_in_c(mollifier: Mollifier) -> c::mollis_mollifier {
         Mollifier::Plummer => (c::MOLLIS_MOLLIFIER_PLUMMER, 0, 0),
         Mollifier::Algebraic => (c::MOLLIS_MOLLIFIER_ALGEBRAIC, 0, 0),
         Mollifier::Vatistas => (c::MOLLIS_MOLLIFIER_VATISTAS, 0, 0),
+        Mollifier::Richardson { order, exponent } => (c::MOLLIS_MOLLIFIER_RICHARDSON, order, exponent),
     };
     c::mollis_mollifier { kind, order: order as i32, exponent: exponent as i32 }
 }

@@ -7,6 +7,8 @@ use crate::status::{mollis_status, status};
 /// Writes the exact size in bytes of a prepared kernel in two dimensions: the sum of n_terms terms (at most
 /// MOLLIS_KERNEL_MAX_TERMS) and, if not null, a host's own kernel, under a mollifier. It does not depend on delta.
 ///
+/// Under MOLLIS_MOLLIFIER_RICHARDSON a term that is not Newtonian counts for as many as there are radii, and a host's own kernel is refused (MOLLIS_ERR_UNSUPPORTED).
+///
 /// Refused: MOLLIS_ERR_KERNEL_TERMS (none or too many), MOLLIS_ERR_KERNEL_PARAMETER, MOLLIS_ERR_NOT_FINITE,
 /// MOLLIS_ERR_UNKNOWN_VALUE, MOLLIS_ERR_ORDER, MOLLIS_ERR_EXPONENT, MOLLIS_ERR_DIMENSION (Vatistas' mollifier but in the plane),
 /// MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_MISALIGNED, MOLLIS_ERR_OVERLAP.

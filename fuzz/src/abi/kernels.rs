@@ -34,7 +34,7 @@ impl Calls<'_, '_> {
             let (kind, order, exponent) = (self.draw.byte(), self.draw.byte(), self.draw.byte());
             return mollis_mollifier { kind: i32::from(kind % 8), order: any(order), exponent: any(exponent) };
         }
-        let kind = self.draw.pick(&[1, 1, 1, 0, 2, 3, 4, 5]);
+        let kind = self.draw.pick(&[1, 6, 1, 0, 2, 3, 4, 5]);
         mollis_mollifier { kind, order: self.draw.pick(&[2, 4, 6, 8]), exponent: self.draw.pick(&[4, 1, 2, 9]) }
     }
 

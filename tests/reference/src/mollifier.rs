@@ -26,6 +26,25 @@ fn sphere(dimension: u32) -> f64 {
     [2.0, 2.0 * std::f64::consts::PI, 4.0 * std::f64::consts::PI][dimension as usize - 1]
 }
 
+/// The solution of linear equations whose right sides are the last column, by Gauss elimination with partial pivoting.
+fn solved(mut matrix: Vec<Vec<f64>>) -> Vec<f64> {
+    let k = matrix.len();
+    for c in 0..k {
+        let pivot = (c..k).max_by(|&a, &b| matrix[a][c].abs().total_cmp(&matrix[b][c].abs())).unwrap();
+        matrix.swap(c, pivot);
+        for r in 0..k {
+            if r != c {
+                let factor = matrix[r][c] / matrix[c][c];
+                let row = matrix[c].clone();
+                for (entry, from) in matrix[r].iter_mut().zip(row) {
+                    *entry -= factor * from;
+                }
+            }
+        }
+    }
+    (0..k).map(|i| matrix[i][k] / matrix[i][i]).collect()
+}
+
 /// A compact mollifier with radius 1.
 pub struct Compact {
     dimension: u32,
@@ -46,22 +65,7 @@ impl Compact {
             }
             row[k] = if i == 0 { 1.0 } else { 0.0 };
         }
-        // Gauss elimination with partial pivoting.
-        for c in 0..k {
-            let pivot = (c..k).max_by(|&a, &b| matrix[a][c].abs().total_cmp(&matrix[b][c].abs())).unwrap();
-            matrix.swap(c, pivot);
-            for r in 0..k {
-                if r != c {
-                    let factor = matrix[r][c] / matrix[c][c];
-                    let row = matrix[c].clone();
-                    for (entry, from) in matrix[r].iter_mut().zip(row) {
-                        *entry -= factor * from;
-                    }
-                }
-            }
-        }
-        let coefficients = (0..k).map(|i| matrix[i][k] / matrix[i][i]).collect();
-        Self { dimension, exponent, coefficients }
+        Self { dimension, exponent, coefficients: solved(matrix) }
     }
 
     /// B(r).
@@ -91,5 +95,56 @@ impl Compact {
             _ => -1.0 / (4.0 * std::f64::consts::PI),
         };
         edge - integral(r, 1.0, |s| s * self.gradient_factor(s))
+    }
+}
+
+/// A Richardson combination of compact mollifiers of order 2, with radius 1.
+pub struct Combination {
+    part: Compact,
+    /// Weights and radii.
+    pub parts: Vec<(f64, f64)>,
+}
+
+impl Combination {
+    /// Solves for unit mass and vanishing moments 2, 4, ...: one condition for each radius.
+    pub fn new(dimension: u32, exponent: u32, radii: &[f64]) -> Self {
+        let equation = |i: usize| {
+            let powers = radii.iter().map(|radius| radius.powi(2 * i as i32));
+            powers.chain([if i == 0 { 1.0 } else { 0.0 }]).collect()
+        };
+        let weights = solved((0..radii.len()).map(equation).collect());
+        let parts = weights.into_iter().zip(radii.iter().copied()).collect();
+        Self { part: Compact::new(dimension, 2, exponent), parts }
+    }
+
+    fn sum(&self, f: impl Fn(&Compact, f64) -> f64) -> f64 {
+        self.parts.iter().map(|&(weight, radius)| weight * f(&self.part, radius)).sum()
+    }
+
+    /// B(r).
+    pub fn density(&self, r: f64) -> f64 {
+        self.sum(|part, radius| part.density(r / radius) / radius.powi(part.dimension as i32))
+    }
+
+    /// The mass within r.
+    pub fn mass(&self, r: f64) -> f64 {
+        self.sum(|part, radius| part.mass(r / radius))
+    }
+
+    /// phi'(r)/r.
+    pub fn gradient_factor(&self, r: f64) -> f64 {
+        self.mass(r) / (sphere(self.part.dimension) * r.powi(self.part.dimension as i32))
+    }
+
+    /// phi(r).
+    pub fn potential(&self, r: f64) -> f64 {
+        self.sum(|part, radius| {
+            let unit = part.potential(r / radius);
+            match part.dimension {
+                1 => radius * unit,
+                2 => unit + radius.ln() / (2.0 * std::f64::consts::PI),
+                _ => unit / radius,
+            }
+        })
     }
 }

@@ -28,9 +28,14 @@ const fn gaussian(order: i32) -> mollis_mollifier {
     mollis_mollifier { kind: MOLLIS_MOLLIFIER_GAUSSIAN, order, exponent: 0 }
 }
 
+const fn richardson(order: i32, exponent: i32) -> mollis_mollifier {
+    mollis_mollifier { kind: MOLLIS_MOLLIFIER_RICHARDSON, order, exponent }
+}
+
 /// Mollifiers of each kind that exist in this dimension.
 fn mollifiers_in(dimension: usize) -> Vec<mollis_mollifier> {
     let mut all = vec![NONE, compact(2, 1), compact(2, 4), compact(4, 4), compact(6, 9), compact(8, 2)];
+    all.extend([richardson(4, 4), richardson(6, 1)]);
     all.extend([gaussian(4)].into_iter().filter(|_| dimension < 3));
     all.extend([gaussian(6)].into_iter().filter(|_| dimension == 1));
     all
@@ -38,7 +43,8 @@ fn mollifiers_in(dimension: usize) -> Vec<mollis_mollifier> {
 
 fn name(mollifier: mollis_mollifier) -> String {
     let mollis_mollifier { kind, order, exponent } = mollifier;
-    format!("{} {order} {exponent}", ["none", "compact", "Gaussian"][kind as usize])
+    let kinds = ["none", "compact", "Gaussian", "Plummer", "algebraic", "Vatistas", "Richardson"];
+    format!("{} {order} {exponent}", kinds[kind as usize])
 }
 
 /// Points on a skew lattice, with the origin and two equal points among them.

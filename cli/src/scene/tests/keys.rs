@@ -97,3 +97,16 @@ fn gaussians_have_few_orders() {
     let text = GOOD.replace("\"compact\"", "\"gaussian\"").replace("order = 4", "order = 8");
     assert_eq!(mistakes(&text), ["12: mollifier.order = 8: a gaussian has order 2, 4 or 6"]);
 }
+
+#[test]
+fn richardson_combinations_are_of_order_4_and_more_and_not_of_diffusion() {
+    let text = GOOD.replace("\"compact\"", "\"richardson\"");
+    assert_eq!(mistakes(&text), [""; 0]);
+    assert_eq!(
+        mistakes(&text.replace("order = 4", "order = 2")),
+        ["12: mollifier.order = 2: a combination has order 4, 6 or 8"]
+    );
+    let blobs = "[diffusion]\nexponent = 2\n[diffusion.mollifier]\nkind = \"richardson\"\norder = 4\n";
+    let expected = "diffusion.mollifier.kind = \"richardson\": not of diffusion";
+    assert!(mistakes(&format!("{GOOD}{blobs}")).iter().any(|m| m.contains(expected)));
+}

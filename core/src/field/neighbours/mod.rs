@@ -20,7 +20,7 @@ use crate::memory::{Carve, Measure, Space};
 use crate::mollifier::{Blob, Mollifier};
 use crate::real::{DoubleWord, Real, quotient};
 use crate::sort::radix::{Entry, sort};
-use profile::{Gaussians, Profile};
+use profile::{Combination, Gaussians, Profile};
 
 /// Targets of one task.
 const TASK: usize = 512;
@@ -256,7 +256,7 @@ impl<T: Real, const D: usize> Sorted<'_, T, D> {
     }
 }
 
-/// Overwrites `sums` with those of `coefficient psi_delta`; psi is compact, Gaussian or zero. The caller has
+/// Overwrites `sums` with those of `coefficient psi_delta`; psi is compact, a combination of such, Gaussian or zero. The caller has
 /// checked lengths, values and the workspace's size.
 pub(super) fn evaluate<T: Real, const D: usize>(
     (coefficient, blob): (T, &Blob<T, D>),
@@ -286,12 +286,16 @@ where
         let factors = factors(peak, peak / (fraction * fraction));
         return call.of_profile(&Gaussians::new(D, order), &factors, sums, workspace, run);
     }
-    let Some(polynomials) = Blob::<T, D>::new(blob.mollifier(), fraction)?.polynomials() else {
+    let Some(polynomials) = Blob::<T, D>::new(blob.mollifier().part(), fraction)?.polynomials() else {
         // without a mollifier the field is harmonic away from the sources
         sums.density.unwrap_or_default().fill(T::ZERO);
         return Ok(());
     };
     let factors = factors(polynomials.scale, polynomials.hessian_scale);
+    if blob.mollifier().radii() > 1 {
+        let profile = Combination::new(D, blob.mollifier(), polynomials);
+        return call.of_profile(&profile, &factors, sums, workspace, run);
+    }
     call.of_profile(&polynomials, &factors, sums, workspace, run)
 }
 

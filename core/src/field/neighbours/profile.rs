@@ -1,7 +1,7 @@
 //! Mollifiers as the sums over near pairs see them: functions of the distance squared that end.
 
-use crate::mollifier::{Polynomials, gaussian_weights};
-use crate::real::{Real, Scalar};
+use crate::mollifier::{MAX_COMBINED, Mollifier, Polynomials, gaussian_weights};
+use crate::real::{Real, Scalar, quotient};
 
 /// A mollifier as a function of s = (r / delta)^2, without its factors.
 pub(super) trait Profile<T: Real>: Sync {
@@ -24,6 +24,50 @@ impl<T: Real> Profile<T> for Polynomials<T> {
     #[inline(always)]
     fn slope(&self, s: T) -> T {
         self.density_slope.at(T::ONE - s)
+    }
+}
+
+/// A combination of compact mollifiers of the radii gamma delta: `sum w gamma^-D psi(s / gamma^2)`.
+pub(super) struct Combination<T> {
+    part: Polynomials<T>,
+    /// w gamma^-D, gamma^-2.
+    parts: [(T, T); MAX_COMBINED],
+    used: usize,
+}
+
+impl<T: Real> Combination<T> {
+    /// Of what a mollifier combines, which is `part`.
+    pub fn new(dimension: usize, mollifier: Mollifier, part: Polynomials<T>) -> Self {
+        let mut parts = [(T::ZERO, T::ZERO); MAX_COMBINED];
+        for (to, (weight, radius)) in parts.iter_mut().zip(mollifier.parts()) {
+            let per_radius = quotient(1.0, radius);
+            let factor = weight * Scalar::powi(per_radius, dimension as u32);
+            *to = (T::from_f64(factor), T::from_f64(per_radius * per_radius));
+        }
+        Self { part, parts, used: mollifier.radii() as usize }
+    }
+
+    /// `of` at t of each part that is there, times the factors.
+    #[inline(always)]
+    fn sum(&self, s: T, of: impl Fn(T, T) -> T) -> T {
+        self.parts.iter().take(self.used).fold(T::ZERO, |sum, &(weight, per_square)| {
+            let t = T::ONE - s * per_square;
+            if t > T::ZERO { sum + weight * of(t, per_square) } else { sum }
+        })
+    }
+}
+
+impl<T: Real> Profile<T> for Combination<T> {
+    fn end(&self) -> T {
+        T::ONE
+    }
+    #[inline(always)]
+    fn density(&self, s: T) -> T {
+        self.sum(s, |t, _| self.part.density.at(t))
+    }
+    #[inline(always)]
+    fn slope(&self, s: T) -> T {
+        self.sum(s, |t, per_square| per_square * self.part.density_slope.at(t))
     }
 }
 

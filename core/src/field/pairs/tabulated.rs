@@ -1,4 +1,4 @@
-//! A kernel as one table: powers, exponentials, screened, a host's own and sums of these, and Gaussian mollifiers near the source.
+//! A kernel as one table: powers, exponentials, screened, a host's own and sums of these, and Gaussian mollifiers and combinations near the source.
 //!
 //! With u = (r / unit)^2 + shift ([`Table`]), the row of u is found from its bits, and with t = u - (the row's least u)
 //!

@@ -61,7 +61,7 @@ pub(crate) struct Builder<'a> {
     pub(super) limit: f64,
     /// The largest coefficient that the sum's scalar can hold.
     pub(super) largest: f64,
-    /// The sum of all screened terms inside a compact mollifier, in powers of t and units of delta, and its reserved place in the tables. For
+    /// The sum of the screened terms inside a compact mollifier, in powers of t and units of delta, and its reserved place in the tables. For
     /// small delta psi and the Newtonian parts of the terms are large and cancel in a Morse potential, so they are added before rounding.
     pub(super) screened: [[DoubleWord<f64>; 3]; LENGTH],
     pub(super) reserved: Option<(usize, usize)>,
@@ -151,13 +151,13 @@ impl<'a> Builder<'a> {
         self.header(end, axis, start, len)
     }
 
-    /// Writes the sum of the screened terms to its reserved place. Must be called once, after all terms.
+    /// Writes the sum of the screened terms to its reserved place, and begins another. Must be called after all terms under a mollifier.
     pub(crate) fn finish(&mut self, dimension: usize, delta: f64) -> Result<()> {
-        let Some((headers, start)) = self.reserved else { return Ok(()) };
+        let Some((headers, start)) = self.reserved.take() else { return Ok(()) };
         let a = 2.0 - dimension as f64;
         let s = sphere(dimension);
         let factors = [Scalar::pow(delta, a) / s, Scalar::pow(delta, a - 2.0) / s, Scalar::pow(delta, a - 2.0) / s];
-        let screened = self.screened;
+        let screened = core::mem::replace(&mut self.screened, [[DoubleWord::ZERO; 3]; LENGTH]);
         let size = screened
             .iter()
             .fold([0.0_f64; 3], |m, c| [m[0].max(c[0].hi.abs()), m[1].max(c[1].hi.abs()), m[2].max(c[2].hi.abs())]);

@@ -21,6 +21,9 @@ pub const MOLLIS_MOLLIFIER_PLUMMER: i32 = 3;
 pub const MOLLIS_MOLLIFIER_ALGEBRAIC: i32 = 4;
 /// Vatistas' vortex with n = 2, in the plane: K'/r is 1 / (2 pi (r^4 + delta^4)^(1/2)).
 pub const MOLLIS_MOLLIFIER_VATISTAS: i32 = 5;
+/// Richardson combination of order / 2 compact polynomials of order 2 (Anderson (8)): order 4 (9), of the radii delta and delta / 2 with the weights -1/3 and 4/3; order 6
+/// (10), of delta, 2/3 delta and delta / 3 with 1/10, -3/5 and 3/2; order 8, of delta times 1, 3/4, 1/2 and 1/4. Exponent 1 to 9; beyond delta the field is exactly Newtonian.
+pub const MOLLIS_MOLLIFIER_RICHARDSON: i32 = 6;
 
 /// A mollifier without its length delta. A plain value without invariants: fill it and pass it.
 #[derive(Clone, Copy, Debug)]
@@ -38,16 +41,15 @@ impl mollis_mollifier {
     /// The mollifier, not yet checked against a dimension.
     pub(crate) fn to_core(self) -> Result<Mollifier> {
         let order = u32::try_from(self.order).map_err(|_| Error::Order);
+        let exponent = u32::try_from(self.exponent).map_err(|_| Error::Exponent);
         match self.kind {
             MOLLIS_MOLLIFIER_NONE => Ok(Mollifier::None),
-            MOLLIS_MOLLIFIER_COMPACT => {
-                let exponent = u32::try_from(self.exponent).map_err(|_| Error::Exponent);
-                Ok(Mollifier::Compact { order: order?, exponent: exponent? })
-            }
+            MOLLIS_MOLLIFIER_COMPACT => Ok(Mollifier::Compact { order: order?, exponent: exponent? }),
             MOLLIS_MOLLIFIER_GAUSSIAN => Ok(Mollifier::Gaussian { order: order? }),
             MOLLIS_MOLLIFIER_PLUMMER => Ok(Mollifier::Plummer),
             MOLLIS_MOLLIFIER_ALGEBRAIC => Ok(Mollifier::Algebraic),
             MOLLIS_MOLLIFIER_VATISTAS => Ok(Mollifier::Vatistas),
+            MOLLIS_MOLLIFIER_RICHARDSON => Ok(Mollifier::Richardson { order: order?, exponent: exponent? }),
             _ => Err(Error::UnknownValue),
         }
     }

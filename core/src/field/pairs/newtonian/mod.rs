@@ -14,8 +14,8 @@
 //! vectors (four: f64, AVX-512); in 3D m / r^3 comes from the machine's square root and a shared division (AVX2) or from a 14-bit seed y and the series of
 //! (1 - e)^(-3/2), e = 1 - r2 y^2 (AVX-512). In one and two dimensions potentials have a pass of their own.
 //!
-//! A Gaussian mollifier's field is Newtonian to rounding beyond some lengths delta; within them it is read from the kernel's table
-//! ([`super::tabulated`]) where it was prepared with one.
+//! A Gaussian mollifier's field is Newtonian to rounding beyond some lengths delta, that of a Richardson combination exactly beyond delta; within them it is read from the
+//! kernel's table ([`super::tabulated`]) where it was prepared with one.
 //!
 //! # Rounding
 //! With u the unit roundoff and to first order: a coordinate difference has 1 u, r2 has 5 u. Outside, g has in 1D 2 u, in 2D 10 u (r2, 3 to 5 u
@@ -53,14 +53,14 @@ pub(in crate::field) struct Newtonian<'a, T: Real, const D: usize, const EACH: b
     pub coefficient: T,
     /// The largest core radius: delta, if it is the only one.
     pub largest: T,
-    /// Where the mollifier is Gaussian: its field near the source, times the coefficient.
+    /// Where the mollifier is Gaussian or a combination: its field near the source.
     pub table: Option<Tabulated<'a, T>>,
 }
 
 /// The kernel in units: what the lanes know of it.
 pub(in crate::field) struct Prepared<'a, T: Real> {
     softened: Softened<T>,
-    /// A Gaussian mollifier's table, and what its potential and gradient factor are multiplied by to be S_D K (twice that in 2D) and S_D g.
+    /// The table of a Gaussian mollifier or of a combination, and what its potential and gradient factor are multiplied by to be S_D K (twice that in 2D) and S_D g.
     table: Option<(tabulated::Prepared<'a, T>, [T; 2])>,
     /// Whether pairs are left out because they are too close for the fast path.
     has_closer: bool,
@@ -177,7 +177,7 @@ pub(in crate::field) struct Softened<C> {
     inside: Inside<C>,
     /// Added to the exponent of r2, so that its logarithm is that of true units.
     log_exponent: C,
-    /// Of a Gaussian mollifier with a table.
+    /// Of a mollifier with a table.
     table: Option<tabulated::Lanes<C>>,
     table_scales: [C; 2],
 }
@@ -190,8 +190,8 @@ impl<C> Softened<C> {
     }
 }
 
-/// Whether a Newtonian kernel may have a table: of a Gaussian mollifier.
-const TABLES: bool = cfg!(all(feature = "kernels", feature = "gaussian"));
+/// Whether a Newtonian kernel may have a table: of a Gaussian mollifier, or of a combination.
+const TABLES: bool = cfg!(feature = "kernels");
 
 /// Beyond this many delta a Gaussian mollifier's field is Newtonian to rounding: e^{-(r / w delta)^2} < u / e, w delta being the width of its widest part.
 fn gaussian_support<T: Real>(dimension: usize, order: u32) -> T {
@@ -203,7 +203,7 @@ fn gaussian_support<T: Real>(dimension: usize, order: u32) -> T {
 pub(in crate::field) fn support<T: Real>(dimension: usize, mollifier: Mollifier) -> Option<T> {
     match mollifier {
         Mollifier::None => Some(T::ZERO),
-        Mollifier::Compact { .. } => Some(T::ONE),
+        Mollifier::Compact { .. } | Mollifier::Richardson { .. } => Some(T::ONE),
         Mollifier::Gaussian { order } => Some(gaussian_support(dimension, order)),
         Mollifier::Plummer | Mollifier::Algebraic | Mollifier::Vatistas => None,
     }
@@ -251,8 +251,8 @@ impl<'a, T: Real, const D: usize, const EACH: bool, const VECTOR: bool> PairKern
         if square >= least {
             match blob.mollifier() {
                 Mollifier::Compact { .. } => (edge, inside) = (square, Inside::new(blob, delta, potentials)),
-                Mollifier::Gaussian { order } => {
-                    let support = gaussian_support::<T>(D, order);
+                Mollifier::Gaussian { .. } | Mollifier::Richardson { .. } => {
+                    let support = support(D, blob.mollifier()).unwrap_or(T::ONE);
                     support_square = support * support;
                     edge = square * support_square;
                     table = self.table.as_ref().map(|table| {
