@@ -567,6 +567,7 @@ module mollis
     type(c_ptr) :: masses = c_null_ptr
     type(c_ptr) :: labels = c_null_ptr
     type(c_ptr) :: species = c_null_ptr
+    type(c_ptr) :: weights = c_null_ptr
   end type
 
   type, bind(c) :: mollis_pks_progress
@@ -615,6 +616,7 @@ module mollis
     type(c_ptr) :: masses = c_null_ptr
     type(c_ptr) :: labels = c_null_ptr
     type(c_ptr) :: species = c_null_ptr
+    type(c_ptr) :: weights = c_null_ptr
   end type
 
   type, bind(c) :: mollis_pks_prediction
@@ -626,6 +628,7 @@ module mollis
   type, bind(c) :: mollis_pks_species
     real(c_double) :: mass = 0
     real(c_double) :: mu = 0
+    real(c_double) :: sensitivity = 0
   end type
 
   interface

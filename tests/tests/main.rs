@@ -33,6 +33,7 @@ mod pks_ranks;
 mod pks_search;
 mod pks_soft;
 mod pks_step;
+mod pks_weights;
 mod portable_bits;
 mod properties;
 mod random;

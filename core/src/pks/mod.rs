@@ -20,6 +20,7 @@ mod testing;
 #[cfg(test)]
 mod tests;
 pub mod theory;
+mod weights;
 
 pub use collision::{CollisionLaw, Merging};
 pub use heavy::{Heavy, MAX_HEAVY};
