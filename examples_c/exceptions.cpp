@@ -112,7 +112,7 @@ void particles() {
   check(mollis_pks_options_init(&options, sizeof options));
   options.noise = 1.0;
   mollis_pks_attraction attraction = {};
-  const mollis_pks_particles pair = {2, positions, masses, labels, nullptr};
+  const mollis_pks_particles pair = {2, positions, masses, labels, nullptr, nullptr};
   mollis_pks_progress progress = {};
   mollis_pks_events events = {};
   progress.count = 2;

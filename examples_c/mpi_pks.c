@@ -145,7 +145,7 @@ int main(int argc, char **argv)
         bump(labels[i], x[i]);
         m[i] = mass / (double)n;
     }
-    const mollis_pks_particles particles = {room, x, m, labels, NULL};
+    const mollis_pks_particles particles = {room, x, m, labels, NULL, NULL};
     mollis_pks_progress progress = {.count = own};
     mollis_pks_event log[256];
     uint64_t *absorbed = memory(n, sizeof *absorbed); /* one merge may absorb all */

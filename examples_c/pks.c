@@ -85,7 +85,7 @@ int main(int argc, char **argv) {
     double(*x)[2] = malloc(n * sizeof *x);
     double *m = malloc(n * sizeof *m);
     uint64_t *labels = malloc(n * sizeof *labels);
-    mollis_pks_particles particles = {n, x, m, labels, NULL};
+    mollis_pks_particles particles = {n, x, m, labels, NULL, NULL};
     mollis_pks_progress progress = {0, 0, 0, 0};
     mollis_pks_event log[64];
     mollis_pks_events events = {0};

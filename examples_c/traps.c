@@ -210,7 +210,7 @@ static const mollis_mesh2 mesh = {{-1, -1}, {1, 1}, {CELLS, CELLS}};
             mollis_pks_event log[N];                                                                                        \
             mollis_pks_events events = {log, N, 0, absorbed, N, 0};                                                         \
             mollis_pks_progress progress = {0, 0, N, 0};                                                                    \
-            const mollis_pks_particles##_F32 particles = {N, moving, weights, names, NULL};                                 \
+            const mollis_pks_particles##_F32 particles = {N, moving, weights, names, NULL, NULL};                              \
             options.seed = 7;                                                                                               \
             CALL(mollis_pks_workspace_bytes##_F32, N, &attraction, &options, NULL, &bytes);                                 \
             void *memory = memory_of(bytes);                                                                                \
@@ -341,7 +341,7 @@ SORTED(sorted_f32, float, _f32)
                 mollis_pks_event log[N];                                                                                    \
                 mollis_pks_events events = {log, N, 0, absorbed, N, 0};                                                     \
                 mollis_pks_progress progress = {0, 0, n, 0};                                                                \
-                const mollis_pks_particles##_F32 particles = {n, x, mass, labels, NULL};                                    \
+                const mollis_pks_particles##_F32 particles = {n, x, mass, labels, NULL, NULL};                               \
                 options.seed = 7;                                                                                           \
                 CALL(mollis_pks_workspace_bytes##_F32, n, &attraction, &options, NULL, &needed);                            \
                 void *memory = memory_of(needed);                                                                           \

@@ -568,6 +568,7 @@ module mollis
     type(c_ptr) :: masses = c_null_ptr
     type(c_ptr) :: labels = c_null_ptr
     type(c_ptr) :: species = c_null_ptr
+    type(c_ptr) :: weights = c_null_ptr
   end type
 
   type, bind(c) :: mollis_pks_progress
@@ -616,6 +617,7 @@ module mollis
     type(c_ptr) :: masses = c_null_ptr
     type(c_ptr) :: labels = c_null_ptr
     type(c_ptr) :: species = c_null_ptr
+    type(c_ptr) :: weights = c_null_ptr
   end type
 
   type, bind(c) :: mollis_pks_prediction
@@ -627,6 +629,7 @@ module mollis
   type, bind(c) :: mollis_pks_species
     real(c_double) :: mass = 0
     real(c_double) :: mu = 0
+    real(c_double) :: sensitivity = 0
   end type
 
   interface

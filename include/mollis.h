@@ -919,6 +919,10 @@ typedef struct mollis_pks_particles {
   uint64_t *labels;
   /** Travels with the particles; may be null. */
   uint32_t *species;
+  /**
+   * w_i = m_i / chi_i, positive, for particles of different sensitivities; a merged particle has the sum. Null: all chi_i are 1.
+   */
+  double *weights;
 } mollis_pks_particles;
 
 /** Time, and what a run counts. Zero it, then set `count`; it belongs to the state that a checkpoint saves. */
@@ -1003,7 +1007,7 @@ typedef struct mollis_pks_report {
 } mollis_pks_report;
 
 typedef struct mollis_pks_particles_f32 {
-  size_t room; float (*positions)[2]; float *masses; uint64_t *labels; uint32_t *species;
+  size_t room; float (*positions)[2]; float *masses; uint64_t *labels; uint32_t *species; float *weights;
 } mollis_pks_particles_f32;
 
 /** What is known in closed form of one kind of particles with total mass `mass`, diffusivity mu and sensitivity chi. */
@@ -1016,12 +1020,16 @@ typedef struct mollis_pks_prediction {
   double second_moment_rate;
 } mollis_pks_prediction;
 
-/** One species: its total mass and diffusivity. */
+/** One species: its total mass, diffusivity and sensitivity. */
 typedef struct mollis_pks_species {
   /** Total mass M_i. */
   double mass;
   /** Diffusivity mu_i. */
   double mu;
+  /**
+   * Sensitivity chi_i in units of chi, positive; 0 stands for 1. Particles of this species have the weight mass / sensitivity.
+   */
+  double sensitivity;
 } mollis_pks_species;
 
 #ifdef __cplusplus
@@ -1679,6 +1687,10 @@ mollis_status mollis_pks_workspace_bytes_f32(size_t room, const struct mollis_pk
  * run is: copied away and back between calls it continues bit for bit. With the built-in generator the result does not
  * depend on the executor.
  *
+ * Sensitivities (Section 4.5): with weights particle i drifts by chi_i = m_i / w_i times chi times the attraction, which masses alone make, and diffuses with noise / w_i. With these a pair's forces are mutual, so
+ * that the centre of the weights rests but for noise; clusters merge there, and have the index (2.7) of their masses. MOLLIS_ERR_MASS: a weight is not positive. MOLLIS_ERR_OUT_OF_DOMAIN: a sensitivity out of range.
+ * MOLLIS_ERR_UNSUPPORTED with heavy particles, on more than one rank, for a sum with noise and another merging than MOLLIS_PKS_MERGE_ALL, and in firmware.
+ *
  * Range: the result does not depend on the units, up to rounding; a mesh in free space loses digits by the logarithm of its size. Masses, and chi, noise and gamma where they are not 0, have to be normal
  * numbers of the scalar (MOLLIS_ERR_OUT_OF_DOMAIN), and the gradient (mass / length) and chi times it have to be
  * in range, as must mass / length^2 for heavy particles; what leaves the range ends in MOLLIS_ERR_BECAME_NOT_FINITE or MOLLIS_ERR_TOO_MANY_SUBSTEPS. An attraction so strong against
@@ -1747,9 +1759,9 @@ mollis_status mollis_pks_index(size_t n, const double *masses, double chi, doubl
 
 /**
  * What represents n species by `particles` particles with one noise: overwrites share[i] with eta_i, the share of the particles that species i
- * gets, noise with mu~ for the step's options, and rate with the rate of the second moment of all species together (4.28). Each output may be null.
+ * gets, noise with mu~ for the step's options, and rate with the rate of the second moment of all species together (4.28), the integral of |x|^2 sum rho_i / chi_i. Each output may be null.
  *
- * From (4.25), mu_i = M eta_i mu / M_i.
+ * From (4.25), mu_i = M eta_i chi_i mu / M_i.
  */
 mollis_status mollis_pks_represent_species(size_t n, const struct mollis_pks_species *species, double chi, size_t particles,
     double *share, double *noise, double *rate);

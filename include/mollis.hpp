@@ -1160,6 +1160,8 @@ template <class T> struct pks_particles {
   /** All different. */
   column<std::uint64_t> labels{};
   column<std::uint32_t> species{};
+  /** Positive: masses over sensitivities. */
+  column<T> weights{};
 };
 
 /** Time, and what a run counts: `progress.count = n` at the beginning. It belongs to the state. */
@@ -1280,6 +1282,7 @@ bool pks_step(const detail::given<pks_particles<T>> &of, mollis_pks_progress &pr
   all.masses = fit.packed(of.masses);
   all.labels = fit.packed(of.labels);
   all.species = fit.packed(of.species);
+  all.weights = fit.packed(of.weights);
   struct drawing {
     detail::call *call;
     const generator *from;

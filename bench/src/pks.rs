@@ -226,7 +226,13 @@ impl Pks {
             let (mut written, mut labels_written) = (0, 0);
             let begin = clock();
             step(
-                State { positions: &mut positions, masses: &mut masses, labels: &mut labels, species: None },
+                State {
+                    positions: &mut positions,
+                    masses: &mut masses,
+                    labels: &mut labels,
+                    species: None,
+                    weights: None,
+                },
                 &mut counters,
                 &mut Philox::new(1),
                 1e-5,

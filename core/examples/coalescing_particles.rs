@@ -41,7 +41,7 @@ fn main() -> Result<()> {
             labels: &mut absorbed,
             labels_written: &mut labels_written,
         };
-        let state = State { positions: &mut x, masses: &mut mass, labels: &mut labels, species: None };
+        let state = State { positions: &mut x, masses: &mut mass, labels: &mut labels, species: None, weights: None };
         let setting = Setting {
             options: &options,
             attraction: Attraction::Sum(&kernel, &sum),

@@ -106,7 +106,7 @@ fn found(
     let mut scratch = Scratch::layout(&mut carve, n).expect("as measured");
     let extent = Extent::of(positions, masses, &Serial).expect("sound particles");
     let mesh = Mesh::new(settings, &extent, 7, 1.0);
-    let particles = Particles { positions, masses, smallest: extent.smallest, medium: None };
+    let particles = Particles { positions, masses, charges: None, smallest: extent.smallest, medium: None };
     find(settings, criterion, &mesh, particles, Resources::default(), &mut scratch).expect("nothing stops it");
     let mut out = Vec::new();
     for cluster in scratch.clusters() {

@@ -68,7 +68,12 @@ class Particles:
     `positions` (n, 2) and `masses` (n,), positive, are copied; with `copy=False` the arrays given, which have to be
     without gaps and of the dtype, are advanced in place. `labels` (n,) are different integers, by default 0 to n - 1,
     `species` (n,) integers that travel with the particles. They compute in float32 if `positions` are float32. A run
-    continues bit for bit from its `positions`, `masses`, `labels`, `species`, `time` and `steps` (and the generator).
+    continues bit for bit from its `positions`, `masses`, `labels`, `species`, `weights`, `time` and `steps` (and the
+    generator).
+
+    `weights` (n,), positive, are for particles of different sensitivities, m_n / chi_n: particle n drifts by chi_n times
+    the attraction and diffuses with noise / weight; a merged one has the sum, at the centre of the weights. They are
+    copied with `copy=True`; without them every chi_n is 1. Not with heavy particles or on ranks.
 
     `attraction` is a `Mesh` (solved once a step), a `Kernel` in the plane (its sum over all particles in every
     sub-step) or None. With a mesh, particles of at least the mass `heavy` act pair by pair by `heavy_kernel`.
@@ -88,7 +93,8 @@ class Particles:
     def __init__(
         self, positions: ArrayLike, masses: ArrayLike, *, chi: float = 0.0, noise: float = 0.0,
         attraction: Mesh | Kernel | None = None, random: int | np.random.Generator = 0,
-        labels: ArrayLike | None = None, species: ArrayLike | None = None, copy: bool = True,
+        labels: ArrayLike | None = None, species: ArrayLike | None = None,
+        weights: ArrayLike | None = None, copy: bool = True,
         time: float = 0.0, steps: int = 0,
         law: str = "exact", merging: str = "all", scheme: str = "euler-maruyama", gamma: float | None = None,
         separation: float | None = None, probability: float | None = None, width: float | None = None,
@@ -99,14 +105,20 @@ class Particles:
     ) -> None:  # fmt: skip
         dtype = np.float32 if getattr(positions, "dtype", None) == np.float32 else np.float64
         self._api = api = _library.api(2, dtype)
+        self._weights: NDArray[Any] | None = None
         if copy:
             self._positions = np.array(_library.points(api, positions, "positions"), api.dtype, order="C")
             self._masses = np.array(_library.vector(api, masses, len(self._positions), "masses"))
+            if weights is not None:
+                self._weights = np.array(_library.vector(api, weights, len(self._positions), "weights"))
         else:
             n = np.shape(positions)[0]
             self._positions = _library.writable(api, positions, (n, 2), "positions")
             self._masses = _library.writable(api, masses, (n,), "masses")
-            if not (self._positions.flags.c_contiguous and self._masses.flags.c_contiguous):
+            if weights is not None:
+                self._weights = _library.writable(api, weights, (n,), "weights")
+            arrays = (self._positions, self._masses, self._weights)
+            if not all(array is None or array.flags.c_contiguous for array in arrays):
                 raise ValueError("arrays that are advanced in place have to be without gaps")
         n = room = self._all = len(self._positions)
         self._labels = np.arange(n, dtype=np.uint64) if labels is None else np.array(labels, np.uint64)
@@ -132,6 +144,8 @@ class Particles:
         particles.labels = ffi.from_buffer("uint64_t[]", self._labels)
         if self._species is not None:
             particles.species = ffi.from_buffer("uint32_t[]", self._species)
+        if self._weights is not None:
+            particles.weights = _library.pointer(api, self._weights)
         self._options = options = ffi.new("mollis_pks_options *")
         _library.check(lib.mollis_pks_options_init(options, ffi.sizeof("mollis_pks_options")))
         options.law, options.merging = _library.number("PKS_LAW", law), _library.number("PKS_MERGE", merging)
@@ -159,6 +173,7 @@ class Particles:
         self._positions, self._masses = longer(self._positions), longer(self._masses)
         self._labels = longer(self._labels)
         self._species = None if self._species is None else longer(self._species)
+        self._weights = None if self._weights is None else longer(self._weights)
 
     def _attract(
         self, attraction: Mesh | Kernel | None, heavy: float, heavy_kernel: Kernel | None, tolerance: float
@@ -202,6 +217,11 @@ class Particles:
     def species(self) -> NDArray[np.uint32] | None:
         """Species of the particles alive, (count,): a view; None if none were given."""
         return None if self._species is None else self._species[: self._progress.count]
+
+    @property
+    def weights(self) -> NDArray[Any] | None:
+        """Weights of the particles alive, (count,): a view; None if none were given."""
+        return None if self._weights is None else self._weights[: self._progress.count]
 
     @property
     def time(self) -> float:
@@ -329,13 +349,17 @@ class Representation(NamedTuple):
     noise: float
     """mu~ for `Particles`."""
     rate: float
-    """The rate of the second moment of all species together (4.28)."""
+    """The rate of the second moment of all species together (4.28): of the integral of |x|^2 sum rho_i / chi_i."""
 
 
-def represent_species(masses: ArrayLike, mus: ArrayLike, chi: float, particles: int) -> Representation:
-    """What represents species of these total masses and diffusivities by so many particles with one noise."""
-    m, mu = np.broadcast_arrays(np.asarray(masses, np.float64), np.asarray(mus, np.float64))
-    species = ffi.new("mollis_pks_species[]", list(zip(m.ravel().tolist(), mu.ravel().tolist())))
+def represent_species(
+    masses: ArrayLike, mus: ArrayLike, chi: float, particles: int, sensitivities: ArrayLike = 1.0
+) -> Representation:
+    """What represents species of these total masses, diffusivities and sensitivities (in units of chi) by so many
+    particles with one noise. Particles of a species weigh their mass over its sensitivity."""
+    m, mu, s = np.broadcast_arrays(*(np.asarray(a, np.float64) for a in (masses, mus, sensitivities)))
+    rows = list(zip(m.ravel().tolist(), mu.ravel().tolist(), s.ravel().tolist()))
+    species = ffi.new("mollis_pks_species[]", rows)
     share, noise, rate = np.empty(m.size), ffi.new("double *"), ffi.new("double *")
     status = lib.mollis_pks_represent_species(
         m.size, species, chi, particles, ffi.from_buffer("double[]", share), noise, rate

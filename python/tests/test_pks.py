@@ -47,6 +47,25 @@ def test_mass_is_kept_and_events_tell_who_merged(disc, attraction):
     np.testing.assert_array_equal(run.species, run.labels % 3)
 
 
+def test_sensitivities(disc, attraction):
+    """Weights of m / chi_i: merging adds them, equal ones change no bit, the noise is that of the weight."""
+    plain = system(disc, attraction, random=1)
+    plain.step(1e-3, 20)
+    equal = system(disc, attraction, random=1, weights=disc[1])
+    equal.step(1e-3, 20)
+    np.testing.assert_array_equal(equal.positions, plain.positions)
+    np.testing.assert_array_equal(equal.weights, plain.masses)
+    assert plain.weights is None
+    weights = disc[1] / np.where(np.arange(400) % 2, 0.5, 2.0)
+    run = system(disc, attraction, random=1, weights=weights)
+    run.step(1e-3, 40)
+    assert len(run) < 400 and run.weights.sum() == pytest.approx(weights.sum(), rel=1e-14)
+    with pytest.raises(ValueError, match="weights"):
+        system(disc, attraction, weights=weights[1:])
+    with pytest.raises(mollis.Error):
+        system(disc, attraction, weights=0 * weights).step(1e-3)
+
+
 @pytest.mark.parametrize("mesh", [False, True])
 def test_threads_and_pieces_change_no_bit(disc, attraction, mesh):
     how = mollis.Mesh((-2, -2), (2, 2), (32, 32)) if mesh else attraction
@@ -268,5 +287,9 @@ def test_closed_forms():
     shared = pks.represent_species([1.0, 3.0], [2.0, 0.5], chi=1.0, particles=1000)
     # eta_i = M_i mu_i / sum, docs/pks.md.
     np.testing.assert_allclose(shared.share, np.array([2.0, 1.5]) / 3.5)
+    # With sensitivities mu_i / chi_i stands for mu_i, docs/pks.md.
+    shared = pks.represent_species([1.0, 3.0], [2.0, 0.5], chi=1.0, particles=1000, sensitivities=[0.5, 2.0])
+    np.testing.assert_allclose(shared.share, np.array([4.0, 0.75]) / 4.75)
+    assert shared.rate == pytest.approx(4 * 4.75 - 16 / (2 * np.pi))
     with pytest.raises(mollis.Error):
         pks.predict(np.nan, 1.0, 1.0, 1.0)

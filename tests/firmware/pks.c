@@ -12,7 +12,7 @@ static mollis_pks_event log_of_merges[N];
 static _Alignas(MOLLIS_ALIGN) unsigned char kernel[MOLLIS_KERNEL2_NEWTONIAN_BYTES_F32];
 static _Alignas(MOLLIS_ALIGN) unsigned char workspace[MOLLIS_PKS_WORKSPACE_BYTES_F32(N)];
 static mollis_pks_events events = {log_of_merges, N, 0, absorbed, N, 0};
-static const mollis_pks_particles_f32 particles = {N, positions, masses, labels, 0};
+static const mollis_pks_particles_f32 particles = {N, positions, masses, labels, 0, 0};
 static mollis_pks_progress progress = {0.0, 0, N, 0};
 static mollis_pks_options options;
 static mollis_pks_attraction attraction;

@@ -15,7 +15,7 @@ static _Alignas(MOLLIS_ALIGN) unsigned char kernel[MOLLIS_KERNEL2_NEWTONIAN_BYTE
 static _Alignas(MOLLIS_ALIGN) unsigned char blob_workspace[MOLLIS_BLOB2_WORKSPACE_BYTES_F32(N) + 64];
 static _Alignas(MOLLIS_ALIGN) unsigned char pks_workspace[MOLLIS_PKS_WORKSPACE_BYTES_F32(N)];
 static const mollis_particles2_f32 blob = {.n = N, .positions = {&positions[0][0]}, .masses = masses, .density = density};
-static const mollis_pks_particles_f32 coalescing = {N, positions, masses, labels, 0};
+static const mollis_pks_particles_f32 coalescing = {N, positions, masses, labels, 0, 0};
 static mollis_run portable;
 
 static void good_arrays(void) {

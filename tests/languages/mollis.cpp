@@ -860,6 +860,21 @@ template <class T> static void coalescence() {
   EXPECT(report.merges == events.written && engine.drawn > 0);
   for (std::size_t i = 0; i < whole.progress.count; ++i) EXPECT(whole.species[i] == whole.labels[i]);
 
+  /* Sensitivities of 1 change nothing; the weights are added as the masses are. */
+  {
+    crowd<T> weighted;
+    std::vector<T> weights = weighted.mass;
+    counted again;
+    mollis::pks_options as = options;
+    as.generator = again;
+    as.report = nullptr;
+    mollis::pks_events more(log, absorbed);
+    mollis::pks_particles<T> all = weighted.all();
+    all.weights = weights;
+    EXPECT(mollis::pks_step<T>(all, weighted.progress, attraction, 1e-3, 20, more, workspace, as));
+    EXPECT(weighted == whole && weights == weighted.mass);
+  }
+
   /* With room for one event the same comes out, in pieces; so it does from pieces of words. */
   piecewise<32> halves;
   piecewise<16> quarters;

@@ -161,7 +161,7 @@ macro_rules! pks {
             workspace_bytes: usize,
             run: *const mollis_run,
         ) -> i32 {
-            let particles = PksParticlesOf { room, positions, masses, labels, species };
+            let particles = PksParticlesOf { room, positions, masses, labels, species, weights: core::ptr::null_mut() };
             let (particles, dt) = ((&raw const particles).cast(), f64::from(dt));
             let mut seeded = std::mem::MaybeUninit::<mollis_pks_options>::uninit();
             // SAFETY: passed on.

@@ -391,7 +391,7 @@ fn sizes_are_checked_before_data_are_read() {
         assert_eq!(dual(bytes - 1), Error::WorkspaceTooSmall as i32);
         assert_eq!(dual(bytes), Error::NotFinite as i32);
         assert_eq!(norm, 7.0);
-        let species = [mollis_pks_species { mass: f64::NAN, mu: f64::NAN }];
+        let species = [mollis_pks_species { mass: f64::NAN, mu: f64::NAN, sensitivity: 0.0 }];
         let none = null_mut();
         let eval =
             |n, particles| mollis_pks_represent_species(n, species.as_ptr(), f64::NAN, particles, none, none, none);

@@ -35,6 +35,7 @@ mod pks_search;
 mod pks_soft;
 mod pks_step;
 mod pks_units;
+mod pks_weights;
 mod portable_bits;
 mod properties;
 mod random;

@@ -62,6 +62,7 @@ fn steps<T: Real>(
                 masses: &mut particles.masses,
                 labels: &mut labels,
                 species: None,
+                weights: None,
             },
             &mut counters,
             &mut Philox::new(3),

@@ -55,7 +55,13 @@ fn times(nu: f64, law: CollisionLaw, n: usize, horizon: f64) -> Times {
             // Far apart a longer step changes little: P(hit) is at most Q(|nu|, 5) of it.
             let dt = (moment / 10.0).max(0.01);
             step(
-                State { positions: &mut positions, masses: &mut masses, labels: &mut labels, species: None },
+                State {
+                    positions: &mut positions,
+                    masses: &mut masses,
+                    labels: &mut labels,
+                    species: None,
+                    weights: None,
+                },
                 &mut counters,
                 &mut Philox::new(sample as u64),
                 dt,

@@ -40,7 +40,13 @@ impl Cloud {
         let (mut events, mut absorbed) = (vec![Event::default(); n], vec![0; n]);
         let (mut written, mut labels_written) = (0, 0);
         step(
-            State { positions: &mut self.positions, masses: &mut self.masses, labels: &mut self.labels, species: None },
+            State {
+                positions: &mut self.positions,
+                masses: &mut self.masses,
+                labels: &mut self.labels,
+                species: None,
+                weights: None,
+            },
             &mut self.counters,
             &mut Philox::new(3),
             dt,

@@ -92,6 +92,7 @@ impl<T: Real> Case<T> {
                         masses: &mut masses,
                         labels: &mut labels,
                         species: Some(&mut species),
+                        weights: None,
                     },
                     &mut counters,
                     generator,

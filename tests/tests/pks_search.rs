@@ -26,7 +26,7 @@ fn search(
     let mut scratch = Scratch::layout(&mut carve, n).unwrap();
     let extent = Extent::of(positions, masses, &Serial).unwrap();
     let mesh = Mesh::new(search, &extent, step, 1.0);
-    let particles = Particles { positions, masses, smallest: extent.smallest, medium: None };
+    let particles = Particles { positions, masses, charges: None, smallest: extent.smallest, medium: None };
     find(search, criterion, &mesh, particles, Resources::default(), &mut scratch).unwrap();
     let mut out = Vec::new();
     for cluster in scratch.clusters() {

@@ -56,7 +56,13 @@ impl<'k, T: Real> System<'k, T> {
     fn step(&mut self, seed: u64, dt: f64) -> Result<()> {
         let mut log = [Event::default(); 8];
         step(
-            State { positions: &mut self.positions, masses: &mut self.masses, labels: &mut self.labels, species: None },
+            State {
+                positions: &mut self.positions,
+                masses: &mut self.masses,
+                labels: &mut self.labels,
+                species: None,
+                weights: None,
+            },
             &mut self.counters,
             &mut Philox::new(seed),
             T::from_f64(dt),

@@ -153,6 +153,7 @@ impl<T: Real> Rig<T> {
                 masses: &mut self.p.masses,
                 labels: &mut self.p.labels,
                 species: Some(&mut self.p.species),
+                weights: None,
             },
             &mut self.p.counters,
             generator,

@@ -83,7 +83,8 @@ fn run<T: Real>(case: Case, [length, mass, time]: [i32; 3]) -> Result<End<T>> {
             Force::Mesh => Attraction::Mesh(&mut grid, None),
             Force::Heavy => Attraction::Mesh(&mut grid, Some(&heavy)),
         };
-        let state = State { positions: &mut positions, masses: &mut masses, labels: &mut labels, species: None };
+        let state =
+            State { positions: &mut positions, masses: &mut masses, labels: &mut labels, species: None, weights: None };
         let events = Events {
             events: &mut log,
             labels: &mut absorbed,
@@ -172,7 +173,7 @@ fn plain<T: Real>(positions: &mut [[T; 2]], masses: &mut [T], options: &Options<
     let mut memory = Aligned::new(workspace_bytes(n, attraction().summed(), options, 1).unwrap());
     let mut counters = Counters { count: n as u64, ..Counters::default() };
     let (mut log, mut absorbed, mut written, mut labels_written) = ([Event::default()], [0], 0, 0);
-    let state = State { positions, masses, labels: &mut labels, species: None };
+    let state = State { positions, masses, labels: &mut labels, species: None, weights: None };
     let events =
         Events { events: &mut log, labels: &mut absorbed, written: &mut written, labels_written: &mut labels_written };
     let run = &mut Run { executor: &Serial, ..Run::default() };

@@ -89,7 +89,7 @@ fn coalescing<T: Real>(order: Order) -> (u64, u64) {
     for _ in 0..50 {
         let (mut written, mut labels_written) = (0, 0);
         pks::step(
-            State { positions: &mut positions, masses: &mut masses, labels: &mut labels, species: None },
+            State { positions: &mut positions, masses: &mut masses, labels: &mut labels, species: None, weights: None },
             &mut counters,
             &mut Philox::new(5),
             c(0.01),

@@ -66,7 +66,7 @@ fn slope(attraction: Field, n: usize, steps: usize, seed: u64) -> Result<[f64; 2
             None => Attraction::Mesh(&mut grid, None),
         };
         pks::step(
-            State { positions: &mut positions, masses: &mut masses, labels: &mut labels, species: None },
+            State { positions: &mut positions, masses: &mut masses, labels: &mut labels, species: None, weights: None },
             &mut counters,
             &mut Philox::new(seed),
             END / steps as f64,

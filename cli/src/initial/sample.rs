@@ -91,11 +91,17 @@ pub fn shares(scene: &Scene) -> Result<Vec<(u64, f64)>> {
     Ok(shares)
 }
 
-/// The species, if the scene states any diffusivity.
+/// The species, if the scene states any diffusivity, or sensitivities of parts whose shares follow from them.
 fn species(scene: &Scene, masses: &[f64]) -> Option<Vec<Species<f64>>> {
     let own = scene.pks.map_or(1.0, |pks| pks.mu);
-    let stated = scene.model == Model::Pks && scene.initial.iter().any(|part| part.diffusivity.is_some());
-    let one = |(part, &mass): (&Part, &f64)| Species { mass, mu: part.diffusivity.unwrap_or(own) };
+    let random = matches!(scene.sampling, Some(Sampling::Random { .. }));
+    let states = |part: &Part| part.diffusivity.is_some() || random && part.sensitivity.is_some();
+    let stated = scene.model == Model::Pks && scene.initial.iter().any(states);
+    let one = |(part, &mass): (&Part, &f64)| Species {
+        mass,
+        mu: part.diffusivity.unwrap_or(own),
+        sensitivity: part.sensitivity.unwrap_or(1.0),
+    };
     stated.then(|| scene.initial.iter().zip(masses).map(one).collect())
 }
 

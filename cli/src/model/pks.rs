@@ -35,6 +35,8 @@ pub struct Coalescing<'a> {
     workspace: Memory,
     positions: Vec<[f64; 2]>,
     masses: Vec<f64>,
+    /// If parts have sensitivities.
+    weights: Option<Vec<f64>>,
     labels: Vec<u64>,
     counters: Counters,
     report: Report,
@@ -96,6 +98,11 @@ impl<'a> Coalescing<'a> {
             _ => None,
         };
         let kinds = scene.initial.len();
+        let of = |part: &u8| scene.initial[*part as usize].sensitivity;
+        let weights = scene.initial.iter().any(|part| part.sensitivity.is_some()).then(|| {
+            let particles = start.masses.iter().zip(&start.parts);
+            particles.map(|(mass, part)| mass / of(part).unwrap_or(1.0)).collect()
+        });
         let mut part_masses = vec![0.0; kinds];
         let mut held = vec![0.0; if kinds > 1 { n * kinds } else { 0 }];
         for (label, (&part, &mass)) in start.parts.iter().zip(&start.masses).enumerate() {
@@ -114,6 +121,7 @@ impl<'a> Coalescing<'a> {
             workspace,
             positions: start.positions.as_chunks::<2>().0.to_vec(),
             masses: start.masses,
+            weights,
             labels: (0..n as u64).collect(),
             counters: Counters { count: n as u64, ..Counters::default() },
             report: Report::default(),
@@ -182,6 +190,7 @@ impl Simulation for Coalescing<'_> {
                     masses: &mut self.masses,
                     labels: &mut self.labels,
                     species: None,
+                    weights: self.weights.as_deref_mut(),
                 },
                 &mut self.counters,
                 &mut generator,
@@ -227,7 +236,9 @@ impl Simulation for Coalescing<'_> {
 
     fn row(&mut self) -> Result<Vec<f64>> {
         let n = self.count();
-        let moments = mollis_core::diagnostics::moments(&self.positions[..n], &self.masses[..n])?;
+        let weights = self.weights.as_ref().unwrap_or(&self.masses);
+        let moments = mollis_core::diagnostics::moments(&self.positions[..n], &weights[..n])?;
+        let mass: f64 = self.masses[..n].iter().sum();
         let mut heaviest = [0.0_f64; 2];
         for (_, &mass, _) in self.alive() {
             if mass > heaviest[0] {
@@ -238,7 +249,7 @@ impl Simulation for Coalescing<'_> {
         }
         let [x, y] = moments.centre;
         let mut row = vec![self.scene.dt * self.counters.step as f64, n as f64, x, y, moments.second / moments.mass];
-        row.extend([heaviest[0] / self.critical, (heaviest[0] + heaviest[1]) / moments.mass]);
+        row.extend([heaviest[0] / self.critical, (heaviest[0] + heaviest[1]) / mass]);
         let kinds = self.part_masses.len();
         if kinds > 1 {
             let mut sums = vec![0.0; kinds];
@@ -307,6 +318,9 @@ impl Simulation for Coalescing<'_> {
         writer.number(self.counters.time);
         writer.numbers(self.positions[..n].as_flattened());
         writer.numbers(&self.masses[..n]);
+        if let Some(weights) = &self.weights {
+            writer.numbers(&weights[..n]);
+        }
         writer.counts(&self.labels[..n]);
         writer.numbers(&self.held);
         writer.counts(&self.followed);
@@ -317,14 +331,23 @@ impl Simulation for Coalescing<'_> {
         let counters = reader.counts()?;
         let [step, count, pending] = counters[..] else { bail!("the checkpoint is of another scene") };
         self.counters = Counters { time: reader.number()?, step, count, pending };
-        let (positions, masses, labels) = (reader.numbers()?, reader.numbers()?, reader.counts()?);
+        let (positions, masses) = (reader.numbers()?, reader.numbers()?);
+        let weights = self.weights.as_ref().map(|_| reader.numbers()).transpose()?;
+        let labels = reader.counts()?;
         let n = count as usize;
         ensure!(
-            n <= self.masses.len() && positions.len() == 2 * n && masses.len() == n && labels.len() == n,
+            n <= self.masses.len()
+                && positions.len() == 2 * n
+                && masses.len() == n
+                && labels.len() == n
+                && weights.as_ref().is_none_or(|weights| weights.len() == n),
             "the checkpoint is of another scene"
         );
         self.positions[..n].copy_from_slice(positions.as_chunks::<2>().0);
         self.masses[..n].copy_from_slice(&masses);
+        if let (Some(to), Some(weights)) = (&mut self.weights, &weights) {
+            to[..n].copy_from_slice(weights);
+        }
         self.labels[..n].copy_from_slice(&labels);
         let (held, followed, outside) = (reader.numbers()?, reader.counts()?, reader.counts()?);
         ensure!(

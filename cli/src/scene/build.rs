@@ -229,6 +229,12 @@ fn stochastic(model: Model, initial: &[Part], pks: Option<&Pks>, tree: &Node, mi
         let text = "pks.heavy: is in critical masses, which are 0 for pks.mu = 0".to_owned();
         mistakes.push(Mistake { line: node.line_of("heavy"), text });
     }
+    if let (Model::Pks, Some(Pks { heavy: Some(_), .. }), Some(node)) = (model, pks, tree.get("pks"))
+        && initial.iter().any(|part| part.sensitivity.is_some())
+    {
+        let text = "pks.heavy: not used beside initial.sensitivity".to_owned();
+        mistakes.push(Mistake { line: node.line_of("heavy"), text });
+    }
 }
 
 fn combination(tree: &Node, dimension: usize, mistakes: &mut Vec<Mistake>) -> [f64; 2] {
@@ -397,6 +403,7 @@ fn initial(node: &Node, index: usize, dimension: usize, probe: Probe<'_>, mistak
         mass: number(node, "mass"),
         share: number(node, "share"),
         diffusivity: number(node, "diffusivity"),
+        sensitivity: number(node, "sensitivity"),
     }
 }
 

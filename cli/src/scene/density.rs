@@ -137,6 +137,7 @@ mod tests {
             mass,
             share: None,
             diffusivity: None,
+            sensitivity: None,
         }
     }
 

@@ -329,6 +329,13 @@ const INITIAL: &[Field] = &[
         Otherwise("pks.mu"),
         "of this part as a species of its own (pks): shares and masses then follow (5.3)-(5.5)",
     ),
+    field(
+        "sensitivity",
+        Number(Positive),
+        "pks.chi",
+        Otherwise("1"),
+        "chi_i of this part as a species of its own (pks): particles weigh mass / chi_i, the second moment and the centre are those of the weights; not with pks.heavy",
+    ),
 ];
 
 const SAMPLING: &[Field] = &[

@@ -151,6 +151,8 @@ pub struct Part {
     pub share: Option<f64>,
     /// As a species of its own.
     pub diffusivity: Option<f64>,
+    /// In units of chi.
+    pub sensitivity: Option<f64>,
 }
 
 /// A part's shape.

@@ -32,6 +32,8 @@ pub const TILES: bool = true;
 pub const DOUBLE: bool = true;
 /// Data structures and sorts for many particles, at the cost of further memory.
 pub const MANY: bool = true;
+/// Coalescing particles may have weights beside their masses.
+pub const WEIGHTS: bool = true;
 /// Particles may be spread over the processes of a host.
 pub const RANKS: bool = true;
 /// Short functions of arithmetic are one function for all callers.

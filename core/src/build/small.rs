@@ -20,6 +20,7 @@ pub const TILES: bool = false;
 /// Many machines without it, so single precision does not use it.
 pub const DOUBLE: bool = false;
 pub const MANY: bool = false;
+pub const WEIGHTS: bool = false;
 pub const RANKS: bool = false;
 pub const SHARED: bool = true;
 

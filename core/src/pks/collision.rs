@@ -11,6 +11,7 @@
 use super::extent::Extent;
 use super::theory::{Constants, Group};
 use crate::build;
+use crate::error::{Error, Result};
 use crate::real::{Real, normal_exponent};
 use crate::special::{incomplete_gamma, normal};
 
@@ -78,6 +79,22 @@ impl<T: Real> Criterion<T> {
         };
         let units = Units { mass: T::ONE, length: T::ONE, time: 0 };
         Self { units, constants, law, merging, probability, quantile, dt }
+    }
+
+    /// Goes over to the attraction of particles of this sensitivity, and to their weights for masses.
+    ///
+    /// # Errors
+    /// [`Error::OutOfDomain`]: a constant leaves the range.
+    pub fn respond(&mut self, sensitivity: T) -> Result<()> {
+        // Twice, as masses are weights times it.
+        for constant in [&mut self.constants.chi, &mut self.constants.gamma] {
+            let before = *constant;
+            *constant *= sensitivity;
+            if !constant.is_finite() || constant.abs() < T::MIN_POSITIVE && before != T::ZERO {
+                return Err(Error::OutOfDomain);
+            }
+        }
+        Ok(())
     }
 
     /// Goes over to units in which the mass of all particles, their farthest coordinate, and the larger one of `gamma chi M^2` and mu~, M being that mass,

@@ -245,6 +245,7 @@ impl<'a, T: Real> HeavySet<'a, T> {
         let part = Moving {
             positions: self.positions(),
             masses: self.masses(),
+            weights: None,
             labels: &labels,
             recorded: &recorded,
             options: &self.options(moving.options),

@@ -1,8 +1,9 @@
 //! Merging: which clusters collapsed, in the order of their lowest labels, into the host's event buffer.
 
 use super::collision::{Criterion, Units};
-use super::search;
+use super::search::{self, particle};
 use super::state::{Counters, Event, Events, Report, State};
+use crate::build;
 use crate::checked::Present;
 use crate::error::{Error, Result};
 use crate::memory::Space;
@@ -36,16 +37,15 @@ impl<'w, T: Real> Queue<'w, T> {
         self.head.fill(0);
     }
 
-    /// Decides every cluster that the search found: the increments are those of the particles' motion from `positions` in a time of `dt`.
+    /// Decides every cluster that the search found, by masses, or by weights if these are given in their place: the increments are those of the particles' motion from `positions` in a time of `dt`.
     pub fn decide(
         &mut self,
         criterion: &Criterion<T>,
         found: &mut search::Scratch<'_, T>,
-        state: (&[[T; 2]], &[T], &[u64]),
+        (positions, masses, labels): (&[[T; 2]], &[T], &[u64]),
         (increments, dt): (&[[T; 2]], T),
         counters: &Counters,
     ) {
-        let (positions, masses, labels) = state;
         let Units { mass: unit, length: scale, time } = criterion.units;
         // Another unit of time, of an even exponent, in which the increments' squares stay in range.
         let half = dt.frexp().1 >> 1;
@@ -151,40 +151,70 @@ impl<'w, T: Real> Queue<'w, T> {
     }
 }
 
-/// Merges the members (indices in the low half of the words) into the one of lowest label, at the centre of mass; writes the other labels.
+/// Merges the members (indices in the low half of the words) into the one of lowest label, at the centre of mass, or of the weights; writes the other labels.
 ///
-/// Mass and first moments are running sums of two numbers (Joldes, Muller & Popescu 2017, algorithm 4): for n particles the mass is the exact
+/// Mass, weight and first moments are running sums of two numbers (Joldes, Muller & Popescu 2017, algorithm 4): for n particles the mass is the exact
 /// sum to a relative `u + 2 n u^2`, that is rounded once for any n below 1 / u.
 fn merge<T: Real>(state: &mut State<'_, T>, members: &mut [u64], absorbed: &mut [u64]) -> Option<(u64, T)> {
-    let particle = |word: u64| (word & 0xFFFF_FFFF) as usize;
     let labels = &*state.labels;
     sort::by_key(members, &|word| labels.get(particle(word)).copied().unwrap_or(u64::MAX));
     let (&kept, others) = members.split_first()?;
     let kept = particle(kept);
-    let (start, label) = (*state.positions.get(kept)?, *labels.get(kept)?);
-    let mut mass = DoubleWord::from(*state.masses.get(kept)?);
+    let label = *labels.get(kept)?;
     for (&word, to) in others.iter().zip(absorbed) {
-        let k = particle(word);
-        mass = mass.plus(*state.masses.get(k)?);
-        *to = *labels.get(k)?;
+        *to = *labels.get(particle(word))?;
     }
-    let mass = mass.hi;
-    // First moments about the kept particle: of halves of the differences, and of masses in units of their sum, so that no product and no
-    // difference overflows.
-    let (_, unit) = mass.frexp();
-    let share = |m: T| m.ldexp(1 - unit);
+    let mass = sum(state.masses, kept, others)?;
+    let mut centre = None;
+    if build::WEIGHTS
+        && let Some(weights) = &mut state.weights
+    {
+        let weight = sum(weights, kept, others)?;
+        centre = Some(centre_of(state.positions, weights, kept, others, weight)?);
+        gather(weights, kept, others, weight)?;
+    }
+    let centre = match centre {
+        Some(centre) => centre,
+        None => centre_of(state.positions, state.masses, kept, others, mass)?,
+    };
+    *state.positions.get_mut(kept)? = centre;
+    gather(state.masses, kept, others, mass)?;
+    Some((label, mass))
+}
+
+/// The sum over a particle and others.
+fn sum<T: Real>(column: &[T], kept: usize, others: &[u64]) -> Option<T> {
+    let mut sum = DoubleWord::from(*column.get(kept)?);
+    for &word in others {
+        sum = sum.plus(*column.get(particle(word))?);
+    }
+    Some(sum.hi)
+}
+
+/// The centre of a particle and others, whose masses or weights these are.
+///
+/// First moments are about the kept particle: of halves of the differences, and of masses in units of their sum, so that no product and no
+/// difference overflows.
+fn centre_of<T: Real>(positions: &[[T; 2]], masses: &[T], kept: usize, others: &[u64], total: T) -> Option<[T; 2]> {
+    let start = *positions.get(kept)?;
+    let (whole, unit) = total.frexp();
     let [mut first, mut second] = [DoubleWord::ZERO; 2];
     for &word in others {
         let k = particle(word);
-        let (x, m) = (*state.positions.get(k)?, state.masses.get_mut(k)?);
-        first = first.plus(share(*m) * (T::HALF * x[0] - T::HALF * start[0]));
-        second = second.plus(share(*m) * (T::HALF * x[1] - T::HALF * start[1]));
-        *m = T::ZERO;
+        let (x, share) = (*positions.get(k)?, masses.get(k)?.ldexp(1 - unit));
+        first = first.plus(share * (T::HALF * x[0] - T::HALF * start[0]));
+        second = second.plus(share * (T::HALF * x[1] - T::HALF * start[1]));
     }
-    let whole = mass.ldexp(-unit);
-    *state.positions.get_mut(kept)? = [start[0] + quotient(first.hi, whole), start[1] + quotient(second.hi, whole)];
-    *state.masses.get_mut(kept)? = mass;
-    Some((label, mass))
+    Some([start[0] + quotient(first.hi, whole), start[1] + quotient(second.hi, whole)])
+}
+
+/// One particle gets the total, the others nothing.
+fn gather<T: Real>(column: &mut [T], kept: usize, others: &[u64], total: T) -> Option<()> {
+    for &word in others {
+        *column.get_mut(particle(word))? = T::ZERO;
+    }
+    *column.get_mut(kept)? = total;
+    Some(())
 }
 
 /// Removes particles of mass zero; the others keep their order. Returns how many are left.
@@ -198,6 +228,11 @@ pub fn compact<T: Real>(state: &mut State<'_, T>, count: usize) -> usize {
         shift(state.positions, from, to);
         shift(state.masses, from, to);
         shift(state.labels, from, to);
+        if build::WEIGHTS
+            && let Some(weights) = &mut state.weights
+        {
+            shift(weights, from, to);
+        }
         if let Some(species) = &mut state.species {
             shift(species, from, to);
         }
@@ -229,7 +264,13 @@ mod tests {
         let mut labels: Vec<u64> = (0..N as u64).collect();
         let mut words = labels.clone();
         let mut absorbed = std::vec![0; N - 1];
-        let state = &mut State { positions: &mut positions, masses: &mut masses, labels: &mut labels, species: None };
+        let state = &mut State {
+            positions: &mut positions,
+            masses: &mut masses,
+            labels: &mut labels,
+            species: None,
+            weights: None,
+        };
         let (label, mass) = merge(state, &mut words, &mut absorbed).unwrap();
         assert_eq!((label, absorbed[0], absorbed[N - 2]), (0, 1, N as u64 - 1));
         // All sums are below 2^53.
@@ -251,12 +292,24 @@ mod tests {
     fn products_of_mass_and_distance_may_be_out_of_range() {
         let mut positions = [[-3e38_f32, 1.0], [3e38, 1.0], [3e38, 5.0]];
         let (mut masses, mut labels, mut absorbed) = ([1e30_f32, 5e29, 5e29], [4, 9, 11], [0; 2]);
-        let state = &mut State { positions: &mut positions, masses: &mut masses, labels: &mut labels, species: None };
+        let state = &mut State {
+            positions: &mut positions,
+            masses: &mut masses,
+            labels: &mut labels,
+            species: None,
+            weights: None,
+        };
         assert_eq!(merge(state, &mut [0, 1, 2], &mut absorbed), Some((4, 2e30)));
         assert!((positions[0][0] / 3e38).abs() < 1e-6 && (positions[0][1] - 2.0).abs() < 1e-6, "{:?}", positions[0]);
         let mut positions = [[1.0_f64, 1.0], [1e-200, -1e-200]];
         let (mut masses, mut labels, mut absorbed) = ([1e-300, 3e-300], [0, 1], [0]);
-        let state = &mut State { positions: &mut positions, masses: &mut masses, labels: &mut labels, species: None };
+        let state = &mut State {
+            positions: &mut positions,
+            masses: &mut masses,
+            labels: &mut labels,
+            species: None,
+            weights: None,
+        };
         merge(state, &mut [0, 1], &mut absorbed).unwrap();
         assert_eq!(positions[0], [0.25, 0.25]);
     }

@@ -18,6 +18,7 @@ mod step;
 #[cfg(test)]
 mod testing;
 pub mod theory;
+mod weights;
 
 pub use collision::{CollisionLaw, Merging};
 pub use heavy::{Heavy, MAX_HEAVY};

@@ -6,6 +6,7 @@
 
 use super::close::Close;
 use super::state::Options;
+use super::weights;
 use crate::build;
 use crate::checked::Present;
 use crate::error::{Error, Result};
@@ -38,6 +39,8 @@ pub struct Moving<'a, T> {
     pub positions: &'a [[T; 2]],
     /// Their masses.
     pub masses: &'a [T],
+    /// Their weights, if these are not the masses.
+    pub weights: Option<&'a [T]>,
     /// Their labels.
     pub labels: &'a [u64],
     /// Nonzero for particles whose Wiener increment is recorded; empty: none.
@@ -80,9 +83,29 @@ impl<T: Real> Moving<'_, T> {
         Self {
             positions: piece(self.positions, tile),
             masses: piece(self.masses, tile),
+            weights: self.weights.map(|weights| piece(weights, tile)),
             labels: piece(self.labels, tile),
             recorded: piece(self.recorded, tile),
             ..*self
+        }
+    }
+
+    /// What they diffuse by.
+    #[inline(always)]
+    fn weights(&self) -> &[T] {
+        match self.weights {
+            Some(weights) if build::WEIGHTS => weights,
+            _ => self.masses,
+        }
+    }
+
+    /// Multiplies the gradients at all particles by their sensitivities, if these are not 1.
+    #[inline(always)]
+    fn respond(&self, slopes: &mut [[T; 2]]) {
+        if build::WEIGHTS
+            && let Some(weights) = self.weights
+        {
+            weights::respond(slopes, self.masses, weights);
         }
     }
 }
@@ -221,6 +244,7 @@ fn tile<T: Real>(
     jumps.fill(part.options.control.width);
     if let Some(field) = field {
         (field.gradient)(part.positions, slopes, jumps);
+        part.respond(slopes);
     }
     if part.options.noise > T::ZERO {
         draw(part.labels, 0, normals)?;
@@ -249,13 +273,18 @@ fn tile<T: Real>(
         return Ok(made);
     }
     for (k, _) in enough.iter().enumerate().take(n).filter(|(_, enough)| !**enough) {
-        let (Some(&x), Some(&m), Some(&label)) = (part.positions.get(k), part.masses.get(k), part.labels.get(k)) else {
+        let (Some(&x), Some(&m), Some(&label)) = (part.positions.get(k), part.weights().get(k), part.labels.get(k))
+        else {
             continue;
+        };
+        let sensitivity = match part.weights {
+            Some(_) if build::WEIGHTS => part.masses.get(k).map_or(T::ONE, |&mass| mass / m),
+            _ => T::ONE,
         };
         let (Some(&slope), Some(&normal)) = (slopes.get(k), normals.get(k)) else { continue };
         let jump = jumps.get(k).copied().unwrap_or(part.options.control.width);
         // Where jumps are limited one sub-step may be enough all the same: then it is made once more.
-        let walker = Walker { x, m, label, slope, normal, jump };
+        let walker = Walker { x, m, sensitivity, label, slope, normal, jump };
         let (to, increment, done) = substep(part, field, draw, walker)?;
         if !(to[0].is_finite() && to[1].is_finite()) {
             return Err(Error::BecameNotFinite);
@@ -295,7 +324,7 @@ impl<T: Real> Loops for Once<'_, T> {
         let (unit, per_unit) = (T::ONE.ldexp(exponent), T::ONE.ldexp(-exponent));
         let one = control.at_least <= 1;
         let mut finite = true;
-        let parts = part.positions.iter().zip(part.masses).zip(slopes.iter()).zip(normals.iter());
+        let parts = part.positions.iter().zip(part.weights()).zip(slopes.iter()).zip(normals.iter());
         for ((((x, &m), g), z), (to, enough)) in parts.zip(positions.iter_mut().zip(enough.iter_mut())) {
             let v = [-(chi * g[0]), -(chi * g[1])];
             let spread = scale.of(m);
@@ -312,7 +341,9 @@ impl<T: Real> Loops for Once<'_, T> {
 /// One particle at the start of its sub-steps.
 struct Walker<T> {
     x: [T; 2],
+    /// Its weight.
     m: T,
+    sensitivity: T,
     label: u64,
     slope: [T; 2],
     normal: [T; 2],
@@ -327,10 +358,11 @@ fn substep<T: Real>(
     walker: Walker<T>,
 ) -> Result<([T; 2], [T; 2], u32)> {
     let Options { chi, noise, mut control, .. } = *part.options;
-    let Walker { mut x, m, label, slope, normal, jump } = walker;
+    let Walker { mut x, m, sensitivity, label, slope, normal, jump } = walker;
     control.width = jump;
     let (mut slope, mut normal) = ([slope], [normal]);
     let diffusivity = noise / m;
+    let respond = |slope: &mut [[T; 2]; 1]| *slope = slope.map(|[x, y]| [sensitivity * x, sensitivity * y]);
     let (mut left, mut done, mut sum) = (part.dt, 0, [T::ZERO; 2]);
     loop {
         let [g] = slope;
@@ -345,6 +377,7 @@ fn substep<T: Real>(
             // the fall instead of 12%.
             let half = T::HALF * s;
             (field.gradient)(&[[x[0] + v[0] * half, x[1] + v[1] * half]], &mut slope, &mut []);
+            respond(&mut slope);
             let [g] = slope;
             v = [-(chi * g[0]), -(chi * g[1])];
         }
@@ -359,6 +392,7 @@ fn substep<T: Real>(
         if let Some(field) = field {
             let mut jump = [part.options.control.width];
             (field.gradient)(&[x], &mut slope, &mut jump);
+            respond(&mut slope);
             [control.width] = jump;
         }
         if noise > T::ZERO {
@@ -402,7 +436,8 @@ pub fn together<T: Real>(
         if let Some(near) = near {
             near.leave(positions, gradient);
         }
-        for (g, &m) in gradient.iter().zip(moving.masses) {
+        moving.respond(gradient);
+        for (g, &m) in gradient.iter().zip(moving.weights()) {
             let speed = chi.abs() * length(g);
             s = s.min(control.next(moving.dt, left, done, speed, noise / m)?);
         }
@@ -443,7 +478,7 @@ fn jump<T: Real>(
     let (scale, root) = (Spread::new(noise, s), s.sqrt());
     if !build::TILES {
         // One by one, which draws the same from a stream.
-        for (k, ((&label, &m), x)) in moving.labels.iter().zip(moving.masses).zip(positions).enumerate() {
+        for (k, ((&label, &m), x)) in moving.labels.iter().zip(moving.weights()).zip(positions).enumerate() {
             let mut normals = [[T::ZERO; 2]];
             normals_of_labels(generator, &[label], moving.step, substep, &mut normals)?;
             let [z] = normals;
@@ -462,13 +497,14 @@ fn jump<T: Real>(
         let to = from.saturating_add(FEW).min(moving.labels.len());
         let part = from..to;
         from = to;
-        let (masses, labels) = (moving.masses.get(part.clone()).present()?, moving.labels.get(part.clone()).present()?);
+        let (weights, labels) =
+            (moving.weights().get(part.clone()).present()?, moving.labels.get(part.clone()).present()?);
         let (positions, increments) =
             (positions.get_mut(part.clone()).present()?, increments.get_mut(part.clone()).present()?);
         let mut normals = [[T::ZERO; 2]; FEW];
         let normals = normals.get_mut(..labels.len()).present()?;
         normals_of_labels(generator, labels, moving.step, substep, normals)?;
-        for ((x, z), &m) in positions.iter_mut().zip(normals.iter()).zip(masses) {
+        for ((x, z), &m) in positions.iter_mut().zip(normals.iter()).zip(weights) {
             let spread = scale.of(m);
             *x = [x[0] + spread * z[0], x[1] + spread * z[1]];
         }
@@ -511,6 +547,7 @@ pub fn strang<T: Real>(
             if let Some(near) = near {
                 near.leave(points, slopes);
             }
+            moving.respond(slopes);
             dy.iter_mut().for_each(|v| *v = -(chi * *v));
             Ok(())
         })?;

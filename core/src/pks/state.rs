@@ -21,6 +21,10 @@ pub struct State<'a, T> {
     pub labels: &'a mut [u64],
     /// Anything that should travel with the particles, such as their species; a merged particle keeps its lowest label's.
     pub species: Option<&'a mut [u32]>,
+    /// Weights `w_i = m_i / chi_i`, positive, for particles of different sensitivities: chi_i is that of particle i in units of [`Options::chi`], and `m_i` is what it attracts others by.
+    /// It drifts by `chi_i` times the attraction and diffuses with `noise / w_i`. A merged particle has the sum of masses, the sum of weights, and is at the centre of the weights.
+    /// `None`: every chi_i is 1, so weights are masses, and nothing is computed for them.
+    pub weights: Option<&'a mut [T]>,
 }
 
 /// Time, and what a step counts. A plain structure of the host's.
@@ -87,7 +91,7 @@ pub enum Scheme {
 pub struct Options<T> {
     /// chi of (1.3), any sign; 0 solves no field.
     pub chi: T,
-    /// mu with a tilde of (1.3), at least 0: a particle of mass m diffuses with `noise / m`. 0 draws no random number.
+    /// mu with a tilde of (1.3), at least 0: a particle of mass m diffuses with `noise / m`, one of weight w with `noise / w`. 0 draws no random number.
     pub noise: T,
     /// V is `gamma log r` near zero: 1 / (2 pi) for (1.4a) and (1.4b).
     pub gamma: T,

@@ -9,6 +9,7 @@ use super::motion::{self, Frozen, Moved, Moving};
 use super::search::{self, Mesh, Part, Particles, WORDS_OF_RANK};
 use super::state::{Counters, Events, Options, Report, Scheme, State};
 use super::theory::Constants;
+use super::weights::Charges;
 use crate::build;
 use crate::checked::Present;
 use crate::error::{Error, Result};
@@ -215,6 +216,8 @@ pub struct Setting<'a, 'g, 'r, T: Real> {
 /// have to have the same room, and the merged particle stays where that of the lowest label was. The report counts a rank's own sub-steps and normals, and what all ranks do together.
 /// An error of one rank is one of all, but for [`Error::EventsFull`], which they meet together.
 ///
+/// With [weights](State::weights) clusters are searched for by these, with the largest sensitivity for all; three passes over the particles are added.
+///
 /// Cost: O(n log n) for the search, O(n) for the motion, plus the field.
 ///
 /// # Errors
@@ -223,6 +226,8 @@ pub struct Setting<'a, 'g, 'r, T: Real> {
 /// [`Error::TooManySubsteps`], [`Error::BecameNotFinite`] (in the motion; [`Error::NotFinite`] is what was given), [`Error::Stopped`]. A stream generator may have been drawn from.
 /// With more than one rank also [`Error::Unsupported`]: an attraction by a sum, heavy particles, a medium, noise from a stream; [`Error::Communicator`]: ranks have different steps, time steps
 /// or room; the communicator's.
+/// With [weights](State::weights) [`Error::Mass`], [`Error::NotFinite`] for them, too; [`Error::OutOfDomain`]: a sensitivity, or chi or gamma times the largest, is out of range;
+/// [`Error::Unsupported`]: heavy particles, more than one rank, a sum with noise and another merging than [`Merging::All`], the feature `small`.
 /// [`Error::EventsFull`]: see above. [`Error::NotPrepared`]: merges are pending, but the workspace does not hold them.
 pub fn step<T: Real>(
     state: State<'_, T>,
@@ -245,7 +250,12 @@ pub fn step<T: Real>(
         let to = Log { events: &mut events, counters, report };
         return layout.commit(workspace, state, Part { own: n, ..Part::default() }, dt, to, None);
     }
-    let before = (part(state.positions, n)?, part(state.masses, n)?, part(state.labels, n)?);
+    let before = Before {
+        positions: part(state.positions, n)?,
+        masses: part(state.masses, n)?,
+        weights: state.weights.as_deref().map(|weights| part(weights, n)).transpose()?,
+        labels: part(state.labels, n)?,
+    };
     // In a medium the largest gamma, which bounds what may collide; the search knows those of clusters.
     let gamma = attraction.medium().map_or(options.gamma, |field| options.gamma / field.least_diffusivity());
     let mut criterion = Criterion::new(
@@ -258,7 +268,7 @@ pub fn step<T: Real>(
 
     // Section 3.2 (1): clusters.
     let attracted = !matches!(attraction, Attraction::None) && options.chi != T::ZERO;
-    let searched = layout.search(workspace, &mut criterion, before, counters.step, attracted.then_some(&attraction));
+    let searched = layout.search(workspace, &mut criterion, &before, counters.step, attracted.then_some(&attraction));
     let Searched { found, part, total, largest } = together(ranks, searched)?;
     if let Some(clusters) = found {
         Report { searches: 1, clusters: clusters as u64, ..Report::default() }.add_to(&mut report);
@@ -272,7 +282,8 @@ pub fn step<T: Real>(
     }
 
     // (2): motion, into the workspace.
-    let start = Start { before, total, attracted: attracted && part.all > 0, clustered: found > 0, dt, number };
+    let start =
+        Start { before: &before, total, attracted: attracted && part.all > 0, clustered: found > 0, dt, number };
     let moved = layout.advance(workspace, &start, attraction, generator, run, &mut report).map_err(in_run);
     together(ranks, moved)?;
 
@@ -294,6 +305,7 @@ fn check<T: Real>(
     let room = state.positions.len();
     let lengths = state.masses.len() == room
         && state.labels.len() == room
+        && state.weights.as_ref().is_none_or(|w| w.len() == room)
         && state.species.as_ref().is_none_or(|s| s.len() == room);
     let n = usize::try_from(counters.count).ok().filter(|&n| n <= room).ok_or(Error::LengthMismatch)?;
     if !lengths {
@@ -308,6 +320,17 @@ fn check<T: Real>(
         && let Attraction::Mesh(grid, Some(heavy)) = attraction
     {
         heavy.check(grid.equation())?;
+    }
+    if state.weights.is_some() {
+        // Whose pair forces know masses alone.
+        let by_masses = match attraction {
+            Attraction::Mesh(_, heavy) => heavy.is_some(),
+            Attraction::Sum(..) => options.merging != Merging::All && options.noise > T::ZERO,
+            Attraction::None | Attraction::Medium(..) => false,
+        };
+        if !build::WEIGHTS || by_masses || counter_based_on_ranks.is_some() {
+            return Err(Error::Unsupported);
+        }
     }
     if build::RANKS
         && let Some(counter_based) = counter_based_on_ranks
@@ -400,10 +423,17 @@ struct Log<'a, 'e> {
     report: Option<&'a mut Report>,
 }
 
+/// The particles before the step.
+struct Before<'a, T> {
+    positions: &'a [[T; 2]],
+    masses: &'a [T],
+    weights: Option<&'a [T]>,
+    labels: &'a [u64],
+}
+
 /// Where the motion starts.
 struct Start<'a, T> {
-    /// Positions, masses, labels.
-    before: (&'a [[T; 2]], &'a [T], &'a [u64]),
+    before: &'a Before<'a, T>,
     /// Of the masses.
     total: T,
     attracted: bool,
@@ -435,14 +465,15 @@ impl<T: Real> Layout<'_, T> {
         &self,
         workspace: &mut [u8],
         criterion: &mut Criterion<T>,
-        (positions, masses, _): (&[[T; 2]], &[T], &[u64]),
+        before: &Before<'_, T>,
         step: u64,
         attraction: Option<&Attraction<'_, '_, T>>,
     ) -> Result<Searched<T>> {
+        let &Before { positions, masses, weights, .. } = before;
         // Sizes before data. Not moved, as stacks may be short.
         let mut arrays = self.open(workspace);
         let Arrays { queue, found, recorded, known, .. } = arrays.as_mut().map_err(|error| *error)?;
-        let (mesh, smallest, largest, total, part, in_range) = {
+        let (mesh, by, charges, [largest, total], part, in_range) = {
             let (mut extent, n) = (Extent::of(positions, masses, self.resources.executor), positions.len());
             let mut part = Part { first: 0, own: n, all: n };
             if build::RANKS
@@ -453,22 +484,32 @@ impl<T: Real> Layout<'_, T> {
                 (extent, part) = (Ok(whole), which);
             }
             let extent = extent?;
-            let in_range = criterion.scale(&extent);
-            let mesh = Mesh::new(&self.options.search, &extent, step, criterion.units.length);
-            (mesh, extent.smallest, extent.largest, extent.total, part, in_range)
+            let (mut by, mut charges) = (extent, None);
+            if build::WEIGHTS
+                && let Some(weights) = weights
+            {
+                by = Extent::of(positions, weights, self.resources.executor)?;
+                let sensitivity;
+                (charges, sensitivity) = Charges::of(masses, weights)?;
+                criterion.respond(sensitivity)?;
+            }
+            let in_range = criterion.scale(&by);
+            let mesh = Mesh::new(&self.options.search, &by, step, criterion.units.length);
+            (mesh, by, charges, [extent.largest, extent.total], part, in_range)
         };
         queue.clear();
         found.clear();
         let unit = criterion.units.mass;
         let none = Searched { found: None, part, total, largest };
         let Some(attraction) = attraction else { return Ok(none) };
-        if part.all < 2 || criterion.impossible(largest * unit, total * unit) {
+        if part.all < 2 || criterion.impossible(by.largest * unit, by.total * unit) {
             return Ok(none);
         }
         if !in_range {
             return Err(Error::OutOfDomain);
         }
-        let particles = Particles { positions, masses, smallest, medium: attraction.medium() };
+        let (masses, smallest) = (weights.unwrap_or(masses), by.smallest);
+        let particles = Particles { positions, masses, charges, smallest, medium: attraction.medium() };
         match self.ranks {
             Some(ranks) if build::RANKS => {
                 let (given, on) = ((particles, total), (ranks, part));
@@ -503,7 +544,8 @@ impl<T: Real> Layout<'_, T> {
         run: &mut Run<'_>,
         report: &mut Option<&mut Report>,
     ) -> Result<()> {
-        let &Start { before: (positions, masses, labels), total, attracted, clustered, dt, number: step } = start;
+        let &Start { before, total, attracted, clustered, dt, number: step } = start;
+        let &Before { positions, masses, weights, labels } = before;
         let mut limited;
         let mut options = self.options;
         if build::MESHES
@@ -516,7 +558,7 @@ impl<T: Real> Layout<'_, T> {
         }
         let Motion { recorded, moved, gradient, field, close } = self.motion(workspace, positions.len(), clustered)?;
         let Moved { positions: ends, increments, substeps } = moved;
-        let moving = Moving { positions, masses, labels, recorded, options, dt, step, level: run.level };
+        let moving = Moving { positions, masses, weights, labels, recorded, options, dt, step, level: run.level };
         let moved = Moved { positions: &mut *ends, increments, substeps };
         let force = if attracted { &mut attraction } else { &mut Attraction::None };
         move_particles(
@@ -575,8 +617,8 @@ impl<T: Real> Layout<'_, T> {
             let moved = moved.get(..n).present()?;
             if clusters > 0 {
                 found.resume(clusters);
-                let (positions, masses, labels) =
-                    (part(state.positions, n)?, part(state.masses, n)?, part(state.labels, n)?);
+                let masses = state.weights.as_deref().unwrap_or(state.masses);
+                let (positions, masses, labels) = (part(state.positions, n)?, part(masses, n)?, part(state.labels, n)?);
                 match self.ranks {
                     Some(ranks) if build::RANKS => {
                         known.fill_moved(ranks, which, found, &|i| {
@@ -596,7 +638,7 @@ impl<T: Real> Layout<'_, T> {
         if merges {
             if build::RANKS && self.ranks.is_some() {
                 let (positions, masses, labels) = (&mut *known.moved, &mut *known.masses, &mut *known.labels);
-                let merged = &mut State { positions, masses, labels, species: None };
+                let merged = &mut State { positions, masses, labels, species: None, weights: None };
                 queue.run(merged, found, events, counters, &mut report)?;
                 found.resume(queue.clusters());
                 known.give_back(found, state.positions, state.masses);

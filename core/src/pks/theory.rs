@@ -171,35 +171,55 @@ pub struct Species<T> {
     pub mass: T,
     /// Its diffusivity mu_i.
     pub mu: T,
+    /// Its sensitivity chi_i in units of chi: it drifts by `chi_i chi` times the attraction. 0 stands for 1.
+    pub sensitivity: T,
 }
 
-/// The rate of change of the second moment `int |x|^2 sum rho_i` (not divided by M) of many species (4.28):
-/// `sum (4 mu_i - chi M / (2 pi)) M_i`.
+impl<T: Real> Species<T> {
+    /// A species of sensitivity 1.
+    #[must_use]
+    pub fn new(mass: T, mu: T) -> Self {
+        Self { mass, mu, sensitivity: T::ONE }
+    }
+
+    /// Its diffusivity over its sensitivity.
+    fn mobility(&self) -> T {
+        if self.sensitivity == T::ZERO { self.mu } else { self.mu / self.sensitivity }
+    }
+}
+
+/// The rate of change of the second moment `int |x|^2 sum rho_i / chi_i` (not divided by M) of many species (4.28):
+/// `sum (4 mu_i / chi_i - chi M / (2 pi)) M_i`.
+///
+/// The paper says of the moment without weights that (4.28) remains valid for different chi_i. It does not: forces that are not mutual then move the centre, and the rate depends on the origin
+/// and on where the masses are. With the weight `1 / chi_i` a pair's force is mutual again. For equal sensitivities both are the same.
 #[must_use]
 pub fn second_moment_rate_of_species<T: Real>(species: &[Species<T>], chi: T) -> T {
     let mass = species.iter().fold(T::ZERO, |sum, s| sum + s.mass);
-    species.iter().fold(T::ZERO, |sum, s| sum + (T::from_i32(4) * s.mu - chi * mass / (T::TWO * T::PI)) * s.mass)
+    let rate = |s: &Species<T>| (T::from_i32(4) * s.mobility() - chi * mass / (T::TWO * T::PI)) * s.mass;
+    species.iter().fold(T::ZERO, |sum, s| sum + rate(s))
 }
 
-/// The auxiliary diffusivity of many species: `mu = sum M_i mu_i / M`.
+/// The auxiliary diffusivity of many species: `mu = sum M_i mu_i / (M chi_i)`.
 ///
-/// From (4.25), `mu_i = M eta_i mu / M_i`, with shares eta_i that add up to one. (The print of (5.3) and (5.4) has the masses
+/// From (4.25), `mu_i = M eta_i chi_i mu / M_i`, with shares eta_i that add up to one. (The print of (5.3) and (5.4), for chi_i = 1, has the masses
 /// upside down; its own numbers (5.8), mu = 5 and shares 1/2, are those of (4.25).)
 #[must_use]
 pub fn species_mu<T: Real>(species: &[Species<T>]) -> T {
     let exponent = unit_of_species(species);
     let (mass, weighted) = species.iter().fold((T::ZERO, T::ZERO), |(mass, sum), s| {
         let m = s.mass.ldexp(-exponent);
-        (mass + m, sum + m * s.mu)
+        (mass + m, sum + m * s.mobility())
     });
     weighted / mass
 }
 
-/// The share eta_i of the particles that the species gets: `M_i mu_i / (M mu)`, [`species_mu`] being mu.
+/// The share eta_i of the particles that the species gets: `M_i mu_i / (M chi_i mu)`, [`species_mu`] being mu. Its particles have equal masses `M_i / (eta_i N)`
+/// and the [weights](super::State::weights) `M_i / (eta_i N chi_i)`.
 #[must_use]
 pub fn species_share<T: Real>(species: &[Species<T>], one: &Species<T>) -> T {
     let exponent = unit_of_species(species);
-    let weight = |s: &Species<T>| s.mass.ldexp(-exponent) * s.mu;
+    let weight = |s: &Species<T>| s.mass.ldexp(-exponent) * s.mobility();
     let weighted = species.iter().fold(T::ZERO, |sum, s| sum + weight(s));
     weight(one) / weighted
 }
@@ -234,7 +254,7 @@ mod tests {
     #[test]
     fn numbers_of_the_paper() {
         // (5.7), (5.8).
-        let species = [Species { mass: 4.0, mu: 17.5 }, Species { mass: 24.0, mu: 35.0 / 12.0 }];
+        let species = [Species::new(4.0, 17.5), Species::new(24.0, 35.0 / 12.0)];
         assert!((species_mu(&species) - 5.0).abs() < 1e-14);
         assert!(species.iter().all(|s| (species_share(&species, s) - 0.5).abs() < 1e-15));
         // Section 5.2.1: slopes -20 and -12.
@@ -246,15 +266,12 @@ mod tests {
         let slope = second_moment_rate(8.0 * critical, 1.0, 1.0, &[2.4 * critical, 5.6 * critical]);
         assert!((slope + 13.44).abs() < 1e-13);
         // One species: F' of (4.28) is M times (4.12).
-        let one = [Species { mass, mu: 1.0 }];
+        let one = [Species::new(mass, 1.0)];
         assert!((second_moment_rate_of_species(&one, 1.0) + 20.0 * mass).abs() < 1e-10);
         // On the curve the rate is zero, and largest in M2.
         let [first, second] = largest_masses([10.0, 1.0], 100.0);
         let rate = |first: f64, second: f64| {
-            second_moment_rate_of_species(
-                &[Species { mass: first, mu: 10.0 }, Species { mass: second, mu: 1.0 }],
-                100.0,
-            )
+            second_moment_rate_of_species(&[Species::new(first, 10.0), Species::new(second, 1.0)], 100.0)
         };
         assert!(rate(first, second).abs() < 1e-13);
         assert!(rate(first * 1.01, second) < 0.0 && rate(first * 0.99, second) < 0.0);

@@ -181,7 +181,7 @@ pub fn singularities(args: &Args) -> anyhow::Result<bool> {
 /// Section 5.3: chi = 4, two species with (5.7), three initial conditions.
 pub fn species(args: &Args) -> anyhow::Result<bool> {
     let n = args.particles(1_000_000);
-    let kinds = [theory::Species { mass: 4.0, mu: 17.5 }, theory::Species { mass: 24.0, mu: 35.0 / 12.0 }];
+    let kinds = [theory::Species::new(4.0, 17.5), theory::Species::new(24.0, 35.0 / 12.0)];
     let chi = 4.0;
     let (mass, mu) = (28.0, theory::species_mu(&kinds));
     let first = (theory::species_share(&kinds, &kinds[0]) * n as f64).floor() as usize;

@@ -57,7 +57,13 @@ fn times(nu: f64, law: CollisionLaw, n: usize, seed: u64, horizon: f64, smallest
             // Far apart a longer step changes nothing: P(hit) = Q(|nu|, 10) at most.
             let dt = (moment / 20.0).max(smallest);
             step(
-                State { positions: &mut positions, masses: &mut masses, labels: &mut labels, species: None },
+                State {
+                    positions: &mut positions,
+                    masses: &mut masses,
+                    labels: &mut labels,
+                    species: None,
+                    weights: None,
+                },
                 &mut counters,
                 &mut Philox::new(seed.wrapping_add(sample as u64)),
                 dt,

@@ -41,7 +41,13 @@ fn times(scheme: Scheme, delta: f64, dt: f64, paths: usize, seed: u64) -> anyhow
         let mut report = Report::default();
         while written == 0 && counters.time < HORIZON {
             step(
-                State { positions: &mut positions, masses: &mut masses, labels: &mut labels, species: None },
+                State {
+                    positions: &mut positions,
+                    masses: &mut masses,
+                    labels: &mut labels,
+                    species: None,
+                    weights: None,
+                },
                 &mut counters,
                 &mut Philox::new(seed.wrapping_add(path)),
                 dt,

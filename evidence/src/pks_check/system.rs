@@ -142,6 +142,7 @@ impl System {
                     masses: &mut self.masses,
                     labels: &mut self.labels,
                     species: Some(&mut self.species),
+                    weights: None,
                 },
                 &mut self.counters,
                 generator,

@@ -20,6 +20,8 @@ pub struct mollis_pks_particles{f} {
     pub labels: *mut u64,
     /// Travels with the particles; may be null.
     pub species: *mut u32,
+    /// w_i = m_i / chi_i, positive, for particles of different sensitivities; a merged particle has the sum. Null: all chi_i are 1.
+    pub weights: *mut {T},
 }
 
 /// Bytes of the workspace that mollis_pks_step needs for arrays with room for so many particles, wherever it begins, with this run's executor and communicator: on
@@ -49,6 +51,10 @@ pub unsafe extern "C" fn mollis_pks_workspace_bytes{f}(
 /// Merging lowers progress->count; the particles that are left keep their order. Arrays, progress and the generator's state are all that a
 /// run is: copied away and back between calls it continues bit for bit. With the built-in generator the result does not
 /// depend on the executor.
+///
+/// Sensitivities (Section 4.5): with weights particle i drifts by chi_i = m_i / w_i times chi times the attraction, which masses alone make, and diffuses with noise / w_i. With these a pair's forces are mutual, so
+/// that the centre of the weights rests but for noise; clusters merge there, and have the index (2.7) of their masses. MOLLIS_ERR_MASS: a weight is not positive. MOLLIS_ERR_OUT_OF_DOMAIN: a sensitivity out of range.
+/// MOLLIS_ERR_UNSUPPORTED with heavy particles, on more than one rank, for a sum with noise and another merging than MOLLIS_PKS_MERGE_ALL, and in firmware.
 ///
 /// Range: the result does not depend on the units, up to rounding; a mesh in free space loses digits by the logarithm of its size. Masses, and chi, noise and gamma where they are not 0, have to be normal
 /// numbers of the scalar (MOLLIS_ERR_OUT_OF_DOMAIN), and the gradient (mass / length) and chi times it have to be

@@ -85,7 +85,9 @@ impl Calls<'_, '_> {
         let positions = self.pointer(&positions, Role::Output);
         let (masses, labels) = (self.pointer(&masses, Role::Output), self.pointer(&labels, Role::Output));
         let species = self.perhaps(room, 3_u32);
-        let particles = PksParticlesOf { room: stated, positions, masses, labels, species };
+        let weights = self.draw.rarely(2).then(|| self.positive::<T>(room));
+        let weights = weights.map_or(std::ptr::null_mut(), |weights| self.pointer(&weights, Role::Output));
+        let particles = PksParticlesOf { room: stated, positions, masses, labels, species, weights };
         let particles = self.input(&[particles]);
         let mut count = room as u64 - room as u64 / 4;
         let mut pending = 0;

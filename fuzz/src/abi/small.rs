@@ -217,9 +217,11 @@ impl Calls<'_, '_> {
                 self.end("pks_index", status);
             }
             6 => {
-                let numbers = self.draw.numbers(2 * n, true);
-                let species: Vec<_> =
-                    numbers.chunks_exact(2).map(|x| mollis_pks_species { mass: x[0], mu: x[1] }).collect();
+                let numbers = self.draw.numbers(3 * n, true);
+                let species: Vec<_> = numbers
+                    .chunks_exact(3)
+                    .map(|x| mollis_pks_species { mass: x[0], mu: x[1], sensitivity: x[2] })
+                    .collect();
                 let species = self.input(&species);
                 let (share, noise, rate) = (self.perhaps(n, 7.0), self.perhaps(1, 7.0), self.perhaps(1, 7.0));
                 let particles = self.draw.pick(&[100, 0, 1, usize::MAX]);

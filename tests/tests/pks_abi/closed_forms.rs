@@ -9,8 +9,11 @@ fn the_theory_is_that_of_rust() {
     let law = theory::Constants { chi, noise, gamma };
     let group = theory::Group::of(&masses);
     let mut index = [0.0; 3];
-    let kinds = [mollis_pks_species { mass: 4.0, mu: 17.5 }, mollis_pks_species { mass: 24.0, mu: 2.5 }];
-    let species = [theory::Species { mass: 4.0, mu: 17.5 }, theory::Species { mass: 24.0, mu: 2.5 }];
+    let kinds = [
+        mollis_pks_species { mass: 4.0, mu: 17.5, sensitivity: 0.0 },
+        mollis_pks_species { mass: 24.0, mu: 2.5, sensitivity: 0.5 },
+    ];
+    let species = [theory::Species::new(4.0, 17.5), theory::Species { mass: 24.0, mu: 2.5, sensitivity: 0.5 }];
     let (mut share, mut noise_of, mut rate) = ([0.0; 2], 0.0, 0.0);
     let empty = mollis_pks_prediction { critical_mass: 1.0, blow_up_bound: 2.0, second_moment_rate: 3.0 };
     let mut prediction = empty;
@@ -55,8 +58,8 @@ fn the_theory_is_that_of_rust() {
         assert_eq!(mollis_pks_predict(nan, 1.0, 1.0, 1.0, 0, null(), out), code(Error::NotFinite));
         assert_eq!(mollis_pks_predict(1.0, 1.0, 1.0, 1.0, 1, null(), out), code(Error::NullPointer));
         assert_eq!(mollis_pks_predict(1.0, 1.0, 1.0, 1.0, 0, null(), null_mut()), code(Error::NullPointer));
-        let wrong = [mollis_pks_species { mass: 0.0, mu: 1.0 }];
-        let lost = [mollis_pks_species { mass: nan, mu: 1.0 }];
+        let wrong = [mollis_pks_species { mass: 0.0, mu: 1.0, sensitivity: 1.0 }];
+        let lost = [mollis_pks_species { mass: nan, mu: 1.0, sensitivity: 1.0 }];
         let (noise, rate) = (&raw mut noise_of, &raw mut rate);
         for (n, kinds, chi, particles, error) in [
             (1, wrong.as_ptr(), 1.0, 9, Error::OutOfDomain),

@@ -279,6 +279,7 @@ macro_rules! scalar {
                             masses: &mut masses,
                             labels: &mut labels,
                             species: Some(&mut species),
+                            weights: None,
                         },
                         &mut counters,
                         if scene.stream { &mut stream as &mut dyn Generator } else { &mut philox },

@@ -124,7 +124,10 @@ fn single_precision_without_attraction_diffuses() {
 fn the_theory_in_c() {
     let mut index = [0.0; 3];
     let masses = [1.0, 1.0];
-    let species = [mollis_pks_species { mass: 4.0, mu: 17.5 }, mollis_pks_species { mass: 24.0, mu: 35.0 / 12.0 }];
+    let species = [
+        mollis_pks_species { mass: 4.0, mu: 17.5, sensitivity: 0.0 },
+        mollis_pks_species { mass: 24.0, mu: 35.0 / 12.0, sensitivity: 0.0 },
+    ];
     let (mut share, mut noise, mut rate) = ([0.0; 2], 0.0, 0.0);
     let mut prediction = mollis_pks_prediction { critical_mass: 0.0, blow_up_bound: 0.0, second_moment_rate: 0.0 };
     // SAFETY: live arrays of these lengths.

@@ -48,7 +48,13 @@ impl<T: Real> System<T> {
         let mut memory = Aligned::new(workspace_bytes(n, summed, &self.options, 1).unwrap());
         let (mut log, mut labels, mut written, mut labels_written) = (vec![Event::default(); n], vec![0; n], 0, 0);
         let result = step(
-            State { positions: &mut self.x, masses: &mut self.m, labels: &mut self.labels, species: None },
+            State {
+                positions: &mut self.x,
+                masses: &mut self.m,
+                labels: &mut self.labels,
+                species: None,
+                weights: None,
+            },
             &mut self.counters,
             &mut Philox::new(SEED),
             dt,

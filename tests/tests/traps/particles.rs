@@ -140,7 +140,10 @@ fn closed_forms() {
                 });
             }
         }
-        let species = [mollis_pks_species { mass: 4.0, mu: 17.5 }, mollis_pks_species { mass: 24.0, mu: 3.0 }];
+        let species = [
+            mollis_pks_species { mass: 4.0, mu: 17.5, sensitivity: 0.0 },
+            mollis_pks_species { mass: 24.0, mu: 3.0, sensitivity: 0.0 },
+        ];
         let (mut share, mut noise, mut rate) = ([0.0; 2], 0.0, 0.0);
         rows.row(format!("mollis_pks_represent_species, chi {chi}"), || unsafe {
             let share = share.as_mut_ptr();

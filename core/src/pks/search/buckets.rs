@@ -606,8 +606,13 @@ mod tests {
         let mut buckets = Buckets::layout(&mut Carve::reopen(&mut memory[start..]).unwrap(), n);
         for step in 0..10 {
             let mesh = Mesh::new(&Search::default(), &extent, step, 1.0);
-            let particles =
-                Particles { positions: &positions, masses: &masses, smallest: extent.smallest, medium: None };
+            let particles = Particles {
+                positions: &positions,
+                masses: &masses,
+                charges: None,
+                smallest: extent.smallest,
+                medium: None,
+            };
             let (mut words, mut shared) = (vec![0; n], vec![0; n]);
             buckets.sort(&mesh, &criterion, particles, Resources::default(), (&mut words, &mut shared)).unwrap();
             let bound = buckets.bound(&mesh, extent.smallest);

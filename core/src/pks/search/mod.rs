@@ -31,6 +31,7 @@ mod tree;
 
 use super::collision::Criterion;
 use super::theory::Group;
+pub use super::weights::Charges;
 use crate::build;
 use crate::checked::Present;
 use crate::error::{Error, Result};
@@ -80,7 +81,7 @@ pub struct Cluster<T> {
     pub first: usize,
     /// How many particles it has, at least 2.
     pub count: usize,
-    /// What its index depends on. In a medium `pairs` is multiplied by the smallest G over that at the centre, so that the index has the gamma of the place (4.30).
+    /// What its index depends on; with weights the mass is their sum, and `pairs` that of the masses over the square of the largest sensitivity. In a medium `pairs` is multiplied by the smallest G over that at the centre, so that the index has the gamma of the place (4.30).
     pub group: Group<T>,
     /// Its second moment Y of (2.20): `(1 / M) sum m |x - c|^2`.
     pub moment: T,
@@ -186,8 +187,10 @@ impl<'w, T: Real> Scratch<'w, T> {
 pub struct Particles<'a, T: Real> {
     /// Where they are.
     pub positions: &'a [[T; 2]],
-    /// Their masses, as many.
+    /// Their masses, or weights, as many.
     pub masses: &'a [T],
+    /// What attracts, if it is not proportional to these. The criterion's constants are then those of the largest sensitivity.
+    pub charges: Option<Charges<'a, T>>,
     /// The smallest mass, or less.
     pub smallest: T,
     /// The medium, if gamma depends on the place. The criterion's is then that of the smallest G.
@@ -210,7 +213,7 @@ pub fn find<T: Real>(
 ) -> Result<()> {
     scratch.clear();
     scratch.stack.height = 0;
-    let Particles { positions, masses, medium, .. } = particles;
+    let Particles { positions, masses, charges, medium, .. } = particles;
     let n = positions.len();
     if n < 2 {
         return Ok(());
@@ -234,6 +237,7 @@ pub fn find<T: Real>(
         words,
         positions,
         masses,
+        charges,
         medium,
         shared,
         bound: bound.as_ref(),
@@ -290,6 +294,7 @@ pub(super) fn find_on_ranks<T: Real>(
             words,
             positions: known.positions,
             masses: known.masses,
+            charges: None,
             medium: None,
             shared,
             bound: Some(&bound),

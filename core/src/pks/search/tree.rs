@@ -1,5 +1,6 @@
 //! The walk through the quadtree's nodes, which close one after the other from the leaves to the root.
 
+use super::Charges;
 use super::DEPTH;
 use super::bound::Bound;
 use super::mesh::{Areas, Mesh};
@@ -88,6 +89,7 @@ pub struct Tree<'a, 'w, T: Real> {
     pub words: &'a [u64],
     pub positions: &'a [[T; 2]],
     pub masses: &'a [T],
+    pub charges: Option<Charges<'a, T>>,
     pub medium: Option<&'a Variable<'a, T>>,
     /// Levels that each particle shares with the one before it, where anything is asked of it: not within a leaf without pairs.
     pub shared: &'a [u8],
@@ -285,16 +287,25 @@ impl<T: Real> Tree<'_, '_, T> {
             return;
         }
         let moment = *spread / group.mass;
-        let group = &match self.medium {
+        let weakened = |pairs: T| match self.medium {
             Some(medium) if build::MESHES => {
                 let at = centre.map(|x| x / self.criterion.units.length);
-                let weaker = (medium.least_diffusivity() / medium.diffusivity_at(at)).min(T::ONE);
-                Group { pairs: group.pairs * weaker, ..*group }
+                pairs * (medium.least_diffusivity() / medium.diffusivity_at(at)).min(T::ONE)
             }
-            _ => *group,
+            _ => pairs,
         };
-        if !self.criterion.collidable(group, moment) {
+        let mut group = Group { pairs: weakened(group.pairs), ..*group };
+        if !self.criterion.collidable(&group, moment) {
             return;
+        }
+        if build::WEIGHTS
+            && let Some(charges) = self.charges
+        {
+            let words = self.words.iter().skip(node.first as usize).take(count as usize);
+            group.pairs = weakened(charges.pairs(words.map(|&word| particle(word)), self.criterion.units.mass));
+            if !self.criterion.collidable(&group, moment) {
+                return;
+            }
         }
         let at = node.clusters as usize;
         let Found { ranges, values, count: found } = &mut *self.found;

@@ -120,6 +120,7 @@ pub struct PksParticlesOf<T> {
     pub masses: *mut T,
     pub labels: *mut u64,
     pub species: *mut u32,
+    pub weights: *mut T,
 }
 
 /// The arguments of a step.
@@ -144,6 +145,7 @@ struct Buffers<T> {
     masses: Output<T>,
     labels: Output<u64>,
     species: Option<Output<u32>>,
+    weights: Option<Output<T>>,
     log: Output<mollis_pks_event>,
     absorbed: Output<u64>,
     memory: Output<u8>,
@@ -159,13 +161,14 @@ where
     /// The crate's contract.
     unsafe fn buffers(&self, host: &HostRun, told: Option<Range>) -> Result<Buffers<T>> {
         // SAFETY: the caller promises the crate's contract.
-        let PksParticlesOf { room, positions, masses, labels, species } = unsafe { fetch(self.particles)? };
+        let PksParticlesOf { room, positions, masses, labels, species, weights } = unsafe { fetch(self.particles)? };
         let (positions, masses) = (Output::new(positions, room)?, Output::new(masses, room)?);
         // Who brings no report pays nothing for counting.
         if !build::REPORTS && !self.report.is_null() {
             return Err(Error::Unsupported);
         }
         let (labels, species) = (Output::new(labels, room)?, Output::optional(species, room)?);
+        let weights = Output::optional(weights, room)?;
         let (counted, reported) = (Output::new(self.progress, 1)?, Output::optional(self.report, 1)?);
         let memory = Output::new(self.workspace.cast::<u8>(), self.workspace_bytes)?;
         // SAFETY: the caller promises the crate's contract.
@@ -187,6 +190,7 @@ where
                 Some(masses.range()),
                 Some(labels.range()),
                 species.map(Output::range),
+                weights.map(Output::range),
                 Some(counted.range()),
                 reported.map(Output::range),
                 Some(log.range()),
@@ -201,7 +205,7 @@ where
         if given.written > given.room || given.labels_written > given.labels_room {
             return Err(Error::OutOfDomain);
         }
-        Ok(Buffers { positions, masses, labels, species, log, absorbed, memory })
+        Ok(Buffers { positions, masses, labels, species, weights, log, absorbed, memory })
     }
 
     /// # Safety
@@ -273,6 +277,7 @@ where
                 masses: buffers.masses.slice(),
                 labels: buffers.labels.slice(),
                 species: buffers.species.map(|s| s.slice()),
+                weights: buffers.weights.map(|w| w.slice()),
             };
             (
                 state,
@@ -298,9 +303,15 @@ where
                     Chosen::Sum(kernel, options) => Attraction::Sum(kernel, options),
                     _ => Attraction::None,
                 };
-                let State { positions, masses, labels, species } = &mut state;
+                let State { positions, masses, labels, species, weights } = &mut state;
                 let made = pks::step(
-                    State { positions, masses, labels, species: species.as_deref_mut() },
+                    State {
+                        positions,
+                        masses,
+                        labels,
+                        species: species.as_deref_mut(),
+                        weights: weights.as_deref_mut(),
+                    },
                     counted,
                     &mut *source,
                     T::from_wide(self.dt),
@@ -322,7 +333,10 @@ where
                     Err(Error::NotFinite) => {
                         let alive = usize::try_from(counted.count).unwrap_or(usize::MAX).min(state.positions.len());
                         let (x, m) = (state.positions.get(..alive), state.masses.get(..alive));
-                        told.first_bad = first_bad(x.unwrap_or_default(), m.unwrap_or_default());
+                        let bad = first_bad(x.unwrap_or_default(), m.unwrap_or_default());
+                        let weights = state.weights.as_deref().and_then(|weights| weights.get(..alive));
+                        let weight = weights.unwrap_or_default().iter().position(|w| !w.is_finite());
+                        told.first_bad = bad.into_iter().chain(weight).min();
                         return made;
                     }
                     _ => made?,

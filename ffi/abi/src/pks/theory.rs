@@ -78,7 +78,7 @@ pub unsafe extern "C" fn mollis_pks_index(
     })())
 }
 
-/// One species: its total mass and diffusivity.
+/// One species: its total mass, diffusivity and sensitivity.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct mollis_pks_species {
@@ -86,14 +86,16 @@ pub struct mollis_pks_species {
     pub mass: f64,
     /// Diffusivity mu_i.
     pub mu: f64,
+    /// Sensitivity chi_i in units of chi, positive; 0 stands for 1. Particles of this species have the weight mass / sensitivity.
+    pub sensitivity: f64,
 }
-// SAFETY: two numbers of eight bytes.
+// SAFETY: three numbers of eight bytes.
 unsafe impl Plain for mollis_pks_species {}
 
 /// What represents n species by `particles` particles with one noise: overwrites share[i] with eta_i, the share of the particles that species i
-/// gets, noise with mu~ for the step's options, and rate with the rate of the second moment of all species together (4.28). Each output may be null.
+/// gets, noise with mu~ for the step's options, and rate with the rate of the second moment of all species together (4.28), the integral of |x|^2 sum rho_i / chi_i. Each output may be null.
 ///
-/// From (4.25), mu_i = M eta_i mu / M_i.
+/// From (4.25), mu_i = M eta_i chi_i mu / M_i.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mollis_pks_represent_species(
     n: usize,
@@ -114,13 +116,15 @@ pub unsafe extern "C" fn mollis_pks_represent_species(
         }
         // SAFETY: the caller promises the crate's contract.
         let given = unsafe { species.slice() };
-        if !(chi.is_finite() && given.iter().all(|s| s.mass.is_finite() && s.mu.is_finite())) {
+        if !(chi.is_finite()
+            && given.iter().all(|s| s.mass.is_finite() && s.mu.is_finite() && s.sensitivity.is_finite()))
+        {
             return Err(Error::NotFinite);
         }
-        if !given.iter().all(|s| s.mass > 0.0 && s.mu > 0.0) {
+        if !given.iter().all(|s| s.mass > 0.0 && s.mu > 0.0 && s.sensitivity >= 0.0) {
             return Err(Error::OutOfDomain);
         }
-        // SAFETY: as above; the two structures have the same two members in `repr(C)`.
+        // SAFETY: as above; the two structures have the same three members in `repr(C)`.
         let given = unsafe { core::slice::from_raw_parts(given.as_ptr().cast::<theory::Species<f64>>(), given.len()) };
         let mass = given.iter().map(|s| s.mass).sum();
         // SAFETY: as above, for each output.
