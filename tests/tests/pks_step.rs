@@ -479,6 +479,38 @@ fn what_a_scene_does_not_need_is_skipped() {
     assert!((1..20).contains(&more), "{more}");
 }
 
+/// What noise is drawn for: particle, step and sub-step.
+struct Recorded(Vec<(u64, u32, u32)>, Philox);
+
+impl Generator for Recorded {
+    fn fill(&mut self, label: u64, step: u32, substep: u32, out: &mut [u64]) -> Result<()> {
+        self.0.push((label, step, substep));
+        self.1.fill(label, step, substep, out)
+    }
+}
+
+#[test]
+fn each_sub_step_draws_its_own_noise() {
+    let (start, mut options) = collapsing::<f64>(12, 5);
+    (options.merging, options.control.at_least) = (Merging::Never, 3);
+    for force in [Force::Mesh(Walls::Free), Force::Heavy, Force::Sum] {
+        let mut rig = Rig::new(start.clone(), options, force, (0, 0), 1);
+        let mut generator = Recorded(Vec::new(), Philox::new(3));
+        for _ in 0..2 {
+            rig.step(&mut generator, 1e-6).unwrap();
+        }
+        // Some numbers of a first sub-step are drawn again where more follow.
+        let mut drawn = generator.0;
+        drawn.sort_unstable();
+        drawn.dedup();
+        assert_eq!(drawn.len() as u64, rig.report.substeps);
+        assert!(drawn.len() >= 6 * start.labels.len());
+        for of_step in drawn.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
+            assert!(of_step.iter().map(|&(_, _, substep)| substep).eq(0..of_step.len() as u32));
+        }
+    }
+}
+
 #[test]
 fn refused_calls_change_nothing() {
     let (start, options) = collapsing::<f64>(50, 9);

@@ -252,6 +252,13 @@ macro_rules! layouts {
                     ("radius NaN", radii(&nan), to, Error::NotFinite),
                     ("add 2", good, $outputs { add: 2, ..to }, Error::UnknownValue),
                     ("factor NaN", good, $outputs { factor: f64::NAN, ..to }, Error::NotFinite),
+                    // The coordinates of one point would be those of the next. (On the line there is one.)
+                    (
+                        "points within each other",
+                        $sources { stride: if $d > 1 { 1 } else { usize::MAX / 16 }, ..good },
+                        to,
+                        if $d > 1 { Error::OutOfDomain } else { Error::TooLarge },
+                    ),
                     ("stride beyond memory", $sources { stride: usize::MAX / 16, ..good }, to, Error::TooLarge),
                     ("masses beyond memory", $sources { mass_stride: usize::MAX / 32, ..good }, to, Error::TooLarge),
                     ("outputs overlap", good, $outputs { laplacian: to.potential, ..to }, Error::Overlap),

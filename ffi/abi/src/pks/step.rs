@@ -329,7 +329,6 @@ where
                     unsafe { field.tell() };
                 }
                 match made {
-                    Err(Error::NotFinite) if number > 0 => return Err(Error::BecameNotFinite),
                     Err(Error::NotFinite) => {
                         let alive = usize::try_from(counted.count).unwrap_or(usize::MAX).min(state.positions.len());
                         let (x, m) = (state.positions.get(..alive), state.masses.get(..alive));
