@@ -295,7 +295,7 @@ where
                 Chosen::Mesh(choice) => (Some(unsafe { choice.field(rest, with.executor.workers())? }), choice.heavy()),
                 _ => (None, None),
             };
-            for number in 0..self.steps {
+            for _ in 0..self.steps {
                 let attraction = match chosen {
                     Chosen::Mesh(_) => {
                         field.as_mut().map_or(Attraction::None, |field| field.attraction(heavy.as_ref()))
