@@ -281,8 +281,8 @@ fn sums_are_those_of_single_pairs() {
                                 );
                             };
                             within(got.potential[i], *potential, c[0]);
-                            for k in 0..D {
-                                within(got.gradient[i][k], [gradient[0][k], gradient[1][k]], c[1]);
+                            for ((&got, want), size) in got.gradient[i].iter().zip(gradient[0]).zip(gradient[1]) {
+                                within(got, [want, size], c[1]);
                             }
                             within(got.laplacian[i], *laplacian, c[2]);
                         }
