@@ -68,7 +68,8 @@ pub(super) fn settings<T: Real, const D: usize>(
 ) -> Option<Settings> {
     let serves = D == 2 && !options.strengths && (options.method.is_some() || options.tolerance >= floor::<T>());
     let (_, blob) = kernel.newtonian().filter(|_| serves)?;
-    pairs::support::<T>(D, blob.mollifier()).map(|_| Settings::new::<T>(effective::<T>(options.tolerance, wanted)))
+    pairs::support::<T>(D, blob.mollifier())
+        .map(|_| Settings::new::<T>(effective::<T>(options.tolerance, wanted), wanted))
 }
 
 /// Whether so many sources and targets take less time than the sum over all pairs.
@@ -366,7 +367,7 @@ fn sums<T: Real>(
         laplacian: call.laplacian.is_some(),
         hessian: call.hessian.is_some(),
     };
-    let settings = Settings::new::<T>(options.tolerance);
+    let settings = Settings::new::<T>(options.tolerance, wanted);
     let sizes = Sizes {
         sources: positions.len(),
         targets: targets.len(),

@@ -48,9 +48,9 @@ pub(in crate::field) struct Settings {
 
 impl Settings {
     /// For a tolerance as [`effective`] gives it.
-    pub fn new<T: Real>(tolerance: f64) -> Self {
+    pub fn new<T: Real>(tolerance: f64, wanted: Wanted) -> Self {
         let terms = terms::<T>(tolerance);
-        Self { terms, leaf: leaf(terms) }
+        Self { terms, leaf: leaf(terms, wanted) }
     }
 
     /// [`Settings::terms`], rounded up to the longest vectors.
@@ -71,9 +71,10 @@ fn terms<T: Real>(tolerance: f64) -> usize {
     if terms < 4 { 4 } else { terms.min(most_terms::<T>()) }
 }
 
-/// The size of leaves for a number of terms: the cost of translations grows with the one and shrinks with the other. Multiples of the targets that meet a source at a time.
-fn leaf(terms: usize) -> usize {
+/// The size of leaves: the cost of translations grows with the number of terms and shrinks with larger leaves, whose near pairs cost the more with their logarithms.
+fn leaf(terms: usize, wanted: Wanted) -> usize {
     match terms {
+        _ if wanted.potential => 24,
         0..=22 => 32,
         _ => 48,
     }
