@@ -15,6 +15,7 @@ mod field_skips;
 mod fmm;
 mod grid;
 mod grid_abi;
+mod grid_parabolic;
 mod grid_variable;
 mod hessians;
 mod kernel_abi;
