@@ -28,7 +28,7 @@
 //! **Sign.** [`Grid`]'s: u = -c, so the drift of particles that follow c is -chi grad u.
 //!
 //! **Scheme.** In space the five-point equations of [`Grid::solve`], with A for -Laplacian + k^2. In time one step of the exponential Euler method (Hochbruck & Ostermann, Acta
-//! Numerica 19, 2010, (2.2)),
+//! Numerica 19, 2010, Section 2),
 //!
 //! `c' = c + phi(A dt / epsilon) (dt / epsilon) (density - A c),  phi(z) = (1 - e^-z) / z`
 //!
