@@ -31,6 +31,7 @@ mod pks_abi;
 mod pks_heavy;
 mod pks_hitting;
 mod pks_medium;
+mod pks_parabolic;
 mod pks_ranks;
 mod pks_search;
 mod pks_soft;
