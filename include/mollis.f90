@@ -493,6 +493,12 @@ module mollis
     type(c_ptr) :: report = c_null_ptr
   end type
 
+  type, bind(c) :: mollis_parabolic2
+    real(c_double) :: time_scale = 0
+    real(c_double) :: time = 0
+    type(c_ptr) :: attractant = c_null_ptr
+  end type
+
   type, bind(c) :: mollis_grid2_options
     integer(c_int32_t) :: size = 0
     integer(c_int32_t) :: walls = 0
@@ -500,6 +506,7 @@ module mollis
     integer(c_int32_t) :: order = 0
     integer(c_int32_t) :: reserved = 0
     type(c_ptr) :: medium = c_null_ptr
+    type(c_ptr) :: parabolic = c_null_ptr
   end type
 
   type, bind(c) :: mollis_grid2_outputs_f32

@@ -742,6 +742,28 @@ typedef struct mollis_medium2 {
   double (*report)[2];
 } mollis_medium2;
 
+/**
+ * An attractant with a memory: c of epsilon c_t = Laplacian(c) - k^2 c + density, k being the options' screening; u = -c. Its time scale epsilon and its values, in double precision for both
+ * scalars. The values are the state: a checkpoint saves them, and a run that is given them again goes on bit for bit.
+ *
+ * A step in time is exact while the particles rest, and stable for every length. As epsilon goes to 0 it gives the field without a memory. With MOLLIS_WALLS_FREE c is 0 on the mesh's border
+ * and outside, which is free space until a time of epsilon R^2 / 4 and some for a border at distance R from the masses. With MOLLIS_WALLS_NO_FLUX and k = 0 the mean of c grows for ever.
+ *
+ * mollis_pks_step advances c with the particles where they are, then moves them in the field of the new c (first order in dt; not MOLLIS_PKS_SCHEME_STRANG_RK4, no heavy particles, one
+ * rank). Collisions are decided by the law of the model without a memory, which is right to leading order in epsilon noise / m. mollis_grid2_eval advances c by `time`.
+ */
+typedef struct mollis_parabolic2 {
+  /** epsilon > 0, a time over the square of a length. */
+  double time_scale;
+  /** mollis_grid2_eval: how long the density acts before the field is taken, positive. mollis_pks_step takes its own dt. */
+  double time;
+  /**
+   * c at the nodes, node (i, j) at j (cells[0] + 1) + i: before the call and, if it succeeds, after it. 0 on the border with MOLLIS_WALLS_FREE, else MOLLIS_ERR_OUT_OF_DOMAIN.
+   * A call of several steps that fails leaves it as it is after the last step that moved the particles, also if that ended with MOLLIS_ERR_EVENTS_FULL.
+   */
+  double *attractant;
+} mollis_parabolic2;
+
 /** Which field a grid solves for. Fill it with `mollis_grid2_options_init`; null means the defaults. */
 typedef struct mollis_grid2_options {
   /** Bytes of this structure, as `mollis_grid2_options_init` sets it. */
@@ -763,6 +785,11 @@ typedef struct mollis_grid2_options {
    * MOLLIS_ERR_UNSUPPORTED.
    */
   const struct mollis_medium2 *medium;
+  /**
+   * An attractant with a memory; null (the default): the field is that of the moment. With one, the order is 2, there is no medium, and the walls are not
+   * MOLLIS_WALLS_FREE_QUADRUPOLE, else MOLLIS_ERR_UNSUPPORTED.
+   */
+  const struct mollis_parabolic2 *parabolic;
 } mollis_grid2_options;
 
 typedef struct mollis_grid2_outputs_f32 {
@@ -835,7 +862,7 @@ typedef struct mollis_pks_attraction {
   /** MESH: its rectangle and cells. */
   const struct mollis_mesh2 *mesh;
   /**
-   * MESH: walls, screening, medium; null for free space without screening. In a medium clusters have the index (4.30) of the paper, with gamma / G at their centres.
+   * MESH: walls, screening, medium, memory; null for free space without screening. In a medium clusters have the index (4.30) of the paper, with gamma / G at their centres.
    */
   const struct mollis_grid2_options *grid;
   /**
@@ -850,7 +877,7 @@ typedef struct mollis_pks_attraction {
    * MESH: particles of at least this mass, the 64 heaviest at most (of equal masses those that come first in the arrays), act by `kernel` pair
    * by pair, both ways and at every distance, and not through the mesh, which is wrong within some widths of a particle, and on which a mass below
    * 4.4e-16 of the total adds nothing (see mollis_grid2_eval). The kernel is V of the mesh's equation, mollified over
-   * a part of a mesh width (a quarter, say); sub-steps become short near them. Not with no-flux walls, nor in a medium, nor with a singular kernel. 0: none.
+   * a part of a mesh width (a quarter, say); sub-steps become short near them. Not with no-flux walls, nor in a medium, nor with a memory, nor with a singular kernel. 0: none.
    */
   double heavy;
 } mollis_pks_attraction;
@@ -1353,7 +1380,7 @@ mollis_status mollis_field3_essential_f32(const void *kernel, size_t kernel_byte
  * Refused: MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_NOT_FINITE, MOLLIS_ERR_OUT_OF_DOMAIN (an empty rectangle, fewer than 2 cells, a corner beyond
  * 2^-13 of the scalar's largest number, a mesh width below its normal range, cells more than 2^40 times as long as wide),
  * MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_UNKNOWN_VALUE (walls, order), MOLLIS_ERR_KERNEL_PARAMETER (screening), MOLLIS_ERR_UNSUPPORTED (second
- * moments with screening; order 4 with long or coarse cells; a medium with screening, order 4 or second moments), MOLLIS_ERR_OPTIONS_SIZE,
+ * moments with screening; order 4 with long or coarse cells; a medium with screening, order 4 or second moments; a memory with those or a medium), MOLLIS_ERR_OPTIONS_SIZE,
  * MOLLIS_ERR_NOT_INITIALISED.
  */
 mollis_status mollis_grid2_workspace_bytes(const struct mollis_mesh2 *mesh, const struct mollis_sources2 *sources,
@@ -1371,6 +1398,10 @@ mollis_status mollis_grid2_workspace_bytes_f32(const struct mollis_mesh2 *mesh, 
  * With a medium V is the solution of div(G grad V) - k^2 V = Dirac, see mollis_medium2; MOLLIS_ERR_NOT_CONVERGED: the iteration did not reach its tolerance, and the outputs are those of the last
  * iterate. Refused beside what is below: MOLLIS_ERR_OUT_OF_DOMAIN (G <= 0, k^2 < 0, a G too far below the largest, a tolerance that is not positive), MOLLIS_ERR_UNSUPPORTED (free space
  * with coefficients that differ on the border), MOLLIS_ERR_NOT_FINITE (first_bad is not set).
+ *
+ * With an attractant with a memory u is -c after the density has acted for its `time`, and c is written, whatever outputs there are; see mollis_parabolic2. The monopole acts nowhere then: total
+ * and outside are as ever. Refused beside what is below: MOLLIS_ERR_OUT_OF_DOMAIN (a time scale that is not positive, values on a free border), MOLLIS_ERR_TIME_STEP, MOLLIS_ERR_NOT_FINITE
+ * (first_bad is not set).
  *
  * Masses are rounded to a unit between 2^-50 and 2^-49 of the sum of |masses|, four shares each: beside the others a mass below 2^-51 =
  * 4.4e-16 of that sum adds nothing, and one of 1e-12 has three digits. Of a source outside, the distance from the mesh's middle counts up to 1024 widths
@@ -1699,7 +1730,7 @@ mollis_status mollis_pks_workspace_bytes_f32(size_t room, const struct mollis_pk
  *
  * On ranks (`run->communicator`) the particles are those of all ranks, and each passes its own. Results are bit for bit those of one process whose arrays are the ranks' one after the
  * other. All ranks get all events; a merged particle stays where the one with its lowest label was, and any rank may be left without particles. Give all of them arrays of the same room, and
- * buffers of events of the same room. The report's sub-steps and normals are the rank's own, its other numbers those of all. An attraction by a sum, heavy particles, a medium, and noise from the host's generator
+ * buffers of events of the same room. The report's sub-steps and normals are the rank's own, its other numbers those of all. An attraction by a sum, heavy particles, a medium, an attractant with a memory, and noise from the host's generator
  * are MOLLIS_ERR_UNSUPPORTED with more than one rank.
  *
  * MOLLIS_ERR_EVENTS_FULL: the step stopped before a merge that has no room; empty the buffers (or give larger ones) and call again with the

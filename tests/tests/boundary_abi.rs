@@ -97,7 +97,7 @@ fn options_end_where_a_member_ends() {
         blob2_workspace_bytes(kernel, length, 3, 0, 0, options, null(), &mut 0)
     });
     let mesh = mollis_mesh2 { lower: [0.0; 2], upper: [1.0; 2], cells: [8, 8] };
-    takes_ends_of_members(&[4, 8, 16, 20, 24, 32], mollis_grid2_options_init, |options| unsafe {
+    takes_ends_of_members(&[4, 8, 16, 20, 24, 32, 40], mollis_grid2_options_init, |options| unsafe {
         grid2_workspace_bytes(&raw const mesh, options, null(), &mut 0)
     });
     let ends = [4, 8, 12, 16, 24, 32, 40, 48, 56, 64, 68, 72, 80, 112, 116, 120, 128];

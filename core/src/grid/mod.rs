@@ -22,6 +22,7 @@ mod fixed;
 mod interpolate;
 mod mesh;
 mod monopole;
+mod parabolic;
 mod poisson;
 mod transform;
 mod variable;
@@ -29,6 +30,7 @@ mod variable;
 pub use fixed::MassScale;
 pub use mesh::{MAX_CELLS, Mesh};
 pub use monopole::Monopole;
+pub use parabolic::Parabolic;
 pub use variable::{Coefficients, Limits, Report, Variable};
 
 use crate::checked::Present;

@@ -32,7 +32,7 @@ use crate::real::Real;
 use crate::simd::{Level, Loops, with_simd};
 
 /// Columns per task of the second phase.
-const WIDTH: usize = 16;
+pub(super) const WIDTH: usize = 16;
 
 /// The mesh in the solver's orientation.
 #[derive(Clone, Copy, Debug)]
@@ -59,7 +59,7 @@ impl Shape {
     }
 
     /// The index of node (i, j) of the mesh in the solver's array.
-    fn at(&self, i: usize, j: usize) -> usize {
+    pub fn at(&self, i: usize, j: usize) -> usize {
         if self.along_y { i * self.pitch + j } else { j * self.pitch + i }
     }
 
@@ -108,6 +108,9 @@ impl<'w, T: Real> Frame<'w, T> {
         }
     }
 }
+
+/// Overwrites the modes F of the rows, given b - 2 of each mode.
+pub(super) type OfColumns<'a, T> = dyn FnMut(&[T], &mut [T]) -> Result<()> + 'a;
 
 /// All data of the solve except the density.
 #[derive(Debug)]
@@ -191,7 +194,7 @@ impl<'w, T: Real> Solver<'w, T> {
             self.ghosts.fill(&shape, mesh, monopole, 1);
         }
         let words = words.get(..words.len().saturating_sub(TAIL)).present()?;
-        self.run(mesh, equation, Density::Words(words), resources)
+        self.run(mesh, equation, Density::Words(words), None, resources)
     }
 
     /// Overwrites the values by z, which vanishes on a free border: -Laplacian(z) + k^2 z = `residual`, an array in the layout of the values that holds
@@ -203,7 +206,32 @@ impl<'w, T: Real> Solver<'w, T> {
         residual: &[T],
         resources: Resources<'_>,
     ) -> Result<()> {
-        self.run(mesh, equation, Density::Residual(residual), resources)
+        self.run(mesh, equation, Density::Residual(residual), None, resources)
+    }
+
+    /// As [`Solver::precondition`], with another function of the operator than its inverse: what `columns` does in place of the elimination.
+    pub(super) fn respond(
+        &mut self,
+        mesh: &Mesh<T>,
+        equation: &Equation<T>,
+        residual: &[T],
+        columns: &mut OfColumns<'_, T>,
+        resources: Resources<'_>,
+    ) -> Result<()> {
+        self.run(mesh, equation, Density::Residual(residual), Some(columns), resources)
+    }
+
+    /// Prepares the differences on a free border on which the values vanish: they continue with the opposite sign.
+    pub(super) fn continue_oddly(&mut self) {
+        let Self { shape: Shape { n, m, pitch, .. }, values, ghosts: Frame { ends, rows }, .. } = self;
+        for (line, inner) in ends.iter_mut().zip([1, *n - 1]) {
+            let column = values.get(inner..).present_or_default().iter().step_by(*pitch);
+            line.iter_mut().zip(column).for_each(|(ghost, &value)| *ghost = -value);
+        }
+        for (line, inner) in rows.iter_mut().zip([1, *m - 1]) {
+            let row = values.get(inner * *pitch..).present_or_default();
+            line.iter_mut().zip(row).for_each(|(ghost, &value)| *ghost = -value);
+        }
     }
 
     /// Writes the potential of `monopole` on a free border into `values`, prepares the differences there, and leaves border values of zero.
@@ -242,12 +270,13 @@ impl<'w, T: Real> Solver<'w, T> {
         self.values
     }
 
-    /// The three phases.
+    /// The three phases, of which `columns` may replace the second.
     fn run(
         &mut self,
         mesh: &Mesh<T>,
         equation: &Equation<T>,
         density: Density<'_, T>,
+        mut columns: Option<&mut OfColumns<'_, T>>,
         resources: Resources<'_>,
     ) -> Result<()> {
         let shape = self.shape;
@@ -280,6 +309,10 @@ impl<'w, T: Real> Solver<'w, T> {
         let buffer = 2 * Transform::<T>::buffer(shape.n);
         for phase in [Phase::Forward, Phase::Columns, Phase::Backward] {
             if phase == Phase::Columns {
+                if let Some(columns) = &mut columns {
+                    columns(excess, self.values)?;
+                    continue;
+                }
                 let singular = shape.kind == Kind::Cosine && equation.screening == T::ZERO;
                 let columns = Columns::new(self.values, shape.pitch, WIDTH);
                 let factors = Chunks::new(self.factors, shape.m + 1);
@@ -544,7 +577,7 @@ impl<T: Real> Loops for Lines<'_, T> {
 }
 
 #[inline(always)]
-fn put<T: Real>([re, im]: &mut Element<T>, r: usize, value: T) {
+pub(super) fn put<T: Real>([re, im]: &mut Element<T>, r: usize, value: T) {
     let part = if r < LANES { re } else { im };
     if let Some(slot) = part.get_mut(r % LANES) {
         *slot = value;
@@ -552,7 +585,7 @@ fn put<T: Real>([re, im]: &mut Element<T>, r: usize, value: T) {
 }
 
 #[inline(always)]
-fn take<T: Real>([re, im]: &Element<T>, r: usize) -> T {
+pub(super) fn take<T: Real>([re, im]: &Element<T>, r: usize) -> T {
     let part = if r < LANES { re } else { im };
     part.get(r % LANES).copied().unwrap_or(T::ZERO)
 }

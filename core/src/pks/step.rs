@@ -15,7 +15,7 @@ use crate::checked::Present;
 use crate::error::{Error, Result};
 use crate::exec::{Ranks, Reduction, Resources, Run};
 use crate::field::{self, Interaction, Outputs, Sources, Wanted};
-use crate::grid::{Grid, Limits, MassScale, Variable, Walls};
+use crate::grid::{Grid, Limits, MassScale, Parabolic, Variable, Walls};
 use crate::memory::{Carve, Measure, Space, unsigned};
 use crate::random::Generator;
 use crate::real::{Real, Scalar};
@@ -39,6 +39,14 @@ pub enum Attraction<'a, 'g, T: Real> {
     /// have the index (4.30) with gamma = [`Options::gamma`] / G at their centres, which is 1 / (2 pi G) by default. A solve that does not reach its limits ends the step with
     /// [`Error::NotConverged`].
     Medium(&'a mut Variable<'g, T>, Limits<T>),
+    /// The field of a mesh with a memory, epsilon c_t = Laplacian(c) - k^2 c + density (Zhelezov & Fatkullin, (6.1)), as [`Attraction::Mesh`] without heavy particles. A step advances c
+    /// with the particles where they are, then moves them in the field of the new c: of first order in `dt`, and with epsilon -> 0 the step of [`Attraction::Mesh`]. A step that
+    /// fails leaves c; without a particle, or with chi = 0, c stays too. Not with [`Scheme::StrangRk4`].
+    ///
+    /// Collisions are decided by the law of the elliptic model, for which attraction at a small distance is that of the logarithm at once. That holds to leading order in
+    /// `epsilon noise / m`, the ratio of a particle's diffusivity to the attractant's, and once the attractant has been there for a time `epsilon r^2`; no law is known beyond.
+    /// [`Merging::Never`] leaves the particles to what the mesh resolves.
+    Parabolic(&'a mut Parabolic<'g, T>),
 }
 
 impl<T: Real> core::fmt::Debug for Attraction<'_, '_, T> {
@@ -49,6 +57,7 @@ impl<T: Real> core::fmt::Debug for Attraction<'_, '_, T> {
             Attraction::Mesh(_, None) => "Mesh",
             Attraction::Mesh(_, Some(_)) => "Mesh and heavy pairs",
             Attraction::Medium(..) => "Medium",
+            Attraction::Parabolic(..) => "Parabolic",
         })
     }
 }
@@ -68,6 +77,7 @@ impl<'a, T: Real> Attraction<'a, '_, T> {
         match self {
             Attraction::Mesh(grid, _) => Some(grid),
             Attraction::Medium(field, _) => Some(field.grid()),
+            Attraction::Parabolic(field) => Some(field.grid()),
             _ => None,
         }
     }
@@ -224,7 +234,7 @@ pub struct Setting<'a, 'g, 'r, T: Real> {
 /// Before anything has changed: [`Error::LengthMismatch`], [`Error::NotFinite`], [`Error::Mass`], [`Error::TimeStep`], [`Error::OutOfDomain`],
 /// [`Error::WorkspaceTooSmall`], [`Error::Misaligned`], [`Error::TooLarge`] (2^32 steps or particles), those of the field and the generator,
 /// [`Error::TooManySubsteps`], [`Error::BecameNotFinite`] (in the motion; [`Error::NotFinite`] is what was given), [`Error::Stopped`]. A stream generator may have been drawn from.
-/// With more than one rank also [`Error::Unsupported`]: an attraction by a sum, heavy particles, a medium, noise from a stream; [`Error::Communicator`]: ranks have different steps, time steps
+/// With more than one rank also [`Error::Unsupported`]: an attraction by a sum, heavy particles, a medium, an attractant with a memory, noise from a stream; [`Error::Communicator`]: ranks have different steps, time steps
 /// or room; the communicator's.
 /// With [weights](State::weights) [`Error::Mass`], [`Error::NotFinite`] for them, too; [`Error::OutOfDomain`]: a sensitivity, or chi or gamma times the largest, is out of range;
 /// [`Error::Unsupported`]: heavy particles, more than one rank, a sum with noise and another merging than [`Merging::All`], the feature `small`.
@@ -326,11 +336,14 @@ fn check<T: Real>(
         let by_masses = match attraction {
             Attraction::Mesh(_, heavy) => heavy.is_some(),
             Attraction::Sum(..) => options.merging != Merging::All && options.noise > T::ZERO,
-            Attraction::None | Attraction::Medium(..) => false,
+            Attraction::None | Attraction::Medium(..) | Attraction::Parabolic(_) => false,
         };
         if !build::WEIGHTS || by_masses || counter_based_on_ranks.is_some() {
             return Err(Error::Unsupported);
         }
+    }
+    if build::MESHES && options.scheme == Scheme::StrangRk4 && matches!(attraction, Attraction::Parabolic(_)) {
+        return Err(Error::Unsupported);
     }
     if build::RANKS
         && let Some(counter_based) = counter_based_on_ranks
@@ -578,6 +591,13 @@ impl<T: Real> Layout<'_, T> {
             // Sub-steps beyond a wall were made in the mirrored field: folding the end is reflecting the path.
             ends.iter_mut().for_each(|x| *x = grid.mesh().reflect(*x).0);
         }
+        if build::MESHES
+            && attracted
+            && let Attraction::Parabolic(field) = &mut attraction
+        {
+            // Nothing can fail from here on.
+            field.keep();
+        }
         Ok(())
     }
 
@@ -729,12 +749,17 @@ fn move_particles<T: Real>(
             }
             (made, 1)
         }
-        (false, Attraction::Medium(field, limits)) => {
+        (false, force @ (Attraction::Medium(..) | Attraction::Parabolic(_))) => {
             stop(run)?;
-            solve_in_medium(field, limits, scale()?, (moving.positions, moving.masses), resources)?;
+            let particles = (moving.positions, moving.masses);
+            match force {
+                Attraction::Medium(field, limits) => solve_in_medium(field, limits, scale()?, particles, resources)?,
+                Attraction::Parabolic(field) => look_ahead(field, moving.dt, scale()?, particles, resources)?,
+                _ => {}
+            }
             fields += 1;
             stop(run)?;
-            let grid = field.grid();
+            let grid = force.grid().present()?;
             let gradient = |points: &[[T; 2]], out: &mut [[T; 2]], _: &mut [T]| {
                 grid.interpolate_here(points, out, resources.level);
             };
@@ -819,6 +844,19 @@ fn solve_in_medium<T: Real>(
     field.begin(scale);
     field.add(positions, masses, resources)?;
     field.solve(limits, resources).map(|_| ())
+}
+
+/// Computes the attractant after a time `dt` with all particles where they are.
+fn look_ahead<T: Real>(
+    field: &mut Parabolic<'_, T>,
+    dt: T,
+    scale: MassScale,
+    (positions, masses): (&[[T; 2]], &[T]),
+    resources: Resources<'_>,
+) -> Result<()> {
+    field.begin(scale);
+    field.add(positions, masses, resources)?;
+    field.look_ahead(dt, resources)
 }
 
 /// The first `n` elements.

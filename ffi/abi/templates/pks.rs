@@ -64,7 +64,7 @@ pub unsafe extern "C" fn mollis_pks_workspace_bytes{f}(
 ///
 /// On ranks (`run->communicator`) the particles are those of all ranks, and each passes its own. Results are bit for bit those of one process whose arrays are the ranks' one after the
 /// other. All ranks get all events; a merged particle stays where the one with its lowest label was, and any rank may be left without particles. Give all of them arrays of the same room, and
-/// buffers of events of the same room. The report's sub-steps and normals are the rank's own, its other numbers those of all. An attraction by a sum, heavy particles, a medium, and noise from the host's generator
+/// buffers of events of the same room. The report's sub-steps and normals are the rank's own, its other numbers those of all. An attraction by a sum, heavy particles, a medium, an attractant with a memory, and noise from the host's generator
 /// are MOLLIS_ERR_UNSUPPORTED with more than one rank.
 ///
 /// MOLLIS_ERR_EVENTS_FULL: the step stopped before a merge that has no room; empty the buffers (or give larger ones) and call again with the

@@ -39,6 +39,7 @@ impl Calls<'_, '_> {
             order,
             reserved: 0,
             medium: std::ptr::null(),
+            parabolic: std::ptr::null(),
         };
         self.options(options)
     }

@@ -63,12 +63,20 @@ macro_rules! check {
                 });
                 let in_media = in_media
                     .flat_map(|options| media.iter().map(move |medium| mollis_grid2_options { medium, ..*options }));
-                for options in plain.iter().copied().chain(in_media) {
+                let mut attractant = vec![0.0; nodes];
+                let past = mollis_parabolic2 { time_scale: 0.5, time: 0.1, attractant: attractant.as_mut_ptr() };
+                let with_memory = plain.iter().filter(|options| {
+                    options.order == 2 && options.walls != MOLLIS_WALLS_FREE_QUADRUPOLE
+                });
+                let with_memory =
+                    with_memory.map(|options| mollis_grid2_options { parabolic: &raw const past, ..*options });
+                for options in plain.iter().copied().chain(in_media).chain(with_memory) {
                     let what = |function: &str, kind: &str| {
-                        let mollis_grid2_options { walls, screening, order, medium, .. } = options;
+                        let mollis_grid2_options { walls, screening, order, medium, parabolic, .. } = options;
                         let medium = if medium.is_null() { "" } else { ", a medium" };
+                        let memory = if parabolic.is_null() { "" } else { ", a memory" };
                         format!(
-                            "{function}, {cells:?}, walls {walls}, screening {screening}, order {order}{medium}, {kind}"
+                            "{function}, {cells:?}, walls {walls}, screening {screening}, order {order}{medium}{memory}, {kind}"
                         )
                     };
                     // Cells that are too coarse for the screening are refused.

@@ -48,7 +48,7 @@ pub struct mollis_grid2_outputs_f32 {
 /// Refused: MOLLIS_ERR_NULL_POINTER, MOLLIS_ERR_NOT_FINITE, MOLLIS_ERR_OUT_OF_DOMAIN (an empty rectangle, fewer than 2 cells, a corner beyond
 /// 2^-13 of the scalar's largest number, a mesh width below its normal range, cells more than 2^40 times as long as wide),
 /// MOLLIS_ERR_TOO_LARGE, MOLLIS_ERR_UNKNOWN_VALUE (walls, order), MOLLIS_ERR_KERNEL_PARAMETER (screening), MOLLIS_ERR_UNSUPPORTED (second
-/// moments with screening; order 4 with long or coarse cells; a medium with screening, order 4 or second moments), MOLLIS_ERR_OPTIONS_SIZE,
+/// moments with screening; order 4 with long or coarse cells; a medium with screening, order 4 or second moments; a memory with those or a medium), MOLLIS_ERR_OPTIONS_SIZE,
 /// MOLLIS_ERR_NOT_INITIALISED.
 #[cfg(feature = "double")]
 #[unsafe(no_mangle)]
@@ -88,6 +88,10 @@ pub unsafe extern "C" fn mollis_grid2_workspace_bytes_f32(
 /// With a medium V is the solution of div(G grad V) - k^2 V = Dirac, see mollis_medium2; MOLLIS_ERR_NOT_CONVERGED: the iteration did not reach its tolerance, and the outputs are those of the last
 /// iterate. Refused beside what is below: MOLLIS_ERR_OUT_OF_DOMAIN (G <= 0, k^2 < 0, a G too far below the largest, a tolerance that is not positive), MOLLIS_ERR_UNSUPPORTED (free space
 /// with coefficients that differ on the border), MOLLIS_ERR_NOT_FINITE (first_bad is not set).
+///
+/// With an attractant with a memory u is -c after the density has acted for its `time`, and c is written, whatever outputs there are; see mollis_parabolic2. The monopole acts nowhere then: total
+/// and outside are as ever. Refused beside what is below: MOLLIS_ERR_OUT_OF_DOMAIN (a time scale that is not positive, values on a free border), MOLLIS_ERR_TIME_STEP, MOLLIS_ERR_NOT_FINITE
+/// (first_bad is not set).
 ///
 /// Masses are rounded to a unit between 2^-50 and 2^-49 of the sum of |masses|, four shares each: beside the others a mass below 2^-51 =
 /// 4.4e-16 of that sum adds nothing, and one of 1e-12 has three digits. Of a source outside, the distance from the mesh's middle counts up to 1024 widths

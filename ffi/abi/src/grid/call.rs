@@ -121,7 +121,7 @@ where
         outputs.add(self.gradient.iter().flat_map(Points::extents));
         outputs.add(self.node_mass.map(|o| o.range().into())).add(self.node_potential.map(|o| o.range().into()));
         outputs.add(self.node_gradient.map(|o| o.range().into())).add(self.total.map(|o| o.range().into()));
-        outputs.add(self.outside.map(|o| o.range().into())).add(self.problem.output().map(|o| o.range().into()));
+        outputs.add(self.outside.map(|o| o.range().into())).add(self.problem.output().map(Into::into));
         inputs.add(self.positions.extents()).add([self.masses.extent()]);
         inputs.add(self.targets.iter().flat_map(Points::extents));
         inputs.add(self.problem.inputs()).add([
@@ -193,12 +193,14 @@ where
         }
         host.enter(|run| {
             // SAFETY: as above.
-            let mut field = unsafe { checked.problem.field(space.grid, run.executor.workers())? };
+            let mut field = unsafe { checked.problem.field(space.grid, run.resources())? };
             let go_on = || if run.should_stop.is_some_and(|ask| ask()) { Err(Error::Stopped) } else { Ok(()) };
             field.deposit(sources, masses, run.resources())?;
             let mut solved = Ok(());
             go_on()?;
-            if checked.gradient.is_some() || checked.node_potential.is_some() || checked.node_gradient.is_some() {
+            let wanted =
+                checked.gradient.is_some() || checked.node_potential.is_some() || checked.node_gradient.is_some();
+            if wanted || checked.problem.memory.is_some() {
                 solved = field.solve(run.resources());
                 // SAFETY: as above.
                 unsafe { field.tell() };
@@ -236,6 +238,7 @@ where
                 if let Some(out) = checked.outside {
                     out.slice().fill(grid.outside());
                 }
+                field.save()?;
             }
             solved
         })

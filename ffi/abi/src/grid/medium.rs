@@ -1,14 +1,15 @@
-//! A medium whose coefficients depend on the place, and the field of a mesh with or without it.
+//! A medium whose coefficients depend on the place, and the field of a mesh with or without it, or with a memory.
 
 use mollis_core::exec::Resources;
-use mollis_core::grid::{Coefficients, Equation, Grid, Limits, Mesh, Order, Variable};
+use mollis_core::grid::{Coefficients, Equation, Grid, Limits, Mesh, Order, Parabolic, Variable};
 use mollis_core::memory::{Carve, Measure, Plain, Space};
 use mollis_core::pks::{Attraction, Heavy};
 use mollis_core::{Error, Real, Result};
 
+use super::parabolic::Memory;
 use super::{equation, mollis_grid2_options};
 use crate::arrays::{Extent, fetch, of_structure};
-use crate::buffers::{Input, Output};
+use crate::buffers::{Input, Output, Range};
 
 /// A medium: G and k^2 of div(G grad u) - k^2 u = density at the nodes of a mesh, in double precision for both scalars, and when the iteration ends that solves for u.
 ///
@@ -80,12 +81,13 @@ impl Medium {
     }
 }
 
-/// What is solved on a mesh: an equation, and its medium if that varies.
+/// What is solved on a mesh: an equation, and its medium if that varies, or its memory if it has one.
 #[derive(Clone, Copy)]
 pub(crate) struct Problem<T> {
     pub mesh: Mesh<T>,
     pub equation: Equation<T>,
     pub medium: Option<Medium>,
+    pub memory: Option<Memory>,
 }
 
 impl<T: Real> Problem<T> {
@@ -94,23 +96,34 @@ impl<T: Real> Problem<T> {
     pub(crate) unsafe fn read(mesh: Mesh<T>, options: &mollis_grid2_options) -> Result<Self> {
         // SAFETY: passed on.
         let (equation, medium) = (equation(options)?, unsafe { Medium::read(options, mesh.nodes())? });
+        // SAFETY: passed on.
+        let memory = unsafe { Memory::read(options.parabolic, mesh.nodes())? };
+        if medium.is_some() && memory.is_some() {
+            return Err(Error::Unsupported);
+        }
         if medium.is_some() && (equation.screening != T::ZERO || equation.order != Order::Second) {
             return Err(Error::Unsupported);
         }
-        Ok(Self { mesh, equation, medium })
+        Ok(Self { mesh, equation, medium, memory })
     }
 
     pub(crate) fn inputs(&self) -> impl Iterator<Item = Extent> + use<T> {
-        self.medium.into_iter().flat_map(|medium| medium.inputs())
+        let memory = self.memory.map(|memory| memory.input());
+        self.medium.into_iter().flat_map(|medium| medium.inputs()).chain(memory)
     }
 
-    /// The medium's report.
-    pub(crate) fn output(&self) -> Option<Output<[f64; 2]>> {
-        self.medium.and_then(|medium| medium.report)
+    /// The medium's report, or the attractant.
+    pub(crate) fn output(&self) -> Option<Range> {
+        let attractant = self.memory.map(|memory| memory.output().range());
+        attractant.or(self.medium.and_then(|medium| medium.report).map(|report| report.range()))
     }
 
     /// Bytes of the copies and of the field behind them.
     fn parts(&self, workers: usize) -> Result<[usize; 2]> {
+        if self.memory.is_some() {
+            let copy = Memory::bytes::<T>(self.mesh.nodes())?;
+            return Ok([copy, Parabolic::workspace_bytes(&self.mesh, &self.equation, workers)?]);
+        }
         let Some(medium) = self.medium else {
             return Ok([0, Grid::workspace_bytes(&self.mesh, &self.equation, workers)?]);
         };
@@ -128,9 +141,18 @@ impl<T: Real> Problem<T> {
     /// The field, without mass.
     ///
     /// # Safety
-    /// The crate's contract for the medium's arrays.
-    pub(crate) unsafe fn field<'w>(&self, memory: &'w mut [u8], workers: usize) -> Result<Field<'w, T>> {
-        let Self { mesh, equation, medium } = *self;
+    /// The crate's contract for the medium's arrays and the attractant.
+    pub(crate) unsafe fn field<'w>(&self, memory: &'w mut [u8], resources: Resources<'_>) -> Result<Field<'w, T>> {
+        let (Self { mesh, equation, medium, memory: past }, workers) = (*self, resources.executor.workers());
+        if let Some(past) = past {
+            let [copy, _] = self.parts(workers)?;
+            let (copy, own) = memory.split_at_mut_checked(copy).ok_or(Error::WorkspaceTooSmall)?;
+            let copy = Memory::layout(&mut Carve::reopen(copy)?, mesh.nodes())?;
+            let mut field = Parabolic::prepare(own, mesh, equation, T::from_f64(past.time_scale), workers)?;
+            // SAFETY: passed on.
+            unsafe { past.give(copy, &mut field, resources)? };
+            return Ok(Field::Parabolic(field, past, copy));
+        }
         let Some(medium) = medium else {
             return Grid::prepare(memory, mesh, equation, workers).map(Field::Uniform);
         };
@@ -155,6 +177,8 @@ pub(crate) enum Field<'w, T: Real> {
     Uniform(Grid<'w, T>),
     /// Solved by iteration; last the report's place.
     Medium(Variable<'w, T>, Limits<T>, Option<Output<[f64; 2]>>),
+    /// Advanced in time; last the room for a copy of the attractant.
+    Parabolic(Parabolic<'w, T>, Memory, &'w mut [T]),
 }
 
 impl<'w, T: Real> Field<'w, T> {
@@ -162,6 +186,7 @@ impl<'w, T: Real> Field<'w, T> {
         match self {
             Self::Uniform(grid) => grid,
             Self::Medium(field, ..) => field.grid(),
+            Self::Parabolic(field, ..) => field.grid(),
         }
     }
 
@@ -169,6 +194,7 @@ impl<'w, T: Real> Field<'w, T> {
         match self {
             Self::Uniform(grid) => grid.deposit(positions, masses, resources),
             Self::Medium(field, ..) => field.deposit(positions, masses, resources),
+            Self::Parabolic(field, ..) => field.deposit(positions, masses, resources),
         }
     }
 
@@ -176,6 +202,8 @@ impl<'w, T: Real> Field<'w, T> {
         match self {
             Self::Uniform(grid) => grid.locate_mass(),
             Self::Medium(field, ..) => field.locate_mass(),
+            // A step in time does.
+            Self::Parabolic(..) => {}
         }
     }
 
@@ -183,6 +211,11 @@ impl<'w, T: Real> Field<'w, T> {
         match self {
             Self::Uniform(grid) => grid.solve(resources),
             Self::Medium(field, limits, _) => field.solve(limits, resources).map(|_| ()),
+            Self::Parabolic(field, memory, _) => {
+                field.look_ahead(T::from_f64(memory.time), resources)?;
+                field.keep();
+                Ok(())
+            }
         }
     }
 
@@ -198,11 +231,24 @@ impl<'w, T: Real> Field<'w, T> {
         }
     }
 
+    /// Writes the attractant that is kept.
+    ///
+    /// # Safety
+    /// The crate's contract for its array.
+    pub(crate) unsafe fn save(&mut self) -> Result<()> {
+        match self {
+            // SAFETY: passed on.
+            Self::Parabolic(field, memory, copy) => unsafe { memory.take(copy, field) },
+            _ => Ok(()),
+        }
+    }
+
     /// The attraction of coalescing particles.
     pub(crate) fn attraction<'a>(&'a mut self, heavy: Option<&'a Heavy<'a, T>>) -> Attraction<'a, 'w, T> {
         match self {
             Self::Uniform(grid) => Attraction::Mesh(grid, heavy),
             Self::Medium(field, limits, _) => Attraction::Medium(field, *limits),
+            Self::Parabolic(field, ..) => Attraction::Parabolic(field),
         }
     }
 }

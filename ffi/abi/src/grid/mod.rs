@@ -2,9 +2,11 @@
 
 pub(crate) mod call;
 pub(crate) mod medium;
+mod parabolic;
 
 pub use call::GridOutputsOf;
 pub use medium::mollis_medium2;
+pub use parabolic::mollis_parabolic2;
 
 use mollis_core::grid::{Equation, Mesh, Order, Walls};
 use mollis_core::{Error, Real, Result};
@@ -69,6 +71,9 @@ pub struct mollis_grid2_options {
     /// The medium; null (the default): the same everywhere. With one, screening is 0, the order 2, and the walls are not MOLLIS_WALLS_FREE_QUADRUPOLE, else
     /// MOLLIS_ERR_UNSUPPORTED.
     pub medium: *const mollis_medium2,
+    /// An attractant with a memory; null (the default): the field is that of the moment. With one, the order is 2, there is no medium, and the walls are not
+    /// MOLLIS_WALLS_FREE_QUADRUPOLE, else MOLLIS_ERR_UNSUPPORTED.
+    pub parabolic: *const mollis_parabolic2,
 }
 
 options::options!(mollis_grid2_options {
@@ -76,7 +81,8 @@ options::options!(mollis_grid2_options {
     screening: 0.0,
     order: 2,
     reserved: 0,
-    medium: core::ptr::null()
+    medium: core::ptr::null(),
+    parabolic: core::ptr::null()
 });
 
 pub(crate) fn equation<T: Real>(options: &mollis_grid2_options) -> Result<Equation<T>> {

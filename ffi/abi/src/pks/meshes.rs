@@ -1,5 +1,6 @@
 //! A caller's choice of a field on a mesh.
 
+use mollis_core::exec::Resources;
 use mollis_core::field;
 use mollis_core::kernel::Kernel;
 use mollis_core::pks::Heavy;
@@ -27,7 +28,7 @@ impl<T: Real> MeshChoice<'_, T> {
             let problem = Problem::read(mollis_mesh2::read(given.mesh)?, &structures::read(given.grid)?)?;
             let heavy = if given.heavy == 0.0 {
                 None
-            } else if problem.medium.is_some() {
+            } else if problem.medium.is_some() || problem.memory.is_some() {
                 return Err(Error::Unsupported);
             } else {
                 let kernel: Kernel<'_, T, 2> = kernel::open(given.kernel, given.kernel_bytes)?;
@@ -44,9 +45,9 @@ impl<T: Real> MeshChoice<'_, T> {
         self.problem.bytes(workers)
     }
 
-    /// Where a medium's report goes.
+    /// Where a medium's report goes, or the attractant.
     pub fn output(&self) -> Option<Range> {
-        self.problem.output().map(|report| report.range())
+        self.problem.output()
     }
 
     /// The box that the mesh covers.
@@ -55,10 +56,10 @@ impl<T: Real> MeshChoice<'_, T> {
     }
 
     /// # Safety
-    /// The crate's contract for a medium's arrays.
-    pub unsafe fn field<'w>(&self, memory: &'w mut [u8], workers: usize) -> Result<Field<'w, T>> {
+    /// The crate's contract for a medium's arrays and the attractant.
+    pub unsafe fn field<'w>(&self, memory: &'w mut [u8], resources: Resources<'_>) -> Result<Field<'w, T>> {
         // SAFETY: passed on.
-        unsafe { self.problem.field(memory, workers) }
+        unsafe { self.problem.field(memory, resources) }
     }
 
     pub fn heavy(&self) -> Option<Heavy<'_, T>> {

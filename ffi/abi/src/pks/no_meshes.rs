@@ -3,6 +3,7 @@
 use core::convert::Infallible;
 use core::marker::PhantomData;
 
+use mollis_core::exec::Resources;
 use mollis_core::field;
 use mollis_core::pks::Heavy;
 use mollis_core::{Error, Real, Result};
@@ -35,7 +36,7 @@ impl<T: Real> MeshChoice<'_, T> {
 
     /// # Safety
     /// None is needed.
-    pub unsafe fn field<'w>(&self, _memory: &'w mut [u8], _workers: usize) -> Result<Field<'w, T>> {
+    pub unsafe fn field<'w>(&self, _memory: &'w mut [u8], _resources: Resources<'_>) -> Result<Field<'w, T>> {
         match self.0 {}
     }
 

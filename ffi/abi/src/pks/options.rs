@@ -174,7 +174,7 @@ pub struct mollis_pks_attraction {
     pub reserved: i32,
     /// MESH: its rectangle and cells.
     pub mesh: *const mollis_mesh2,
-    /// MESH: walls, screening, medium; null for free space without screening. In a medium clusters have the index (4.30) of the paper, with gamma / G at their centres.
+    /// MESH: walls, screening, medium, memory; null for free space without screening. In a medium clusters have the index (4.30) of the paper, with gamma / G at their centres.
     pub grid: *const mollis_grid2_options,
     /// SUM, and MESH with heavy particles: a kernel prepared by mollis_kernel2_prepare (or its _f32); its mollifier bounds the speed.
     pub kernel: *const c_void,
@@ -185,7 +185,7 @@ pub struct mollis_pks_attraction {
     /// MESH: particles of at least this mass, the 64 heaviest at most (of equal masses those that come first in the arrays), act by `kernel` pair
     /// by pair, both ways and at every distance, and not through the mesh, which is wrong within some widths of a particle, and on which a mass below
     /// 4.4e-16 of the total adds nothing (see mollis_grid2_eval). The kernel is V of the mesh's equation, mollified over
-    /// a part of a mesh width (a quarter, say); sub-steps become short near them. Not with no-flux walls, nor in a medium, nor with a singular kernel. 0: none.
+    /// a part of a mesh width (a quarter, say); sub-steps become short near them. Not with no-flux walls, nor in a medium, nor with a memory, nor with a singular kernel. 0: none.
     pub heavy: f64,
 }
 

@@ -59,7 +59,7 @@ impl<T: Real> Chosen<'_, T> {
         }
     }
 
-    /// Where a medium's report goes.
+    /// Where a medium's report goes, or the attractant.
     fn output(&self) -> Option<Range> {
         match self {
             Self::Mesh(choice) => choice.output(),
@@ -292,7 +292,7 @@ where
         let result = run.enter(|with| {
             let (mut field, heavy) = match chosen {
                 // SAFETY: as above.
-                Chosen::Mesh(choice) => (Some(unsafe { choice.field(rest, with.executor.workers())? }), choice.heavy()),
+                Chosen::Mesh(choice) => (Some(unsafe { choice.field(rest, with.resources())? }), choice.heavy()),
                 _ => (None, None),
             };
             for _ in 0..self.steps {
@@ -324,9 +324,14 @@ where
                     own_memory,
                     Setting { options, attraction, run: &mut *with, report: report.as_deref_mut() },
                 );
-                if let Some(field) = &field {
+                if let Some(field) = &mut field {
                     // SAFETY: as above.
                     unsafe { field.tell() };
+                    // A step that waits for room for its events has moved the particles.
+                    if matches!(made, Ok(()) | Err(Error::EventsFull)) {
+                        // SAFETY: as above.
+                        unsafe { field.save()? };
+                    }
                 }
                 match made {
                     Err(Error::NotFinite) => {
