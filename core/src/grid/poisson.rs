@@ -225,7 +225,7 @@ impl<'w, T: Real> Solver<'w, T> {
     pub(super) fn continue_oddly(&mut self) {
         let Self { shape: Shape { n, m, pitch, .. }, values, ghosts: Frame { ends, rows }, .. } = self;
         for (line, inner) in ends.iter_mut().zip([1, *n - 1]) {
-            let column = values.get(inner..).present_or_default().iter().step_by(*pitch);
+            let column = values.get(inner..).present_or_default().iter().step_by((*pitch).max(1));
             line.iter_mut().zip(column).for_each(|(ghost, &value)| *ghost = -value);
         }
         for (line, inner) in rows.iter_mut().zip([1, *m - 1]) {

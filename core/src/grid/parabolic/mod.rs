@@ -148,7 +148,7 @@ impl<'w, T: Real> Parabolic<'w, T> {
         if out.len() != mesh.nodes() {
             return Err(Error::LengthMismatch);
         }
-        for (j, row) in out.chunks_mut(mesh.cells()[0] + 1).enumerate() {
+        for (j, row) in out.chunks_mut((mesh.cells()[0] + 1).max(1)).enumerate() {
             for (i, c) in row.iter_mut().enumerate() {
                 // Not the opposite, which would give zeros a sign.
                 *c = T::ZERO - self.arrays.u.get(shape.at(i, j)).copied().present_or(T::NAN);
@@ -173,8 +173,11 @@ impl<'w, T: Real> Parabolic<'w, T> {
         }
         let [nx, ny] = mesh.cells();
         let on_border = |i: usize, j: usize| i == 0 || i == nx || j == 0 || j == ny;
-        let rows =
-            || c.chunks(nx + 1).enumerate().flat_map(|(j, row)| row.iter().enumerate().map(move |(i, &c)| (i, j, c)));
+        let rows = || {
+            c.chunks((nx + 1).max(1))
+                .enumerate()
+                .flat_map(|(j, row)| row.iter().enumerate().map(move |(i, &c)| (i, j, c)))
+        };
         if shape.kind == Kind::Sine && rows().any(|(i, j, c)| on_border(i, j) && c != T::ZERO) {
             return Err(Error::OutOfDomain);
         }
@@ -304,14 +307,14 @@ impl<'w, T: Real> Parabolic<'w, T> {
         let after = |at: usize, last: usize| if at == last { last - 1 } else { at + 1 };
         let tasks = (m + 1).div_ceil(ROWS);
         par_chunks(resources.executor, tasks, Chunks::new(residual, ROWS * pitch), (), &|task, rows, ()| {
-            for (s, out) in (task * ROWS..).zip(rows.chunks_mut(pitch)) {
+            for (s, out) in (task * ROWS..).zip(rows.chunks_mut(pitch.max(1))) {
                 if !shape.is_unknown(s) {
                     continue;
                 }
                 let row = |s: usize| u.get(s * pitch..).present_or_default();
                 let (below, here, above) = (row(s.abs_diff(1)), row(s), row(after(s, m)));
                 let at = |row: &[T], t: usize| row.get(t).copied().present_or(T::NAN);
-                let words = words.get(s * row_step..).present_or_default().iter().step_by(step);
+                let words = words.get(s * row_step..).present_or_default().iter().step_by(step.max(1));
                 for (t, (out, &word)) in out.iter_mut().zip(words).take(n + 1).enumerate() {
                     if kind == Kind::Sine && (t == 0 || t == n) {
                         continue;
