@@ -17,10 +17,11 @@ use super::newtonian::Newtonian;
 use super::scaled::Scaled;
 use super::series::Exact;
 use super::{Mollifier, Quantity};
+use crate::error::Result;
 use crate::real::{DoubleWord, Real};
 
-/// Combinations are left out with kernels other than the Newtonian one, whose tables their sums use.
-pub(super) const RICHARDSON: bool = cfg!(feature = "kernels");
+/// Combinations are left out with kernels other than the Newtonian one, whose tables their sums use (`no_combined.rs`).
+pub(super) const RICHARDSON: bool = true;
 
 /// j and alpha_j, for so many radii.
 fn weights<T: Real>(count: u32) -> impl Iterator<Item = (u32, DoubleWord<T>)> {
@@ -66,8 +67,8 @@ pub(super) struct Parts<'a, T, const D: usize> {
 }
 
 impl<T: Real, const D: usize> Combined<T, D> {
-    pub fn new(order: u32, exponent: u32) -> Self {
-        Self { part: Compact::new(2, exponent), count: order / 2 }
+    pub fn new(order: u32, exponent: u32) -> Result<Self> {
+        Ok(Self { part: Compact::new(2, exponent), count: order / 2 })
     }
 
     /// The coefficients of a part.

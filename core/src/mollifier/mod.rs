@@ -26,6 +26,7 @@
 
 mod algebraic;
 mod blob;
+#[cfg_attr(not(feature = "kernels"), path = "no_combined.rs")]
 mod combined;
 mod compact;
 mod distance;

@@ -1,9 +1,9 @@
 //! What the installed libraries are made of, with licences, in the format CycloneDX 1.5 (JSON). It holds no time and no place: the same sources give the same file.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use anyhow::{Context, Result, ensure};
-use serde_json::{Value, json};
+use serde_json::json;
 
 use super::VERSION;
 use crate::shell;
@@ -12,63 +12,64 @@ use crate::shell;
 const LICENCES: [&str; 7] =
     ["MIT", "Apache-2.0", "Apache-2.0 WITH LLVM-exception", "BSD-2-Clause", "BSD-3-Clause", "Unlicense", "Zlib"];
 
+/// A package: name, version, licence.
+type Package = [String; 3];
+
 /// The list for these packages of the workspace: they, and every package that they depend on on this platform, but not for builds and tests alone.
 ///
 /// # Errors
 /// A package under another licence.
 pub fn text(roots: &[&str]) -> Result<String> {
-    let compiler = shell::output(shell::program("rustc").arg("-vV"))?;
-    let field =
-        |name: &str| compiler.lines().find_map(|line| line.strip_prefix(name)).context("rustc's version has changed");
-    let mut cargo = shell::cargo();
-    cargo.args(["metadata", "--format-version", "1", "--locked", "--filter-platform", field("host: ")?]);
-    let metadata: Value = serde_json::from_str(&shell::output(&mut cargo)?)?;
-    let by_id = |rows: &'static str, of: &Value| -> Result<BTreeMap<String, Value>> {
-        let rows = of[rows].as_array().with_context(|| format!("cargo lists no {rows}"))?;
-        rows.iter().map(|row| Ok((row["id"].as_str().context("no id")?.to_owned(), row.clone()))).collect()
-    };
-    let (packages, nodes) = (by_id("packages", &metadata)?, by_id("nodes", &metadata["resolve"])?);
-    let word = |id: &str, name: &str| packages.get(id).and_then(|package| package[name].as_str()).unwrap_or_default();
-    let mut ids: Vec<String> = packages.keys().filter(|id| roots.contains(&word(id, "name"))).cloned().collect();
-    ensure!(ids.len() == roots.len(), "cargo does not list {roots:?}");
-    let mut links = BTreeMap::new();
-    while let Some(id) = ids.pop() {
-        let used: Vec<String> = nodes.get(&id).map(normal).unwrap_or_default();
-        ids.extend(used.iter().filter(|used| !links.contains_key(*used)).cloned());
-        links.insert(id, used);
-    }
-    let url = |id: &str| format!("pkg:cargo/{}@{}", word(id, "name"), word(id, "version"));
+    let links = links(roots)?;
+    let url = |[name, version, _]: &Package| format!("pkg:cargo/{name}@{version}");
     let mut components = Vec::new();
-    for id in links.keys() {
-        let licence = word(id, "license");
-        ensure!(permitted(licence), "{} is under {licence}, which `xtask/src/install/sbom.rs` does not list", url(id));
+    for package in links.keys() {
+        let [name, version, licence] = package;
+        ensure!(permitted(licence), "{name} is under {licence}, which `xtask/src/install/sbom.rs` does not list");
         components.push(json!({
-            "type": "library", "bom-ref": url(id), "name": word(id, "name"), "version": word(id, "version"), "purl": url(id),
-            "licenses": [{ "expression": licence }],
+            "type": "library", "bom-ref": url(package), "name": name, "version": version, "purl": url(package),
+            "licenses": [{ "expression": licence.replace('/', " OR ") }],
         }));
     }
     let dependencies: Vec<_> = links
         .iter()
-        .map(|(id, used)| json!({ "ref": url(id), "dependsOn": used.iter().map(|id| url(id)).collect::<Vec<_>>() }))
+        .map(|(package, used)| json!({ "ref": url(package), "dependsOn": used.iter().map(url).collect::<Vec<_>>() }))
         .collect();
+    let compiler = shell::output(shell::program("rustc").arg("--version"))?;
     let list = json!({
         "bomFormat": "CycloneDX", "specVersion": "1.5", "version": 1,
         "metadata": {
             "component": { "type": "library", "name": "mollis", "version": VERSION },
-            "tools": { "components": [{ "type": "application", "name": "rustc", "version": field("release: ")? }] },
+            "tools": { "components": [{ "type": "application", "name": "rustc", "version": compiler.trim() }] },
         },
         "components": components, "dependencies": dependencies,
     });
     Ok(serde_json::to_string_pretty(&list)? + "\n")
 }
 
-/// The packages that are linked with this one.
-fn normal(node: &Value) -> Vec<String> {
-    let linked = |used: &&Value| {
-        used["dep_kinds"].as_array().is_some_and(|kinds| kinds.iter().any(|kind| kind["kind"].is_null()))
-    };
-    let all = node["deps"].as_array().into_iter().flatten();
-    all.filter(linked).filter_map(|used| Some(used["pkg"].as_str()?.to_owned())).collect()
+/// Each package, and what it is linked with.
+fn links(roots: &[&str]) -> Result<BTreeMap<Package, BTreeSet<Package>>> {
+    let mut cargo = shell::cargo();
+    cargo.args(["tree", "--quiet", "--locked", "--edges", "normal,no-proc-macro", "--prefix", "depth", "--no-dedupe"]);
+    cargo.args(["--format", "\t{p}\t{l}"]).args(roots.iter().flat_map(|root| ["--package", *root]));
+    // A line is `DEPTH<tab>NAME vVERSION ...<tab>LICENCE`. A package is linked with those one level deeper that follow it.
+    let (mut links, mut above) = (BTreeMap::<Package, BTreeSet<Package>>::new(), Vec::<Package>::new());
+    for line in shell::output(&mut cargo)?.lines().filter(|line| !line.is_empty()) {
+        let parts: Vec<_> = line.split('\t').collect();
+        let [depth, package, licence] = parts[..] else { anyhow::bail!("cargo tree prints {line}") };
+        let mut words = package.split(' ');
+        let name = words.next().unwrap_or_default();
+        let version = words.next().and_then(|word| word.strip_prefix('v')).context("a package without a version")?;
+        let package = [name, version, licence].map(str::to_owned);
+        above.truncate(depth.parse()?);
+        if let Some(user) = above.last() {
+            links.entry(user.clone()).or_default().insert(package.clone());
+        }
+        links.entry(package.clone()).or_default();
+        above.push(package);
+    }
+    ensure!(roots.iter().all(|root| links.keys().any(|[name, ..]| name == root)), "cargo does not list {roots:?}");
+    Ok(links)
 }
 
 /// Whether one of the alternatives of an expression (`A OR B AND C`, without parentheses; a slash is OR) holds listed licences alone.
