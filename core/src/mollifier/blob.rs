@@ -75,7 +75,7 @@ impl<T: Real, const D: usize> Blob<T, D> {
             Mollifier::Plummer => Shape::Algebraic(Kind::Plummer),
             Mollifier::Algebraic => Shape::Algebraic(Kind::Algebraic),
             Mollifier::Vatistas => Shape::Algebraic(Kind::Vatistas),
-            Mollifier::Richardson { order, exponent } => Shape::Combined(Combined::new(order, exponent)?),
+            Mollifier::Richardson { .. } => Shape::Combined(Combined::of(mollifier).ok_or(Error::Unsupported)?),
         };
         Ok(Self { mollifier, delta, length: Distance::new(delta), shape })
     }

@@ -17,7 +17,6 @@ use super::newtonian::Newtonian;
 use super::scaled::Scaled;
 use super::series::Exact;
 use super::{Mollifier, Quantity};
-use crate::error::Result;
 use crate::real::{DoubleWord, Real};
 
 /// Combinations are left out with kernels other than the Newtonian one, whose tables their sums use (`no_combined.rs`).
@@ -67,8 +66,10 @@ pub(super) struct Parts<'a, T, const D: usize> {
 }
 
 impl<T: Real, const D: usize> Combined<T, D> {
-    pub fn new(order: u32, exponent: u32) -> Result<Self> {
-        Ok(Self { part: Compact::new(2, exponent), count: order / 2 })
+    /// The shape of a mollifier that is a combination.
+    pub fn of(mollifier: Mollifier) -> Option<Self> {
+        let Mollifier::Richardson { order, exponent } = mollifier else { return None };
+        Some(Self { part: Compact::new(2, exponent), count: order / 2 })
     }
 
     /// The coefficients of a part.

@@ -7,7 +7,6 @@ use super::distance::Distance;
 use super::scaled::Scaled;
 use super::series::Exact;
 use super::{Mollifier, Quantity};
-use crate::error::{Error, Result};
 use crate::real::{DoubleWord, Real};
 
 pub(super) const RICHARDSON: bool = false;
@@ -36,8 +35,8 @@ pub(super) struct Combined<T, const D: usize>(Infallible, PhantomData<T>);
 pub(super) struct Parts<'a, T, const D: usize>(Infallible, PhantomData<&'a T>);
 
 impl<T: Real, const D: usize> Combined<T, D> {
-    pub fn new(_: u32, _: u32) -> Result<Self> {
-        Err(Error::Unsupported)
+    pub fn of(_: Mollifier) -> Option<Self> {
+        None
     }
 
     pub fn series(&self) -> &Exact<T, D> {
