@@ -1,11 +1,14 @@
 //! Helpers for several tests.
 
+mod cloud;
 #[cfg(target_arch = "x86_64")]
 pub mod control;
 pub mod exceptions;
 pub mod positional;
 pub mod ranks;
 pub mod sums;
+
+pub use cloud::Cloud;
 
 use std::ffi::c_void;
 use std::sync::atomic::{AtomicUsize, Ordering};

@@ -4,65 +4,17 @@
 use std::ptr::{null, null_mut};
 
 use mollis_abi::*;
-use mollis_core::exec::Run;
+use mollis_core::Error;
 use mollis_core::grid::{Coefficients, Equation, Grid, Limits, Mesh, Variable, Walls};
 use mollis_core::pks::theory::{Constants, GAMMA, Group};
-use mollis_core::pks::{Attraction, Counters, Event, Events, Options, Scheme, Setting, State, step, workspace_bytes};
-use mollis_core::random::Philox;
-use mollis_core::{Error, Result};
+use mollis_core::pks::{Attraction, Options, Scheme};
 use mollis_tests::positional::*;
-use mollis_tests::{Aligned, Split};
+use mollis_tests::{Aligned, Cloud, Split};
 
 use crate::border::grid_options;
 use crate::boundary_abi::{NOTHING, filled};
 
 const LIMITS: Limits<f64> = Limits { tolerance: 1e-10, iterations: 100 };
-
-struct Cloud {
-    positions: Vec<[f64; 2]>,
-    masses: Vec<f64>,
-    labels: Vec<u64>,
-    counters: Counters,
-    events: Vec<Event>,
-}
-
-impl Cloud {
-    fn new(positions: Vec<[f64; 2]>, masses: Vec<f64>) -> Self {
-        let n = positions.len();
-        // Not the first step, whose mesh of the search has borders through the outermost particles.
-        let counters = Counters { count: n as u64, step: 7, ..Counters::default() };
-        Self { positions, masses, labels: (0..n as u64).collect(), counters, events: Vec::new() }
-    }
-
-    fn step(&mut self, options: &Options<f64>, attraction: Attraction<'_, '_, f64>, dt: f64) -> Result<()> {
-        let n = self.positions.len();
-        let mut memory = Aligned::new(workspace_bytes(n, None, options, 1).unwrap());
-        let (mut events, mut absorbed) = (vec![Event::default(); n], vec![0; n]);
-        let (mut written, mut labels_written) = (0, 0);
-        step(
-            State {
-                positions: &mut self.positions,
-                masses: &mut self.masses,
-                labels: &mut self.labels,
-                species: None,
-                weights: None,
-            },
-            &mut self.counters,
-            &mut Philox::new(3),
-            dt,
-            Events {
-                events: &mut events,
-                labels: &mut absorbed,
-                written: &mut written,
-                labels_written: &mut labels_written,
-            },
-            memory.bytes(),
-            Setting { options, attraction, run: &mut Run::default(), report: None },
-        )?;
-        self.events.extend(&events[..written]);
-        Ok(())
-    }
-}
 
 fn with_medium<R>(mesh: Mesh<f64>, walls: Walls, g: &[f64], body: impl FnOnce(&mut Variable<'_, f64>) -> R) -> R {
     let medium = Coefficients { diffusivity: g, decay: None };

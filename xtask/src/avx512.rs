@@ -77,12 +77,7 @@ fn build() -> Result<PathBuf> {
     // The emulated machine reads it byte by byte: without symbols it is a fifth as long.
     cargo.env("RUSTFLAGS", "-C target-feature=+prefer-no-gather,+prefer-no-scatter -C strip=symbols");
     cargo.args(["test", "--target", TARGET, "-p", "mollis-tests", "--test", "all", "--no-run"]);
-    let messages = shell::output(cargo.arg("--message-format=json"))?;
-    let programs = messages.lines().filter_map(|line| {
-        let message: serde_json::Value = serde_json::from_str(line).ok()?;
-        message.get("executable")?.as_str().map(PathBuf::from)
-    });
-    programs.into_iter().next_back().context("cargo names no test program")
+    shell::programs(&mut cargo)?.remove("all").context("cargo names no test program")
 }
 
 /// Debian's kernel for virtual machines, unpacked but not installed.

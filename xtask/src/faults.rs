@@ -144,19 +144,14 @@ fn copy(faults: &[Fault], folder: &Path) -> Result<()> {
 
 /// Compiles the tests of the copy. Returns the programs by name.
 fn build(folder: &Path) -> Result<BTreeMap<String, PathBuf>> {
-    let mut cargo = shell::cargo();
-    cargo.current_dir(folder.join("sources")).env("CARGO_TARGET_DIR", folder.join("target"));
-    cargo.args(["test", "--quiet", "--no-run", "--message-format=json", "-p", "mollis-core", "--lib"]);
-    let mut messages = shell::output(cargo.env("RUSTFLAGS", "-Awarnings").stderr(Stdio::inherit()))?;
-    let mut cargo = shell::cargo();
-    cargo.current_dir(folder.join("sources")).env("CARGO_TARGET_DIR", folder.join("target"));
-    cargo.args(["test", "--quiet", "--no-run", "--message-format=json", "-p", "mollis-tests", "--test", "all"]);
-    messages += &shell::output(cargo.env("RUSTFLAGS", "-Awarnings").stderr(Stdio::inherit()))?;
-    let program = |row: &str| {
-        let message: serde_json::Value = serde_json::from_str(row).ok()?;
-        Some((message["target"]["name"].as_str()?.to_owned(), PathBuf::from(message.get("executable")?.as_str()?)))
-    };
-    Ok(messages.lines().filter_map(program).collect())
+    let mut programs = BTreeMap::new();
+    for which in [&["-p", "mollis-core", "--lib"][..], &["-p", "mollis-tests", "--test", "all"]] {
+        let mut cargo = shell::cargo();
+        cargo.current_dir(folder.join("sources")).env("CARGO_TARGET_DIR", folder.join("target"));
+        cargo.env("RUSTFLAGS", "-Awarnings").args(["test", "--quiet", "--no-run"]).args(which);
+        programs.extend(shell::programs(&mut cargo)?);
+    }
+    Ok(programs)
 }
 
 /// Whether the tests that the filters choose all pass, with a fault or without.

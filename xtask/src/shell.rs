@@ -1,5 +1,6 @@
 //! Runs programs and gives the paths of the repository.
 
+use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -64,6 +65,16 @@ pub fn tee(command: &mut Command) -> Result<(bool, String)> {
         text.push('\n');
     }
     Ok((child.wait()?.success(), text))
+}
+
+/// Runs a command of cargo that builds programs, such as `test --no-run`, and returns these by the names of their targets.
+pub fn programs(cargo: &mut Command) -> Result<BTreeMap<String, PathBuf>> {
+    let messages = output(cargo.arg("--message-format=json"))?;
+    let program = |row: &str| {
+        let message: serde_json::Value = serde_json::from_str(row).ok()?;
+        Some((message["target"]["name"].as_str()?.to_owned(), message.get("executable")?.as_str()?.into()))
+    };
+    Ok(messages.lines().filter_map(program).collect())
 }
 
 /// A command as it would be typed.

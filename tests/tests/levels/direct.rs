@@ -1,15 +1,14 @@
 //! The direct sum against its twin in double-double arithmetic, at every level this machine has; and what it promises about
 //! bits, counts, refusals and extreme distances.
 
-use std::sync::atomic::{AtomicUsize, Ordering};
-
 use mollis_core::exec::{Executor, Run, Serial, Statistics};
 use mollis_core::field::{self, Accumulation, Options, Outputs, Plan, Sources, Wanted};
 use mollis_core::kernel::Kernel;
 use mollis_core::mollifier::Mollifier;
 use mollis_core::simd::Level;
-use mollis_core::{Error, Real, Result};
+use mollis_core::{Error, Real};
 use mollis_reference::field::{Soft, newtonian};
+use mollis_tests::Threads;
 
 use super::{Random, cases, levels};
 
@@ -161,7 +160,7 @@ fn check<T: Real, const D: usize>(case: &Case<D>, got: &Result3<T, D>, what: &st
 }
 
 fn bound_holds<T: Real, const D: usize>(cases: usize, small: f64, large: f64) {
-    let mut rng = Random(D as u64);
+    let mut rng = Random::new(D as u64);
     let levels = levels();
     let mut worst: f64 = 0.0;
     for i in 0..cases {
@@ -197,7 +196,7 @@ fn around() -> Vec<usize> {
 }
 
 fn grid_case<const D: usize>(n: usize, k: usize, soft: Option<Soft>) -> Case<D> {
-    let mut rng = Random(n as u64 * 1000 + k as u64);
+    let mut rng = Random::new(n as u64 * 1000 + k as u64);
     let positions: Vec<[f64; D]> = (0..n).map(|_| std::array::from_fn(|_| rng.number())).collect();
     let targets = (0..k).map(|i| positions.get(i).copied().unwrap_or([0.25; D])).collect();
     Case { masses: (0..n).map(|_| rng.number()).collect(), positions, targets, soft }
@@ -217,30 +216,6 @@ fn sizes_around_every_width() {
             let case = grid_case::<2>(n, 3, None);
             check(&case, &sum::<f32, 2>(&case, ALL, &Options::default(), level, &Serial), "sources");
         }
-    }
-}
-
-/// So many threads, which take tasks as they come.
-struct Threads(usize);
-
-impl Executor for Threads {
-    fn workers(&self) -> usize {
-        self.0
-    }
-
-    fn run(&self, tasks: usize, task: &(dyn Fn(usize) + Sync)) -> Result<()> {
-        let next = AtomicUsize::new(0);
-        std::thread::scope(|scope| {
-            for worker in 0..self.0 {
-                let next = &next;
-                scope.spawn(move || {
-                    while next.fetch_add(1, Ordering::Relaxed) < tasks {
-                        task(worker);
-                    }
-                });
-            }
-        });
-        Ok(())
     }
 }
 

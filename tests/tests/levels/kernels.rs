@@ -32,7 +32,7 @@ struct Twin<const D: usize> {
 impl<const D: usize> Twin<D> {
     /// A loop over the kernel's functions at one distance.
     fn new(kernel: &Kernel<'_, f64, D>, delta: f64) -> Self {
-        let mut random = Random(41);
+        let mut random = Random::new(41);
         // More than a vector of targets, and sources on, near and far from them.
         let mut point = || std::array::from_fn::<f64, D, _>(|_| random.number());
         let targets: Vec<[f64; D]> = (0..35).map(|_| point()).collect();

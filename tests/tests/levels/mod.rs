@@ -8,6 +8,7 @@ mod kernels;
 mod operations;
 
 use mollis_core::simd::Level;
+use mollis_tests::Split;
 
 /// The levels to test.
 fn levels() -> Vec<Level> {
@@ -22,15 +23,16 @@ fn cases(n: usize) -> usize {
     if std::env::var_os("MOLLIS_THIN").is_some() { n.div_ceil(20) } else { n }
 }
 
-/// SplitMix64.
-struct Random(u64);
+/// Numbers for the tests.
+struct Random(Split);
 
 impl Random {
+    fn new(seed: u64) -> Self {
+        Self(Split(seed))
+    }
+
     fn bits(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        z ^ (z >> 31)
+        self.0.next()
     }
 
     /// In -1..1, exact in f32.

@@ -97,7 +97,7 @@ fn operations<T: Real>(cases: usize, range: i32) {
     let table: Vec<[T; ROW]> = (0..ROWS).map(|row| std::array::from_fn(|n| T::from_usize(row * ROW + n))).collect();
     let table: &Rows<T> = table.as_slice().try_into().unwrap();
     for level in levels() {
-        let mut random = Random(7);
+        let mut random = Random::new(7);
         for case in 0..cases {
             let range = if case % 2 == 0 { 3 } else { range };
             let mut lanes = [[T::ZERO; MAX_LANES]; 3];
