@@ -100,10 +100,10 @@ impl<T: Real, const D: usize> Kernel<'_, T, D> {
                 Some(Some((c, count))) => {
                     for (weight, radius) in self.mollifier().parts() {
                         let length = Extended::new(radius * delta, 0);
-                        let mut scale = scale.scale(weight);
+                        let (square, mut scale) = (length.times(length), scale.scale(weight));
                         for (n, c) in c.iter().take(count).enumerate() {
                             add((p as usize).saturating_sub(2 * n), scale.scale(c.hi));
-                            scale = scale.times(length.times(length));
+                            scale = scale.times(square);
                         }
                     }
                 }

@@ -56,8 +56,13 @@ impl Profile {
     /// Of what a combination combines. `None` without a mollifier, and for algebraic ones, which have no fits.
     pub(crate) fn new(mollifier: Mollifier, dimension: usize) -> Option<Self> {
         match mollifier.part() {
-            Mollifier::None | Mollifier::Plummer | Mollifier::Algebraic | Mollifier::Vatistas => None,
-            mollifier @ (Mollifier::Compact { order, exponent } | Mollifier::Richardson { order, exponent }) => {
+            // What a combination combines is none.
+            Mollifier::None
+            | Mollifier::Plummer
+            | Mollifier::Algebraic
+            | Mollifier::Vatistas
+            | Mollifier::Richardson { .. } => None,
+            mollifier @ Mollifier::Compact { order, exponent } => {
                 let mut b = [0.0; TERMS];
                 let coefficients = match dimension {
                     1 => compact::<1>(mollifier)?,

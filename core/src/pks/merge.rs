@@ -165,17 +165,14 @@ fn merge<T: Real>(state: &mut State<'_, T>, members: &mut [u64], absorbed: &mut 
         *to = *labels.get(particle(word))?;
     }
     let mass = sum(state.masses, kept, others)?;
-    let mut centre = None;
-    if build::WEIGHTS
-        && let Some(weights) = &mut state.weights
-    {
-        let weight = sum(weights, kept, others)?;
-        centre = Some(centre_of(state.positions, weights, kept, others, weight)?);
-        gather(weights, kept, others, weight)?;
-    }
-    let centre = match centre {
-        Some(centre) => centre,
-        None => centre_of(state.positions, state.masses, kept, others, mass)?,
+    let centre = match &mut state.weights {
+        Some(weights) if build::WEIGHTS => {
+            let weight = sum(weights, kept, others)?;
+            let centre = centre_of(state.positions, weights, kept, others, weight)?;
+            gather(weights, kept, others, weight)?;
+            centre
+        }
+        _ => centre_of(state.positions, state.masses, kept, others, mass)?,
     };
     *state.positions.get_mut(kept)? = centre;
     gather(state.masses, kept, others, mass)?;

@@ -71,23 +71,28 @@ pub const fn tiles_of(n: usize) -> usize {
     n / TILE + !n.is_multiple_of(TILE) as usize
 }
 
-/// The piece of `slice` that belongs to a tile; empty beyond the end.
-fn piece<X>(slice: &[X], tile: usize) -> &[X] {
-    let from = tile.saturating_mul(TILE).min(slice.len());
-    let to = from.saturating_add(TILE).min(slice.len());
+/// At most `n` elements of `slice` from one on; none beyond the end.
+fn piece<X>(slice: &[X], from: usize, n: usize) -> &[X] {
+    let from = from.min(slice.len());
+    let to = from.saturating_add(n).min(slice.len());
     slice.get(from..to).present_or(&[])
 }
 
 impl<T: Real> Moving<'_, T> {
-    fn tile(&self, tile: usize) -> Self {
+    /// At most `n` particles from one on.
+    fn piece(&self, from: usize, n: usize) -> Self {
         Self {
-            positions: piece(self.positions, tile),
-            masses: piece(self.masses, tile),
-            weights: self.weights.map(|weights| piece(weights, tile)),
-            labels: piece(self.labels, tile),
-            recorded: piece(self.recorded, tile),
+            positions: piece(self.positions, from, n),
+            masses: piece(self.masses, from, n),
+            weights: self.weights.map(|weights| piece(weights, from, n)),
+            labels: piece(self.labels, from, n),
+            recorded: piece(self.recorded, from, n),
             ..*self
         }
+    }
+
+    fn tile(&self, tile: usize) -> Self {
+        self.piece(tile.saturating_mul(TILE), TILE)
     }
 
     /// What they diffuse by.
@@ -277,15 +282,11 @@ fn tile<T: Real>(
         else {
             continue;
         };
-        let sensitivity = match part.weights {
-            Some(_) if build::WEIGHTS => part.masses.get(k).map_or(T::ONE, |&mass| mass / m),
-            _ => T::ONE,
-        };
         let (Some(&slope), Some(&normal)) = (slopes.get(k), normals.get(k)) else { continue };
         let jump = jumps.get(k).copied().unwrap_or(part.options.control.width);
         // Where jumps are limited one sub-step may be enough all the same: then it is made once more.
-        let walker = Walker { x, m, sensitivity, label, slope, normal, jump };
-        let (to, increment, done) = substep(part, field, draw, walker)?;
+        let walker = Walker { x, m, label, slope, normal, jump };
+        let (to, increment, done) = substep(&part.piece(k, 1), field, draw, walker)?;
         if !(to[0].is_finite() && to[1].is_finite()) {
             return Err(Error::BecameNotFinite);
         }
@@ -343,14 +344,13 @@ struct Walker<T> {
     x: [T; 2],
     /// Its weight.
     m: T,
-    sensitivity: T,
     label: u64,
     slope: [T; 2],
     normal: [T; 2],
     jump: T,
 }
 
-/// Sub-steps of one particle: where it ends, its Wiener increment, how many they were.
+/// Sub-steps of the particle of `part`: where it ends, its Wiener increment, how many they were.
 fn substep<T: Real>(
     part: &Moving<'_, T>,
     field: Option<&Frozen<'_, T>>,
@@ -358,11 +358,10 @@ fn substep<T: Real>(
     walker: Walker<T>,
 ) -> Result<([T; 2], [T; 2], u32)> {
     let Options { chi, noise, mut control, .. } = *part.options;
-    let Walker { mut x, m, sensitivity, label, slope, normal, jump } = walker;
+    let Walker { mut x, m, label, slope, normal, jump } = walker;
     control.width = jump;
     let (mut slope, mut normal) = ([slope], [normal]);
     let diffusivity = noise / m;
-    let respond = |slope: &mut [[T; 2]; 1]| *slope = slope.map(|[x, y]| [sensitivity * x, sensitivity * y]);
     let (mut left, mut done, mut sum) = (part.dt, 0, [T::ZERO; 2]);
     loop {
         let [g] = slope;
@@ -377,7 +376,7 @@ fn substep<T: Real>(
             // the fall instead of 12%.
             let half = T::HALF * s;
             (field.gradient)(&[[x[0] + v[0] * half, x[1] + v[1] * half]], &mut slope, &mut []);
-            respond(&mut slope);
+            part.respond(&mut slope);
             let [g] = slope;
             v = [-(chi * g[0]), -(chi * g[1])];
         }
@@ -392,7 +391,7 @@ fn substep<T: Real>(
         if let Some(field) = field {
             let mut jump = [part.options.control.width];
             (field.gradient)(&[x], &mut slope, &mut jump);
-            respond(&mut slope);
+            part.respond(&mut slope);
             [control.width] = jump;
         }
         if noise > T::ZERO {

@@ -755,7 +755,7 @@ fn move_particles<T: Real>(
             match force {
                 Attraction::Medium(field, limits) => solve_in_medium(field, limits, scale()?, particles, resources)?,
                 Attraction::Parabolic(field) => look_ahead(field, moving.dt, scale()?, particles, resources)?,
-                _ => {}
+                _ => return Err(Error::Internal),
             }
             fields += 1;
             stop(run)?;

@@ -286,7 +286,7 @@ where
         let factors = factors(peak, peak / (fraction * fraction));
         return call.of_profile(&Gaussians::new(D, order), &factors, sums, workspace, run);
     }
-    let Some(polynomials) = Blob::<T, D>::new(blob.mollifier().part(), fraction)?.polynomials() else {
+    let Some(polynomials) = Blob::<T, D>::new(blob.mollifier(), fraction)?.polynomials_of_part() else {
         // without a mollifier the field is harmonic away from the sources
         sums.density.unwrap_or_default().fill(T::ZERO);
         return Ok(());
